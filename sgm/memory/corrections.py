@@ -157,8 +157,7 @@ class MemoryCorrections(MemoryIdentities):
                     f"thing must be one that the robot carries to be put down, got {shorten(thing)}"
                     f"; it carries {held or 'nothing'}. Call picked_up first, or note_moved."
                 )
-            place = None if place is None else int(place)
-            was_at = None if was_at is None else int(was_at)
+            place, was_at = (None if at is None else int(at) for at in (place, was_at))
             statement = Statement(self._state.time, kind, place, relation, by, sure)
             self._note(name, statement, was_at)
 
@@ -175,14 +174,11 @@ class MemoryCorrections(MemoryIdentities):
     def _remove_object(self, description: str, id: str = "", by: str | None = None) -> None:
         """Log that a node is forgotten, and forget it."""
         with self._lock:
-            row = self._get_row(ThingName(description, id))
-            self._write("remove_object", **ThingName(description, id).to_json(), **_tell(by))
-            self._state.remove(objects=self._state.list_members(row))
-
-
-def _tell(by: str | None) -> dict[str, Any]:
-    """Return who said it, for a log, if a person did."""
-    return {} if by is None else {"by": by}
+            name, state = ThingName(description, id), self._state
+            about: dict[str, Any] = {} if by is None else {"by": by}
+            row = self._get_row(name)
+            self._write("remove_object", **name.to_json(), **about)
+            state.take(state.get_content().remove(objects=state.list_members(row)))
 
 
 def _take_statement(

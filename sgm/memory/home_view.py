@@ -20,16 +20,8 @@ def list_places_of_edges(
     names = ("last_true", "furniture", "relation", "is_true", "num_true", "num_observed")
     columns = (memory.edges[name][seen].tolist() for name in names)
     places = [
-        SeenAt(
-            time=time,
-            steps_ago=memory.time - time,
-            furniture=furniture_ids[furniture],
-            relation=RELATIONS[relation],
-            is_there=is_true,
-            times_seen=num_true,
-            times_looked=num_observed,
-        )
-        for time, furniture, relation, is_true, num_true, num_observed in zip(*columns, strict=True)
+        SeenAt(time, memory.time - time, furniture_ids[place], RELATIONS[relation], *counts)
+        for time, place, relation, *counts in zip(*columns, strict=True)
     ]
     last = int(memory.objects["last_observed"][row])
     if last != NEVER and all(place.time < last for place in places):
@@ -45,12 +37,8 @@ def list_home(
 ) -> dict[str, Any]:
     """List rooms > furniture > objects as JSON values.
 
-    Args:
-        memory: of one home.
-        layout: its rooms and furniture.
-        descriptions: of its objects, (O,).
-        said_by: of the objects of which something was said, by row, who said that they are at
-            places, by time step and furniture.
+    `said_by` has for objects of which something was said, by row, who said that they are at
+    places, by time step and furniture.
     """
     objects: dict[int, list[dict[str, Any]]] = {number: [] for number in layout.furniture}
     unplaced = []
@@ -107,15 +95,14 @@ def list_home(
 
 def list_rows(home: Mapping[str, Any]) -> list[dict[str, Any]]:
     """List what `list_home` gave as one row for each object at each place."""
+    counts = ("is_there", "last_seen", "times_seen", "times_looked")
     return [
         {
             "object": seen["description"],
             "relation": seen["relation"],
             "furniture": furniture["description"],
             "room": room["label"],
-            **{
-                name: seen[name] for name in ("is_there", "last_seen", "times_seen", "times_looked")
-            },
+            **{name: seen[name] for name in counts},
         }
         for room in home["rooms"]
         for furniture in room["furniture"]

@@ -29,14 +29,10 @@ class LookWeights:
         coverage: np.ndarray | None,
         hidden: np.ndarray | None = None,
     ) -> None:
-        """Weigh looks.
+        """Weigh looks of homes (n,) at furniture (n,).
 
-        Args:
-            memory: the memory.
-            home: homes that looked, (n,).
-            furniture: the furniture that each looked at, (n,).
-            coverage: of each look, (n,), or of "in" and "onTop" of it, (n, 2); None for all of it.
-            hidden: rows of objects against which the looks say nothing, (k,); None for none.
+        The coverage is one share for each (n,), those of "in" and "onTop" of it (n, 2), or None for
+        all of it. Against `hidden` rows of objects (k,) the looks say nothing.
         """
         self._memory = memory
         self._by_relation: np.ndarray | None = None  # (H, 2)
@@ -87,13 +83,9 @@ class LookWeights:
         return self._get_share(keys) >= SURE
 
     def find_out_of_view(self, touched_key: np.ndarray) -> np.ndarray | None:
-        """Mark objects whose remembered places here were out of view, bool (O,).
+        """Mark objects of keys (n,) whose remembered places here were out of view, bool (O,).
 
-        Args:
-            touched_key: of all remembered edges of the furniture looked at, (n,).
-
-        Returns:
-            None where one share is for both relations, and nothing is hidden.
+        None where one share is for both relations, and nothing is hidden.
         """
         if self._by_relation is None and self._is_hidden is None:
             return None

@@ -76,13 +76,10 @@ class MemoryBatch:
         threshold: float = 0.0,
         clock: np.ndarray | None = None,
     ) -> None:
-        """Create empty memories of known layouts.
+        """Create empty memories of known layouts, with the text of each label index.
 
-        Args:
-            labels: text per label index.
-            layout: rooms and furniture of the homes.
-            threshold: prior weight above which a place gets a hypothetical edge.
-            clock: of every home, (H, 2); None if the time is unknown.
+        A place gets a hypothetical edge where its prior weight is above `threshold`; `clock` is
+        that of every home, (H, 2), None if the time is unknown.
         """
         self.time = 0
         self.clock = clock
@@ -134,13 +131,8 @@ class MemoryBatch:
     def count_history(self, so_far: HomeHistory | None = None) -> None:
         """Count `history`, too, from the first look on: a tenth more work a look.
 
-        Policies that read it ask for it in `Policy.reset`.
-
-        Args:
-            so_far: counts to go on with; None for none yet.
-
-        Raises:
-            ValueError: if there are none, and looks that were not counted.
+        Policies that read it ask for it in `Policy.reset`. It goes on with counts `so_far`; without
+        any, looks that were not counted raise ValueError.
         """
         if so_far is None and self._history is None:
             if self.furniture_num_observed.any():
@@ -217,16 +209,9 @@ class MemoryBatch:
     def ensure_objects(
         self, home: np.ndarray, key: np.ndarray, label: np.ndarray, object_type: np.ndarray
     ) -> np.ndarray:
-        """Return the rows of object nodes, adding those that are new.
+        """Return the rows of object nodes (n,), adding those that are new.
 
-        Args:
-            home: (n,).
-            key: number of the description, non-negative, (n,).
-            label: label index of each description, (n,).
-            object_type: the prior's object type, -1 for unknown ones, (n,).
-
-        Returns:
-            (n,) rows of `objects`.
+        `key` is the number of the description, non-negative, `object_type` -1 for unknown ones.
         """
         num_keys = self._row_of_key.shape[1]
         if key.max(initial=0) >= num_keys:
@@ -257,11 +242,7 @@ class MemoryBatch:
         return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])
 
     def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
-        """Find the remembered edges of the query objects.
-
-        Returns:
-            (k,) query numbers and (k,) rows of `edges`.
-        """
+        """Return query numbers and rows of the remembered edges of query objects, (k,) each."""
         return join_groups(queries.object, self.edges["object"], len(self.objects))
 
     def observe(
@@ -354,14 +335,8 @@ class MemoryBatch:
     def note_place(self, row: int, furniture: int, relation: int, confidence: float) -> None:
         """Take over that an object is somewhere now, which no look has shown.
 
-        It counts as a sighting of it alone: nothing is said of others there, and `history` is as it
-        was. The furniture counts no look.
-
-        Args:
-            row: of the object.
-            furniture: index within its home.
-            relation: 0 "in", 1 "onTop".
-            confidence: probability that it is so, at least `SURE`.
+        It counts as a sighting of it alone, of at least the confidence `SURE`: nothing is said of
+        others there, and `history` is as it was. The furniture counts no look.
         """
         self.objects["carried_since"][row] = NEVER
         self.observe(
@@ -370,12 +345,7 @@ class MemoryBatch:
         )  # fmt: skip
 
     def note_left(self, edges: np.ndarray, confidence: float) -> None:
-        """Take over that objects are no longer at places, as looks would that miss them.
-
-        Args:
-            edges: rows of `edges` that are true, (n,).
-            confidence: probability that it is so.
-        """
+        """Take over that edges (n,) are true no longer, as of looks that miss the objects."""
         is_seen = np.zeros(len(edges), dtype=bool)
         self._update_edges(edges, is_seen, np.full(len(edges), confidence))
 

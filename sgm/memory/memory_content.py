@@ -71,17 +71,8 @@ class MemoryContent:
     @classmethod
     def empty(cls, prior: str, clock: Clock | None = None, map_id: str = "") -> MemoryContent:
         """Return the content of a memory that has seen nothing; `prior` is its checksum."""
-        return cls(
-            time=0,
-            prior=prior,
-            labels=HOME_LABELS,
-            layout=Layout(map_id=map_id),
-            things=(),
-            tables=make_empty_tables(),
-            history=HomeHistory(1, 0),
-            asked=None,
-            clock=clock,
-        )
+        layout, history = Layout(map_id=map_id), HomeHistory(1, 0)
+        return cls(0, prior, HOME_LABELS, layout, (), make_empty_tables(), history, None, clock)
 
     def copy(self) -> MemoryContent:
         """Return the same content; nothing that is done to the memory reaches it."""
@@ -114,14 +105,11 @@ class MemoryContent:
         keep_object[list(objects)] = False
         rows = {"furniture": keep_furniture, "objects": keep_object}
         tables, keep_edge = keep_rows(self.tables, rows)
+        left = zip(self.things, keep_object, strict=True)
         return replace(
             self,
             layout=layout,
-            things=tuple(
-                thing.leave_out(gone)
-                for thing, stays in zip(self.things, keep_object, strict=True)
-                if stays
-            ),
+            things=tuple(thing.leave_out(gone) for thing, stays in left if stays),
             tables=tables,
             history=self.history.take(keep_furniture, keep_edge, keep_object),
             asked=None,
@@ -144,6 +132,8 @@ class MemoryContent:
 
     def to_json(self) -> dict[str, Any]:
         """Return JSON values, from which `from_json` makes the same content."""
+        week, scores = self.history.week.to_json(), self.score_calibration
+        queries = [list(query) for query in self.queries]
         return {
             "time": self.time,
             "prior": self.prior,
@@ -155,16 +145,12 @@ class MemoryContent:
             **write_things(self.things),
             **write_tables(self.tables),
             "history": self.history.to_json(),
-            **({"week": week} if (week := self.history.week.to_json()) else {}),
+            **({"week": week} if week else {}),
             "asked": self.asked,
             "clock": None if self.clock is None else self.clock.to_json(),
             "looks": [look.to_json() for look in self.looks],
-            **({"queries": [list(query) for query in self.queries]} if self.queries else {}),
-            **(
-                {"score_calibration": self.score_calibration.to_json()}
-                if self.score_calibration is not None
-                else {}
-            ),
+            **({"queries": queries} if queries else {}),
+            **({} if scores is None else {"score_calibration": scores.to_json()}),
             "sought": [[*key, *value] for key, value in self.sought.items()],
         }
 
@@ -180,10 +166,8 @@ class MemoryContent:
             num_furniture = len(data["furniture"])
             tables, history = read_tables(data, num_furniture), HomeHistory(1, num_furniture)
             if "history" in data:
-                num_edges = len(tables["edges"]["object"])
-                history = HomeHistory.from_json(
-                    data["history"], num_furniture, num_edges, data["time"]
-                )
+                own, num_edges = data["history"], len(tables["edges"]["object"])
+                history = HomeHistory.from_json(own, num_furniture, num_edges, data["time"])
             week, num_objects = data.get("week", {}), len(data["descriptions"])
             history.week = WeekHours.from_json(week, num_furniture, num_objects)
             content = cls(
@@ -231,15 +215,12 @@ class MemoryContent:
             read_words("description", name)
             _check_between("time of a look", [time], 0, self.time)
             if furniture not in layout.furniture or not 0 < count < MAX_TIME:
-                raise ValueError(
-                    f"no {shorten(count)} looks for {shorten(name)} at furniture "
-                    f"{shorten(furniture)}"
-                )
+                place = shorten(furniture)
+                raise ValueError(f"no {shorten(count)} looks for {shorten(name)} at {place}")
         _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
-        texts = [*self.labels, *layout.room_labels]
+        texts = [*self.labels, *layout.room_labels, *layout.furniture_labels]
         texts += [thing.description for thing in self.things]
-        for node in layout.furniture.values():
-            texts += [node.label, node.description]
+        texts += [node.description for node in layout.furniture.values()]
         for text in texts:
             read_words("name", text)
         words = {

@@ -39,46 +39,34 @@ class MemoryFiles:
         self._save(path)
 
     def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
-        """Write the memory to a file, and begin its log anew from there.
+        """Write the memory to a file, and begin its log anew from there; see `KeptHome.snapshot`.
 
         No call of another thread comes between the two: what the file holds and the lines of the
         new log are the memory. A process that is killed meanwhile leaves the old log whole, and
-        perhaps the new one (`sgm.memory.kept_home` reads both).
-
-        Args:
-            path: such as "home.sgm".
-            old_log: name for the log so far, beside the log.
-
-        Raises:
-            ValueError: if the memory has no log, another one has it now, or a memory of another
-                process saved the file, and still lives.
-            OSError: if the disk does not take the new log or the file. Without the file, the new
-                log alone is the memory.
+        perhaps the new one. Without a log, ValueError is raised, and errors as of `save`; when the
+        file was not written, the new log alone is the memory.
         """
         if self._log is None:
             raise ValueError(
                 f"memory must have a log to begin anew, got none for {path}. Give log= when it is "
                 "made or loaded."
             )
-        self._save(path, self._log, Path(old_log))
+        self._save(path, Path(old_log))
 
-    def _save(self, path: str | Path, log: LookLog | None = None, old: Path | None = None) -> None:
+    def _save(self, path: str | Path, old_log: Path | None = None) -> None:
         # Of two saves the later one lasts; no other call waits for the disk.
         with self._saving, SaveLock.hold(path) as lock:
             with self._lock:
                 content = self._state.get_content_to_save().copy()
-                if log is not None and old is not None:
-                    log.rotate(old, content)
+                if self._log is not None and old_log is not None:
+                    self._log.rotate(old_log, content)
             save_content(path, content.to_json())
             self._save_lock = lock
 
     def sync_log(self) -> None:
-        """Have the disk take all that is in the log, so that it survives a loss of power.
+        """Have the disk take all of the log, to survive a loss of power; raises OSError if not.
 
         What was changed before this call survives a kill of the process without it.
-
-        Raises:
-            OSError: if the disk does not take it.
         """
         if self._log is not None:
             self._log.sync()

@@ -190,7 +190,7 @@ class MemoryLayout(MemoryFiles):
         with self._lock:
             self._state.layout.check_room(room)
             self._write("remove_room", room=room)
-            self._state.remove(rooms=[room])
+            self._state.take(self._state.get_content().remove(rooms=[room]))
 
     def remove_furniture(self, furniture: int) -> None:
         """Remove a furniture node and all its edges; the objects that were seen there stay.
@@ -206,7 +206,7 @@ class MemoryLayout(MemoryFiles):
             self._state.layout.check_furniture(furniture)
             about: dict[str, Any] = {} if by is None else {"by": by}
             self._write("remove_furniture", furniture=furniture, **about)
-            self._state.remove(furniture=[furniture])
+            self._state.take(self._state.get_content().remove(furniture=[furniture]))
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node, "white fridge in kitchen".

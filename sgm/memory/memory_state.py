@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sgm.layout.layout import FurnitureNames, Layout
-from sgm.memory.clock import Clock, make_clock_rows
+from sgm.layout.layout import FurnitureNames
+from sgm.memory.clock import make_clock_rows
 from sgm.memory.coverage import Coverage
 from sgm.memory.frame_watch import MOST_LOOKS
 from sgm.memory.look_weights import SURE
@@ -17,7 +17,6 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
 from sgm.memory.same_things import find_roots, fuse
-from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.memory.step_log import StepLog, StepLook
 from sgm.memory.table_content import fill_tables, view_tables
@@ -49,17 +48,9 @@ class MemoryState:
         version: another object after each change of the batch.
     """
 
-    vocabulary: Vocabulary
-    clock: Clock | None
-    layout: Layout
-    things: ThingRows
-    has_merged: bool
     step: StepLog
     sought: dict[tuple[str, int], tuple[float, int]]
-    score_calibration: ScoreCalibration | None
-    asked: int | None
     version: object
-    _batch: MemoryBatch
     _is_layout_new: bool  # whether the batch has yet to take it over
     _furniture: FurnitureNames | None
 
@@ -282,15 +273,6 @@ class MemoryState:
                 text for text in content.labels[len(HOME_LABELS) :] if text not in gone
             )
             self.take(replace(content, labels=labels))
-
-    def remove(
-        self,
-        rooms: Collection[int] = (),
-        furniture: Collection[int] = (),
-        objects: Collection[int] = (),
-    ) -> None:
-        """Forget rooms and furniture by id and objects by row, with all their edges."""
-        self.take(self.get_content().remove(rooms, furniture, objects))
 
     def query(self, description: str) -> Queries:
         """Open the hypothetical edges of an object until the next step."""

@@ -26,24 +26,19 @@ class Queries:
 
     def join(self, others: Queries) -> Queries:
         """Return these queries, and others after them."""
+        both, more = (self, others), None
+        if any(one.more_asked is not None for one in both):
+            none = [np.zeros(len(one.home), dtype=np.int64) for one in both]
+            counts = zip((one.more_asked for one in both), none, strict=True)
+            more = np.concatenate([own if given is None else given for given, own in counts])
         return Queries(
             np.append(self.home, others.home),
             np.append(self.object, others.object),
             np.concatenate([self.prior, others.prior]),
-            _join_counts(self, others),
+            more,
         )
 
     def take(self, rows: np.ndarray) -> Queries:
         """Return some of the queries, (n,)."""
         more = None if self.more_asked is None else self.more_asked[rows]
         return Queries(self.home[rows], self.object[rows], self.prior[rows], more)
-
-
-def _join_counts(first: Queries, second: Queries) -> np.ndarray | None:
-    if first.more_asked is None and second.more_asked is None:
-        return None
-    counts = (
-        np.zeros(len(one.home), dtype=np.int64) if one.more_asked is None else one.more_asked
-        for one in (first, second)
-    )
-    return np.concatenate(list(counts))

@@ -12,7 +12,6 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
 from sgm.memory.seen_and_said import get_last_said, get_statements, list_places
-from sgm.memory.sighting import SeenAt
 from sgm.memory.statement import Statement
 from sgm.names.words import read_words
 
@@ -23,14 +22,7 @@ _NOTHING_SAID = -2  # as a place
 def ask(
     state: MemoryState, descriptions: Sequence[str], before_looks: bool, later: int = 0
 ) -> Asked:
-    """Ask for objects; see `SceneGraphMemory.ask`.
-
-    Args:
-        state: of the memory.
-        descriptions: names or ids.
-        before_looks: whether of the memory as it was before the looks of this step.
-        later: time steps until then.
-    """
+    """Ask for objects by names or ids, time steps later; see `SceneGraphMemory.ask`."""
     snapshot, step = state.get_snapshot(), state.step
     current = state.share(snapshot)
     current.time += later
@@ -55,6 +47,11 @@ def ask(
     is_asked = np.zeros(len(current.objects) + 1, dtype=bool)
     is_asked[known] = True  # -1, what it does not know, is the last one
     edges = np.flatnonzero(is_asked[current.edges["object"]])
+    sightings = [
+        seen
+        for row in known[known >= 0].tolist()
+        for seen in list_places(state, row, current, edges)
+    ]
     return Asked(
         batch=batch,
         origin=origin,
@@ -70,7 +67,7 @@ def ask(
         descriptions=state.things.descriptions,
         looks=_list_looks(state, batch, current, queries, is_known, known, words, said),
         num_instances=np.maximum(at_once[known], 1),
-        sightings=_list_sightings(state, current, known[known >= 0].tolist(), edges),
+        sightings=tuple(sorted(sightings, key=lambda seen: -seen.time)),
         furniture_ids=state.furniture.ids,
         furniture_names=state.furniture.names,
         open_costs=state.furniture.open_costs,
@@ -103,14 +100,6 @@ def _has_several_names(state: MemoryState, row: int) -> bool:
     return bool(state.things[row].id) or len(state.list_members(row)) > 1
 
 
-def _list_sightings(
-    state: MemoryState, current: MemoryBatch, rows: Sequence[int], edges: np.ndarray
-) -> tuple[SeenAt, ...]:
-    """List every place where one of some objects was ever seen, the latest first."""
-    found = [seen for row in rows for seen in list_places(state, row, current, edges)]
-    return tuple(sorted(found, key=lambda seen: -seen.time))
-
-
 def _list_looks(
     state: MemoryState,
     batch: MemoryBatch,
@@ -123,15 +112,9 @@ def _list_looks(
 ) -> Looks:
     """List what all looks say about K objects.
 
-    Args:
-        state: of the memory.
-        batch: the memory before the looks of this step.
-        current: the memory at the time step that is asked about.
-        queries: the objects in `batch`.
-        is_known: which of them were there before the looks, bool (K,).
-        rows: of the objects in `current`, -1 for what it does not know, (K,).
-        words: of their descriptions.
-        said: the last statement about each that no look has shown since.
+    They are `queries` in the memory before the looks of this step, where `is_known` (K,), and
+    `rows` (K,) in the memory at the time that is asked about, -1 for what that does not know.
+    `said` has the last statement about each that no look has shown since.
     """
     now, step, position = current.time, state.step, state.furniture.position
     share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
@@ -171,14 +154,7 @@ def _list_looks(
             elif other in names:
                 sought[number, position[furniture]] = count
                 sought_ago[number, position[furniture]] = now - time
-    return Looks(
-        negative=negative,
-        steps_ago=steps_ago,
-        sought=sought,
-        sought_ago=sought_ago,
-        seen=seen,
-        is_remembered=is_remembered,
-    )
+    return Looks(negative, steps_ago, sought, sought_ago, seen, is_remembered)
 
 
 @kernel

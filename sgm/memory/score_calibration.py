@@ -42,11 +42,7 @@ class ScoreCalibration:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check both.
-
-        Raises:
-            ValueError: if one is no number, or out of range.
-        """
+        """Raise ValueError for what is no number, or out of range."""
         if not is_number(self.slope) or not 0 < self.slope <= _MOST_SLOPE:
             raise ValueError(
                 f"slope must be above 0 and at most {_MOST_SLOPE:g}, got {shorten(self.slope)}. "
@@ -111,11 +107,7 @@ class ScoreCalibration:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> ScoreCalibration:
-        """Read JSON values.
-
-        Raises:
-            KeyError, TypeError, ValueError: if they are none of a calibration.
-        """
+        """Read JSON values; raises KeyError, TypeError or ValueError if they are none."""
         return cls(data["slope"], data["offset"])
 
 

@@ -45,13 +45,7 @@ def list_places(
     """List every place where the object of a row was ever seen, the latest first.
 
     Of one time step, the place of which was spoken last comes first, after one that a look has
-    shown since.
-
-    Args:
-        state: of the memory.
-        row: of the object.
-        fused: from `fuse_batch`.
-        edges: rows of edges among which its own are; None for all.
+    shown since. `fused` is from `fuse_batch`, and its own `edges` are among some rows, or all.
     """
     among = np.arange(len(fused.edges)) if edges is None else edges
     own = among[fused.edges["object"][among] == row]
@@ -74,12 +68,8 @@ def list_said_by(
 ) -> dict[tuple[int, int | None], str]:
     """Return who said that an object is somewhere, by time step and furniture.
 
-    Where a look has shown it there in the same time step, it was seen.
-
-    Args:
-        state: of the memory.
-        row: of the object.
-        fused: from `fuse_batch`.
+    Where a look has shown it there in the same time step, it was seen. `fused` is from
+    `fuse_batch`.
     """
     statements = get_statements(state, row).statements
     if not statements:

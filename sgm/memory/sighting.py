@@ -21,11 +21,7 @@ MOST_NUMBERS = 4096  # of an embedding
 
 
 def read_relation(relation: str | None) -> str:
-    """Return "in" or "onTop", however it is written: "IN", "inside", "on", "on top", "onTop".
-
-    Raises:
-        ValueError: if it is none of these.
-    """
+    """Return "in" or "onTop", however it is written ("IN", "on top"); raises ValueError if not."""
     known = None
     if isinstance(relation, str):
         known = _BY_LETTERS.get(relation.casefold().replace(" ", "").replace("_", ""))
@@ -38,11 +34,7 @@ def read_relation(relation: str | None) -> str:
 
 
 def read_id(value: Any) -> str:
-    """Return the id of a thing as text; trackers may count.
-
-    Raises:
-        ValueError: if it is empty, too long, or no text or whole number.
-    """
+    """Return the id of a thing as text, of a short text or a number; others raise ValueError."""
     is_number = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     text = str(value) if is_number else value
     if not isinstance(text, str) or not text.isprintable() or not 0 < len(text) <= MAX_LENGTH:
@@ -54,11 +46,7 @@ def read_id(value: Any) -> str:
 
 
 def read_embedding(values: Any) -> tuple[float, ...]:
-    """Return an embedding as numbers; empty without one.
-
-    Raises:
-        ValueError: if it is no row of finite numbers, or none of them is other than 0.
-    """
+    """Return an embedding as numbers, empty without one; raises ValueError for what is none."""
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -98,12 +86,7 @@ class Sighting:
     embedding: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ValueError: if the description is no name (`read_words`), the relation unknown, the
-                confidence no probability, the id no text or number, or the embedding no vector.
-        """
+        """Raise ValueError for a name, relation, confidence, id or embedding that is none."""
         read_words("description", self.description)
         if self.owner is not None:
             owner = read_words("owner", self.owner)
@@ -155,15 +138,7 @@ class SeenAt:
 
 
 def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:
-    """Return what a look showed.
-
-    Args:
-        seen: sightings.
-        place: where, for the message.
-
-    Raises:
-        TypeError: if it holds something else.
-    """
+    """Return what a look showed at a place; anything but sightings raises TypeError."""
     if not isinstance(seen, Iterable):
         raise TypeError(
             f"seen must hold Sighting objects, got {shorten(seen)} at {place}. Write [] where "
@@ -180,15 +155,9 @@ def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]
 
 
 def read_hidden(hidden: Iterable[str], place: str) -> tuple[str, ...]:
-    """Return the descriptions of what a look had out of view.
+    """Return the descriptions of what a look at a place had out of view.
 
-    Args:
-        hidden: descriptions.
-        place: where, for the message.
-
-    Raises:
-        TypeError: if it is no list.
-        ValueError: if one is no name (`read_words`).
+    What is no list raises TypeError, what is no name ValueError.
     """
     if isinstance(hidden, str) or not isinstance(hidden, Iterable):
         raise TypeError(

@@ -60,11 +60,7 @@ class Statement:
 
     @classmethod
     def from_json(cls, data: Any, furniture: Collection[int], time: int) -> Statement:
-        """Read JSON values of a memory with this furniture, at a time step.
-
-        Raises:
-            TypeError, ValueError: if they are none of a statement.
-        """
+        """Read JSON values of a memory with this furniture; raises TypeError or ValueError."""
         said, kind, place, relation, by, confidence, was_at, num_observed = data
         is_held = kind == "picked_up"
         if (
@@ -83,8 +79,7 @@ class Statement:
 def read_confidence(confidence: float | None, by: str) -> float:
     """Return how far a statement is believed; None for the default of people or the robot.
 
-    Raises:
-        ValueError: if it is no probability, or says that the opposite is likelier.
+    What is no probability, or says that the opposite is likelier, raises ValueError.
     """
     if confidence is None:
         return ROBOT_CONFIDENCE if by == ROBOT else PERSON_CONFIDENCE

@@ -40,11 +40,7 @@ class StepLook:
 
     @classmethod
     def from_json(cls, data: Any) -> StepLook:
-        """Read JSON values.
-
-        Raises:
-            TypeError, ValueError: if they are none of a look.
-        """
+        """Read JSON values; raises TypeError or ValueError if they are none of a look."""
         furniture, share, seen, *hidden = data
         coverage = parse_coverage(share)
         if not isinstance(furniture, int) or not 0 < max(split_coverage(coverage)) <= 1:
@@ -63,7 +59,7 @@ class StepLog:
 
     Attributes:
         before: the memory before the first of them; None without any.
-        num_labels, num_objects: labels and objects that there were then.
+        num_objects: objects that there were then.
         looks: in order.
         of_place: numbers of the looks at each furniture id.
         counted: looks at each, weighed by their coverage.
@@ -77,7 +73,6 @@ class StepLog:
     """
 
     before: MemoryBatch | None = None
-    num_labels: int = 0
     num_objects: int = 0
     looks: list[StepLook] = field(default_factory=list)
     of_place: dict[int, list[int]] = field(default_factory=dict)
@@ -93,7 +88,6 @@ class StepLog:
     def begin(self, before: MemoryBatch, origin: object, asked: int | None) -> None:
         """Keep a copy of the memory as it is, before the first look."""
         self.before, self.origin, self.asked = before, origin, asked
-        self.num_labels = len(before.labels)
         self.num_objects = len(before.objects)
 
     def note_query(self, description: str) -> None:
@@ -138,14 +132,9 @@ class StepLog:
     ) -> dict[int, float]:
         """Return the coverage of the looks that did not show an object, by furniture id.
 
-        Where it was seen in this step, surely or not, these are the looks since.
-
-        Args:
-            row: of the object.
-            words: of its description.
-            share: how likely it is "in" and "onTop" of the furniture that it is at, (F, 2); None
-                where no look was `looks_by_relation`.
-            position: which row of these is that of a furniture id.
+        Where it was seen in this step, surely or not, these are the looks since. `share` is how
+        likely it is "in" and "onTop" of the furniture that it is at, (F, 2) by `position`; None
+        where no look was `looks_by_relation`.
         """
         found, name = self.num_until_seen.get(row, {}), read_name(words)
         negative: dict[int, float] = {}

@@ -19,11 +19,7 @@ _FIRST_VERSION = 1
 
 
 def save_content(path: str | Path, data: dict[str, Any]) -> None:
-    """Write a memory to a file; an older file is replaced only when the new one is whole.
-
-    Args:
-        path: of the file.
-        data: `MemoryContent.to_json`.
+    """Write `MemoryContent.to_json` to a file; an older file is replaced only by a whole new one.
 
     Raises:
         OSError: if the folder does not exist or the disk does not take it.

@@ -46,11 +46,7 @@ def fill_tables(tables: Mapping[str, Table], content: Tables) -> None:
 
 
 def keep_rows(content: Tables, kept: Mapping[str, np.ndarray]) -> tuple[Tables, np.ndarray]:
-    """Leave out rows of furniture and objects, and the edges that lead to them.
-
-    Args:
-        content: tables.
-        kept: what stays, bool (n,) by table.
+    """Leave out rows of furniture and objects that are not `kept`, and the edges to them.
 
     Returns:
         The tables, where rows are named by their new positions, and which edges stay, bool (E,).
@@ -96,9 +92,7 @@ def write_tables(content: Tables) -> dict[str, dict[str, list[float]]]:
 def read_tables(data: Mapping[str, Any], num_furniture: int) -> Tables:
     """Read what `write_tables` returned, or an earlier version.
 
-    Raises:
-        ValueError: if a column is of another kind.
-        KeyError, TypeError: if one is missing.
+    Missing columns raise KeyError or TypeError, and those of another kind ValueError.
     """
     content: dict[str, dict[str, np.ndarray]] = {}
     for table in TABLES:
@@ -118,16 +112,7 @@ def read_tables(data: Mapping[str, Any], num_furniture: int) -> Tables:
 
 
 def check_tables(content: Tables, num_rows: Mapping[str, int], time: int) -> None:
-    """Check that every column has all rows, within its bounds.
-
-    Args:
-        content: tables.
-        num_rows: of each table.
-        time: step.
-
-    Raises:
-        ValueError: if one does not.
-    """
+    """Raise ValueError unless every column has all rows of its table, within its bounds."""
     for table, columns in content.items():
         for column in list_written(table):
             values = columns[column.name]

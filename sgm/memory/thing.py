@@ -70,46 +70,31 @@ class Thing:
 
 def write_things(things: tuple[Thing, ...]) -> dict[str, Any]:
     """Return JSON values of things beside their descriptions, where there are any, by position."""
-    written: dict[str, dict[int, Any]] = {
-        "ids": {number: thing.id for number, thing in enumerate(things) if thing.id},
-        "embeddings": {
-            number: list(thing.embedding) for number, thing in enumerate(things) if thing.embedding
-        },
-        "statements": {
-            number: [statement.to_json() for statement in thing.statements]
-            for number, thing in enumerate(things)
-            if thing.statements
-        },
-    }
-    return {
-        name: [[number, value] for number, value in values.items()]
-        for name, values in written.items()
-        if values
-    }
+    written: dict[str, list[Any]] = {"ids": [], "embeddings": [], "statements": []}
+    for number, thing in enumerate(things):
+        if thing.id:
+            written["ids"].append([number, thing.id])
+        if thing.embedding:
+            written["embeddings"].append([number, list(thing.embedding)])
+        if thing.statements:
+            said = [statement.to_json() for statement in thing.statements]
+            written["statements"].append([number, said])
+    return {name: rows for name, rows in written.items() if rows}
 
 
 def read_things(data: Mapping[str, Any]) -> tuple[Thing, ...]:
-    """Read things.
-
-    Raises:
-        ValueError: if a part does not fit the others.
-        KeyError, TypeError: if a part is missing, or of another kind.
-    """
+    """Read things; parts that do not fit raise ValueError, missing ones KeyError or TypeError."""
     furniture = {number for number, *_ in data["furniture"]}
     ids, embeddings = dict(data.get("ids", ())), dict(data.get("embeddings", ()))
     statements = {
         number: tuple(Statement.from_json(one, furniture, data["time"]) for one in own)
         for number, own in data.get("statements", ())
     }
-    numbers = range(len(data["descriptions"]))
-    if not {*ids, *embeddings, *statements} <= set(numbers):
+    if not {*ids, *embeddings, *statements} <= set(range(len(data["descriptions"]))):
         raise ValueError("ids, embeddings or statements of a thing that is not there")
-    return tuple(
-        Thing(
-            description,
-            read_id(ids[number]) if number in ids else "",
-            statements.get(number, ()),
-            read_embedding(embeddings.get(number, ())),
-        )
-        for number, description in zip(numbers, data["descriptions"], strict=True)
-    )
+    things = []
+    for number, description in enumerate(data["descriptions"]):
+        own = read_id(ids[number]) if number in ids else ""
+        embedding = read_embedding(embeddings.get(number, ()))
+        things.append(Thing(description, own, statements.get(number, ()), embedding))
+    return tuple(things)

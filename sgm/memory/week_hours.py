@@ -67,16 +67,10 @@ class WeekHours:
         seen: np.ndarray,
         num_objects: int,
     ) -> None:
-        """Count one look in each of some homes.
+        """Count one look in each of some homes (n,), and the objects (m,) that were seen.
 
-        Args:
-            clock: of all homes, nan where it is unknown, (H, 2).
-            time: time step.
-            home: that looked, each once, (n,).
-            furniture: that each looked at, (n,).
-            seen_home: home of every object that was seen, (m,).
-            seen: rows of these objects, each once, (m,).
-            num_objects: rows so far.
+        Each home and object is there once. The clock is of all homes, nan where it is unknown, (H, 2);
+        `num_objects` are rows so far.
         """
         hour = compute_week_hours(clock, time)  # (H,)
         is_known = hour[home] >= 0
@@ -111,12 +105,7 @@ class WeekHours:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any], num_furniture: int, num_objects: int) -> WeekHours:
-        """Read JSON values of a home with F furniture nodes and O objects.
-
-        Raises:
-            ValueError: if they do not fit the home.
-            TypeError: if a part is of the wrong kind.
-        """
+        """Read JSON values; raises ValueError or TypeError if they fit no such home."""
         hours, read = cls(1, num_furniture), []
         for name, num_rows in (("looks", num_furniture), ("seen", num_objects)):
             limits = (num_rows, NUM_WEEK_HOURS, _MOST + 1)
@@ -131,9 +120,7 @@ class WeekHours:
 def compute_week_hours(clock: np.ndarray, time: int | np.ndarray) -> np.ndarray:
     """Return which of `NUM_WEEK_HOURS` time steps begin in, int64 (n,), -1 where it is unknown.
 
-    Args:
-        clock: of the home of each, nan where it has none, (n, 2).
-        time: time step of each, (n,), or one for all.
+    The clock is that of the home of each, nan where it has none, (n, 2); time (n,) or one for all.
     """
     seconds = compute_week_seconds(clock, np.broadcast_to(time, len(clock)))
     is_known = ~np.isnan(seconds)
