@@ -22,12 +22,7 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
     Volumes are dilated by `dilation` and twice the standard deviation of the thing. Of those that
     contain all of it or its middle, the one is taken whose supporting surface is nearest to the
     lower side of the thing; inside there may be a board at any height. Of equally near ones, the
-    one whose middle is nearest.
-
-    Args:
-        scene: the boxes.
-        located: the things.
-        dilation: metres.
+    one whose middle is nearest. `dilation` is in metres.
     """
     volumes = scene.list_volumes()
     if not len(volumes) or not len(located.detections):
@@ -65,14 +60,8 @@ def assign_by_ray(
     """Return the volume of a thing without a depth, -1 for none, and where it stands.
 
     The ray through the lower side of its box ends on the surface that it stands on: the first box
-    that it meets. Through an upper side that is on top; through the open front it is inside.
-
-    Args:
-        scene: the boxes.
-        view: of the frame.
-        detection: with a box in pixels.
-        dilation: metres below the upper side at which a thing is still on top.
-        farthest: distance at which things are seen, metres.
+    that it meets. Through an upper side that is on top, from `dilation` metres below it on; through
+    the open front it is inside. Things are seen up to the distance `farthest`, in metres.
     """
     assert detection.box is not None
     left, top, right, bottom = detection.box

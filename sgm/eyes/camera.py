@@ -40,11 +40,7 @@ class Intrinsics:
     height: int
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ValueError: if no image could have them.
-        """
+        """Raise ValueError for what no image could have."""
         values = (self.fx, self.fy, self.cx, self.cy)
         lengths = read_numbers("fx, fy, cx, cy of intrinsics", values, (4,))[:2]
         if lengths.min() <= 0:
@@ -61,12 +57,7 @@ class Intrinsics:
 
     @classmethod
     def from_matrix(cls, matrix: Any, width: int, height: int) -> Intrinsics:
-        """Return those of a camera matrix, such as `k` of ROS's CameraInfo.
-
-        Args:
-            matrix: nine numbers, row by row, or (3, 3).
-            width: pixels of the image.
-            height: pixels of the image.
+        """Return those of a camera matrix, such as `k` of ROS's CameraInfo: (9,) or (3, 3).
 
         Raises:
             ValueError: if it is no such matrix, or singular.
@@ -114,11 +105,7 @@ class Pose:
     angle_sd: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ValueError: if the rotation is none, or a value is not finite.
-        """
+        """Raise ValueError for a rotation that is none, or a value that is not finite."""
         rotation = read_numbers("rotation", self.rotation, (3, 3))
         position = read_numbers("position of a camera", self.position, (3,))
         is_rotation = np.abs(rotation @ rotation.T - _UNIT).max() <= _SKEW
@@ -156,11 +143,7 @@ class Pose:
     ) -> Pose:
         """Return that of a transform as tf2 gives it, from the optical frame to the map.
 
-        Args:
-            position: x, y, z.
-            quaternion: x, y, z, w.
-            position_sd: as of the class.
-            angle_sd: as of the class.
+        The position is x, y, z, the quaternion x, y, z, w.
 
         Raises:
             ValueError: if the quaternion is zero, or a value is not finite.

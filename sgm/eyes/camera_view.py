@@ -32,15 +32,7 @@ class CameraView:
         depth: DepthImage | None,
         reach: tuple[float, float],
     ) -> None:
-        """Look at a scene.
-
-        Args:
-            scene: the boxes.
-            pose: of the camera.
-            intrinsics: of the camera.
-            depth: its depth image; None for none.
-            reach: nearest and farthest distance at which things are detected.
-        """
+        """Look at a scene; `reach` is the nearest and farthest distance that things are seen at."""
         self.pose, self.intrinsics = pose, intrinsics
         self.has_depth = depth is not None
         self._scene, self._reach, self._depth = scene, reach, depth
@@ -60,16 +52,11 @@ class CameraView:
     def find_seen_points(
         self, volumes: np.ndarray, margin: float, known: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Find the points of volumes that are in view.
-
-        Args:
-            volumes: those that can be looked into, (v,).
-            margin: metres that a point may lie behind what was measured.
-            known: which points need not be looked at, bool (v, n).
+        """Find the points of volumes (v,) that are in view, or `margin` metres behind what is.
 
         Returns:
             The volumes of which something may be in view, (k,), and how far each of their points
-            is, as `compute_seen` says, 0 for those that need not be looked at, (k, n).
+            is, as `compute_seen` says, (k, n); 0 for those that are `known`, (v, n).
         """
         scene = self._scene
         nearest, _ = self._reach
@@ -159,10 +146,8 @@ class CameraView:
 
 def _make_planes(intrinsics: Intrinsics) -> np.ndarray:
     """Return the normals of the sides of the image's cone, inwards, and forward, (5, 3)."""
-    left, right = (
-        (column - intrinsics.cx) / intrinsics.fx for column in (-0.5, intrinsics.width - 0.5)
-    )
-    top, bottom = ((row - intrinsics.cy) / intrinsics.fy for row in (-0.5, intrinsics.height - 0.5))
+    ends = np.array([[-0.5, -0.5], [intrinsics.width - 0.5, intrinsics.height - 0.5]])
+    (left, top), (right, bottom) = intrinsics.unproject(ends, np.ones(2))[:, :2]
     planes = np.array(
         [[1, 0, -left], [-1, 0, right], [0, 1, -top], [0, -1, bottom], [0, 0, 1]], dtype=float
     )

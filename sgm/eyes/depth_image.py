@@ -22,11 +22,7 @@ class DepthImage:
     """
 
     def __init__(self, depth: Any, intrinsics: Intrinsics) -> None:
-        """Take an image.
-
-        Args:
-            depth: in metres, or in millimetres if they are whole numbers, (height, width).
-            intrinsics: of the camera.
+        """Take an image in metres, or in millimetres if they are whole numbers, (height, width).
 
         Raises:
             ValueError: if it is none, or has another size than the camera.
@@ -41,11 +37,7 @@ class DepthImage:
         self._depth = read / 1000 if read.dtype.kind in "ui" else read
 
     def compute_share(self, pixels: np.ndarray, away: np.ndarray) -> np.ndarray:
-        """Return the weight of the pixels around (n, 2) that measured at least z (n,), (n,).
-
-        Raises:
-            ValueError: if a depth has another unit.
-        """
+        """Return the weight of the pixels around (n, 2) that measured at least z (n,), (n,)."""
         height, width = self._depth.shape
         corner = np.floor(pixels).astype(int)
         right, down = (pixels - corner).T
@@ -62,11 +54,7 @@ class DepthImage:
         return np.where(known > _LEAST_WEIGHT, shown / np.maximum(known, _LEAST_WEIGHT), 0.0)
 
     def read(self, pixels: np.ndarray) -> np.ndarray:
-        """Return the depth at pixels (n, 2), -inf where nothing was measured, (n,).
-
-        Raises:
-            ValueError: if a depth has another unit.
-        """
+        """Return the depth at pixels (n, 2), -inf where nothing was measured, (n,)."""
         columns, rows = self._round(pixels)
         depth = self._depth[rows, columns]
         depth = np.where(depth > 0, depth, -np.inf)  # nan, too
@@ -79,11 +67,7 @@ class DepthImage:
         The depth is the median of a patch of 5 x 5 pixels over the inner part of each box, nan
         where there is none. Boxes are right to a pixel or so: the standard deviation is half the
         range of what was measured a pixel beside the middle. Of what is smaller than that, or is
-        seen at a flat angle, a pixel away is another depth.
-
-        Args:
-            boxes: left, top, right, bottom.
-            farthest: depth that all counts as that is farther, metres.
+        seen at a flat angle, a pixel away is another depth. What is farther counts as `farthest`.
         """
         middle, side = (boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2]
         patch = self._read_patches(middle[:, None] + side[:, None] * _PATCH[:, None])

@@ -34,12 +34,7 @@ class Detection:
     embedding: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ValueError: if the name is none, the score no probability, a number not finite, or it
-                is said of no place.
-        """
+        """Raise ValueError for a name, score or number that is none, or a thing of no place."""
         read_words("name of a detection", self.name)
         check_shares(**{f"score of {shorten(self.name)}": self.score})
         object.__setattr__(self, "score", float(self.score))

@@ -39,11 +39,7 @@ class Gate:
     least_score: float = 0.1
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ValueError: if one is negative, or the farthest distance not beyond the nearest.
-        """
+        """Raise ValueError for what is negative, or a farthest distance within the nearest."""
         check_at_least(
             0, most_position_sd=self.most_position_sd, most_angle_sd=self.most_angle_sd,
             most_speed=self.most_speed, most_turn=self.most_turn, most_age=self.most_age,
@@ -59,13 +55,9 @@ class Gate:
     def find_fault(
         self, time: float, pose: Pose | None, age: float, before: tuple[float, Pose] | None
     ) -> str:
-        """Say why a frame is left out, "" if it is good.
+        """Say why a frame at a time is left out, "" if it is good; `before` is the last such.
 
-        Args:
-            time: of the image, seconds.
-            pose: of the camera; None if no transform was found.
-            age: seconds between image and pose.
-            before: time and pose of the frame before it; None if there is none.
+        The age is in seconds between image and pose, which is None if no transform was found.
         """
         if pose is None:
             return "no transform"
@@ -76,16 +68,12 @@ class Gate:
         if before is not None and time > before[0]:
             seconds = time - before[0]
             moved = float(np.linalg.norm(pose.position - before[1].position))
-            turned = compute_angle(pose, before[1])
+            # Of the trace of R1' R2.
+            cosine = float((np.sum(pose.rotation * before[1].rotation) - 1) / 2)
+            turned = math.acos(min(max(cosine, -1.0), 1.0))
             # A pose that is uncertain jumps about where the camera stands still.
             moved -= _JUMP * math.hypot(pose.position_sd, before[1].position_sd)
             turned -= _JUMP * math.hypot(pose.angle_sd, before[1].angle_sd)
             if moved > self.most_speed * seconds or turned > self.most_turn * seconds:
                 return "camera too fast"
         return ""
-
-
-def compute_angle(one: Pose, other: Pose) -> float:
-    """Return the angle by which a camera turned from one pose to another, radians."""
-    cosine = (np.sum(one.rotation * other.rotation) - 1) / 2  # of the trace of R1' R2
-    return math.acos(min(max(float(cosine), -1.0), 1.0))

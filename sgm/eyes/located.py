@@ -11,7 +11,7 @@ from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection
 
 _MOST_RADIUS = 0.25  # metres: what a box in pixels is wider than that may be two things, or a part
-_USUAL_SIZE = (0.04, 0.04, 0.1)  # half of length and width, and the height, where they are unknown
+_USUAL_SIZE = (0.08, 0.08, 0.1)  # metres, where it is unknown
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,10 +71,6 @@ def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, 
     A thing in the image begins at the depth in the middle of its box, and its middle lies behind
     that by half of how thick it is along the ray.
 
-    Args:
-        view: of the frame.
-        detections: of the frame.
-
     Returns:
         Those with a place, and those without: no center, and no depth there.
     """
@@ -86,10 +82,10 @@ def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, 
     lost = [one for one, known in zip(with_box, is_known, strict=True) if not known]
     center, radius, height = _locate_boxes(view, boxes[is_known], depth[is_known])
     own = [one for one in detections if one.center is not None]
-    size = [_read_size(one) for one in own]
     center = np.vstack([center, np.array([one.center for one in own]).reshape(-1, 3)])
-    radius = np.append(radius, [(length + width) / 2 for length, width, _ in size])
-    height = np.append(height, [tall for _, _, tall in size])
+    size = np.array([one.size or _USUAL_SIZE for one in own]).reshape(-1, 3)
+    radius = np.append(radius, (size[:, 0] / 2 + size[:, 1] / 2) / 2)
+    height = np.append(height, np.maximum(size[:, 2], 0.01))
     distance = np.linalg.norm(center - view.pose.position, axis=1)
     sd = view.pose.compute_sd(distance)
     depth_sd = np.append(depth_sd[is_known], np.zeros(len(own)))
@@ -118,19 +114,8 @@ def _locate_boxes(
 def compute_half_chord(ray: np.ndarray, radius: np.ndarray, height: np.ndarray) -> np.ndarray:
     """Return half of how thick ellipsoids are along rays through their middles, metres, (k,).
 
-    Args:
-        ray: directions of length 1, (k, 3).
-        radius: half axes in the plane, (k,).
-        height: full axes upwards, (k,).
+    The rays are of length 1, (k, 3), radii half axes in the plane, heights full axes upwards, (k,).
     """
     flat = np.hypot(ray[:, 0], ray[:, 1]) / np.maximum(radius, 1e-3)
     up = ray[:, 2] / np.maximum(height / 2, 1e-3)
     return 1 / np.hypot(flat, up)
-
-
-def _read_size(detection: Detection) -> tuple[float, float, float]:
-    """Return half the length, half the width, and the height."""
-    if detection.size is None:
-        return _USUAL_SIZE
-    length, width, height = detection.size
-    return length / 2, width / 2, max(height, 0.01)

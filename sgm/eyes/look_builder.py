@@ -77,13 +77,9 @@ class LookBuilder:
         self._before: tuple[float, Pose] | None = None
         self._time = -math.inf
         self._frame = 0
-        self._spots = Spots()
-        self._begin(boxes)
-
-    def _begin(self, boxes: Mapping[int, Box]) -> None:
+        self._spots, self._tracks = Spots(), Tracks()
         self._scene = Scene(boxes, self._rules.num_points)
         self._visits = Visits(self._scene)
-        self._tracks = Tracks()
 
     @property
     def counts(self) -> dict[str, int]:
@@ -94,21 +90,6 @@ class LookBuilder:
     def unassigned(self) -> deque[Unassigned]:
         """The latest thousand detections that are at no known place."""
         return self._placing.unassigned
-
-    def set_boxes(self, boxes: Mapping[int, Box]) -> None:
-        """Go on with other furniture: all visits end, and doors stay as they are.
-
-        Raises:
-            TypeError: if the boxes are none.
-        """
-        self._end(self._visits.take_all())
-        ids, was_open = self._scene.ids, self._scene.is_open
-        self._begin(boxes)
-        for number, is_open in zip(ids, was_open, strict=True):
-            place = self._scene.index.get(number)
-            if place is not None and self._scene.has_door[place]:
-                self._scene.is_open[place] = is_open
-        self._spots.renumber([self._scene.index.get(number, -1) for number in ids])
 
     def set_open(self, furniture: int, is_open: bool = True) -> None:
         """Note that a door was opened, or shut: a shut place is not looked into.
@@ -213,16 +194,12 @@ class LookBuilder:
         most = 1.0 if visit.has_depth else self._rules.most_blind
         coverage = visit.points.compute_coverage(self._scene, visit.place, most)
         tracks = self._tracks.take(visit.place)
-        sure = [(track, track.compute_confidence()) for track in tracks]
-        sure = [
-            (track, sureness)
-            for track, sureness in sure
-            if sureness >= self._rules.least_confidence
-        ]
+        confidence = [track.compute_confidence() for track in tracks]
+        found = list(zip(tracks, confidence, strict=True))
+        sure = [row for row in found if row[1] >= self._rules.least_confidence]
         certain = [track for track, sureness in sure if sureness >= _SURE]
-        hidden = self._spots.renew(
-            visit.place, self._scene.boxes[visit.place].top, [track for track, _ in sure], certain
-        )
+        top = self._scene.boxes[visit.place].top
+        hidden = self._spots.renew(visit.place, top, [track for track, _ in sure], certain)
         if not sure and max(coverage.values()) < self._rules.least_coverage:
             return None
         seen = tuple(

@@ -37,11 +37,7 @@ class LookRules:
     most_blind: float = 0.7
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ValueError: if one is out of range.
-        """
+        """Raise ValueError for a number that is out of range."""
         check_at_least(
             0, margin=self.margin, through_margin=self.through_margin, dilation=self.dilation,
             pause=self.pause, longest=self.longest,

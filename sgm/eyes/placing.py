@@ -46,13 +46,9 @@ class Placing:
     def __init__(
         self, gate: Gate, dilation: float, counts: Counter[str], on_detection: OnDetection | None
     ) -> None:
-        """Begin without a detection.
+        """Begin without a detection; `counts` are kept up, `on_detection` is as in `LookBuilder`.
 
-        Args:
-            gate: which detections are good enough.
-            dilation: metres by which volumes are larger, beside the uncertainty of the pose.
-            counts: of what is left out; they are kept up.
-            on_detection: is given every detection that counts, see `LookBuilder`; None for no one.
+        Volumes are larger by `dilation` in metres, beside the uncertainty of the pose.
         """
         self.unassigned: deque[Unassigned] = deque(maxlen=_MOST_UNASSIGNED)
         self._gate, self._dilation = gate, dilation
@@ -61,17 +57,7 @@ class Placing:
     def place(
         self, scene: Scene, time: float, view: CameraView, detections: Sequence[Detection]
     ) -> Iterator[tuple[Detection, int, Measured]]:
-        """Go through the detections of a frame that are at a place.
-
-        Args:
-            scene: the boxes.
-            time: of the frame, seconds.
-            view: of the frame.
-            detections: of the frame.
-
-        Yields:
-            A detection, its volume, and where it was measured.
-        """
+        """Yield detections of a frame that are at a place, their volumes, and where they are."""
         self._counts["detections"] += len(detections)
         sure = [one for one in detections if one.score >= self._gate.least_score]
         self._counts["detections of low score"] += len(detections) - len(sure)

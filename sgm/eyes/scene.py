@@ -34,15 +34,7 @@ class Scene:
     """
 
     def __init__(self, boxes: Mapping[int, Box], num_points: int = 128) -> None:
-        """Take over boxes.
-
-        Args:
-            boxes: by furniture id.
-            num_points: n.
-
-        Raises:
-            TypeError: if they are none.
-        """
+        """Take over boxes by furniture id; raises TypeError for anything else."""
         if not isinstance(boxes, Mapping):
             raise TypeError(
                 f"boxes must be a mapping, got {shorten(boxes)}. Give boxes by furniture id."
@@ -86,12 +78,7 @@ class Scene:
         self.num_free = self.is_free.sum(axis=1)
 
     def set_open(self, furniture: int, is_open: bool) -> None:
-        """Note whether a door is open.
-
-        Raises:
-            KeyError: if there is no box of that id.
-            ValueError: if it has no door.
-        """
+        """Note whether a door is open; raises errors as `LookBuilder.set_open` says."""
         if furniture not in self.index:
             raise KeyError(
                 f"furniture must be the id of one with a box, got {shorten(furniture)}; there are "
@@ -125,13 +112,9 @@ def _make_rotation(yaw: float) -> np.ndarray:
 def compute_entries(
     scene: Scene, origin: np.ndarray, directions: np.ndarray, places: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where rays from a camera enter and leave boxes, in lengths of the directions.
+    """Return where rays from a camera (3,) enter and leave boxes (k,).
 
-    Args:
-        scene: the boxes.
-        origin: of all rays, (3,).
-        directions: (n, 3).
-        places: which boxes, (k,).
+    In lengths of the directions, (n, 3).
 
     Returns:
         (n, k) entry, 0 or less where the camera is inside, (n, k) exit, and (n, k) the own axis of

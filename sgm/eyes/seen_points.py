@@ -23,12 +23,7 @@ class SeenPoints:
     """
 
     def __init__(self, num_points: int, at: np.ndarray) -> None:
-        """Begin where the camera is.
-
-        Args:
-            num_points: n.
-            at: position of the camera, (3,).
-        """
+        """Begin where the camera is, (3,)."""
         shape = 2, num_points
         self.is_sure = np.zeros(shape, dtype=bool)
         self._stand = at
@@ -57,14 +52,9 @@ class SeenPoints:
         return is_seen
 
     def compute_coverage(self, scene: Scene, place: int, most: float = 1.0) -> dict[str, float]:
-        """Return the share in view of what is "in" and "onTop" of the place.
+        """Return the share in view of what is "in" and "onTop" of the place, `most` at most.
 
         Where there is no inside, that is the share of the upper side: nothing else is to be seen.
-
-        Args:
-            scene: the boxes.
-            place: its number in the scene.
-            most: bound of both.
         """
         num_free = np.maximum(scene.num_free[2 * place : 2 * place + 2], 1)
         inside, on_top = (self.find_seen().sum(axis=1) / num_free).tolist()

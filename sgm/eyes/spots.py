@@ -51,10 +51,6 @@ class Spot:
     num_through: int = 0
     num_in_front: int = 0
 
-    def forget_visit(self) -> None:
-        """Begin to count again."""
-        self.num_through = self.num_in_front = 0
-
     @property
     def was_in_view(self) -> bool:
         """Whether the frames of this visit show that the spot was not hidden.
@@ -75,8 +71,8 @@ class Spots:
         self._spots: list[Spot] = []
 
     def note_rays(self, view: CameraView, places: set[int], through_margin: float) -> None:
-        """Count rays through the spots at places that a frame shows; see `note_rays`."""
-        note_rays(view, [spot for spot in self._spots if spot.place in places], through_margin)
+        """Count rays through the spots at places that a frame shows."""
+        _note_rays(view, [spot for spot in self._spots if spot.place in places], through_margin)
 
     def renew(
         self, place: int, top: float, seen: list[Track], certain: list[Track]
@@ -85,13 +81,8 @@ class Spots:
 
         A thing is not hidden where rays went through its spot, or where a thing of another name was
         seen at the very spot: two bodies are not at one place, so that it has left, or was called
-        by a wrong name before.
-
-        Args:
-            place: the place.
-            top: height of its upper side, metres.
-            seen: what was seen there.
-            certain: those of it that are there for sure: they have spots from now on.
+        by a wrong name before. `top` is the height of the place's upper side, in metres; of what
+        was seen there, what is certain has spots from now on.
         """
         kept, hidden = [], []
         names = {read_name(track.name) for track in seen}
@@ -105,7 +96,7 @@ class Spots:
                 hidden.append(spot.name)
             if not is_seen or not (was_in_view or _is_near(spot, certain)):
                 kept.append(spot)  # of two mugs one may be seen, and the other hidden
-            spot.forget_visit()
+            spot.num_through = spot.num_in_front = 0
         for track in certain:
             center = track.center.copy()
             if track.volume % 2 == 1:  # it stands on the upper side, if not on another thing
@@ -116,13 +107,6 @@ class Spots:
             kept.append(Spot(track.name, place, track.volume, center, *size))
         self._spots = kept
         return tuple(dict.fromkeys(hidden))
-
-    def renumber(self, places: list[int]) -> None:
-        """Go on in another scene, with its number for each place so far, -1 for none."""
-        self._spots = [spot for spot in self._spots if places[spot.place] >= 0]
-        for spot in self._spots:
-            spot.place = places[spot.place]
-            spot.volume = 2 * spot.place + spot.volume % 2
 
 
 def _is_near(spot: Spot, tracks: list[Track]) -> bool:
@@ -157,7 +141,7 @@ def _is_taken(spot: Spot, tracks: list[Track]) -> bool:
     return False
 
 
-def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> None:
+def _note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> None:
     """Count for each spot whether a ray of this frame went through it.
 
     A ray went through if it was measured to go on behind the thing, by `through_margin` and the
@@ -169,11 +153,6 @@ def note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> Non
     its depth. Rays that a thing there would meet must have gone through as well. Of a thing that
     fits between them no ray tells, and none of one of which only a corner was seen: the rest lies
     beside its middle.
-
-    Args:
-        view: of the frame.
-        spots: n of them.
-        through_margin: metres.
     """
     if not spots:
         return

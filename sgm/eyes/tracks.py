@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -111,14 +110,6 @@ class Tracks:
         """Start with none."""
         self._tracks: list[Track] = []
 
-    def __iter__(self) -> Iterator[Track]:
-        """Go through all of them."""
-        return iter(self._tracks)
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self._tracks)
-
     def note_view(self, view: CameraView, frame: int, margin: float) -> None:
         """Count the frame for all things whose spot it shows, or that were seen in it."""
         if not self._tracks:
@@ -136,12 +127,6 @@ class Tracks:
 
         It is of the same thing if the detector gives it the same number; without a number, if it
         has the same name and is near, each thing once a frame.
-
-        Args:
-            detection: of the frame.
-            frame: its number.
-            volume: where it was assigned to.
-            at: where, and how large.
         """
         key: object = read_name(detection.name)
         if detection.track is not None:

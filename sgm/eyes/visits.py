@@ -61,13 +61,9 @@ class Visits:
     def note_points(
         self, time: float, volumes: np.ndarray, share: np.ndarray, view: CameraView
     ) -> set[int]:
-        """Unite the points that a frame shows, and return the places that it shows.
+        """Unite the points of volumes (k,) that a frame shows, and return its places.
 
-        Args:
-            time: of the frame, seconds.
-            volumes: (k,).
-            share: how far each of their points is in view, 0 to 1, (k, n).
-            view: of the frame.
+        `share` is how far each of their points is in view, 0 to 1, (k, n).
         """
         shown = set()
         # Of points that every frame is asked for: the others are known after some frames.

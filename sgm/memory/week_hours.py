@@ -69,8 +69,8 @@ class WeekHours:
     ) -> None:
         """Count one look in each of some homes (n,), and the objects (m,) that were seen.
 
-        Each home and object is there once. The clock is of all homes, nan where it is unknown, (H, 2);
-        `num_objects` are rows so far.
+        Each home and object is there once, of `num_objects` rows so far. The clock is of all homes,
+        nan where it is unknown, (H, 2).
         """
         hour = compute_week_hours(clock, time)  # (H,)
         is_known = hour[home] >= 0
