@@ -8,6 +8,7 @@ from typing import Any
 
 from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import FLOOR_THICKNESS, Box
+from sgm.layout.furniture import Furniture
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.names.words import read_words
@@ -22,25 +23,9 @@ _FURNITURE_FIELDS = (
 
 
 @dataclass(frozen=True, slots=True)
-class MapFurniture:
-    """A piece of furniture of a map.
+class MapFurniture(Furniture):
+    """Furniture of a map; it has a box, and `is_open` if its door stands open all the time."""
 
-    Attributes:
-        name: for people, such as "white fridge".
-        label: what it is, such as "fridge".
-        room: number of its room.
-        box: its extents.
-        position: where one stands to look at it; None to find it before the box.
-        open_cost: of opening it; None where there is nothing to open.
-        is_open: whether its door stands open all the time.
-    """
-
-    name: str
-    label: str
-    room: int
-    box: Box
-    position: tuple[float, float] | None = None
-    open_cost: float | None = None
     is_open: bool = False
 
 
@@ -97,22 +82,19 @@ class HomeMap:
             labels.append(read_words(f"label of {spot}", row.get("label", _drop_number(name))))
             if row.get("floor") is not None:
                 box = _read_floor(row["floor"], f"floor of {spot}")
-                furniture.append(MapFurniture(f"floor of {name}", "floor", number, box))
-        for number, entry in enumerate(
-            _read_list("furniture", data["furniture"], _MOST_FURNITURE, where)
-        ):
+                furniture.append(MapFurniture("floor", number, f"floor of {name}", box=box))
+        entries = _read_list("furniture", data["furniture"], _MOST_FURNITURE, where)
+        for number, entry in enumerate(entries):
             furniture.append(_read_furniture(entry, rooms, f"furniture {number} in {where}"))
         return cls(str(data.get("frame", "map")), tuple(labels), tuple(furniture))
 
     def add_to(self, memory: SceneGraphMemory) -> dict[int, Box]:
-        """Add all rooms and furniture to a memory, and return the boxes by furniture id."""
+        """Add all rooms and furniture to a memory, and return its boxes by furniture id."""
         rooms = [memory.add_room(label) for label in self.rooms]
-        return {
-            memory.add_furniture(
-                row.label, rooms[row.room], row.name, row.position, row.box, row.open_cost
-            ): row.box
-            for row in self.furniture
-        }
+        for row in self.furniture:
+            room, text = rooms[row.room], row.description
+            memory.add_furniture(row.label, room, text, row.position, row.box, row.open_cost)
+        return memory.boxes
 
 
 def _read_floor(corners: Any, what: str) -> Box:
@@ -158,15 +140,9 @@ def _read_furniture(entry: Any, rooms: Mapping[str, int], spot: str) -> MapFurni
             f"is_open of {spot} must be true or false, and true of doors alone, got "
             f"{shorten(is_open)}. Write interior: door, or leave it out."
         )
-    return MapFurniture(
-        name,
-        read_words(f"label of {spot}", entry.get("label", _drop_number(name))),
-        room,
-        box,
-        position,
-        None if cost is None else float(read_numbers(f"open_cost of {spot}", cost, ())),
-        is_open,
-    )
+    label = read_words(f"label of {spot}", entry.get("label", _drop_number(name)))
+    cost = None if cost is None else float(read_numbers(f"open_cost of {spot}", cost, ()))
+    return MapFurniture(label, room, name, "", position, box, cost, is_open)
 
 
 def _read_list(name: str, values: Any, most: int, where: str) -> list[Any]:

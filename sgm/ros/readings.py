@@ -29,14 +29,9 @@ def read_time(header: Any) -> float:
 
 
 def read_camera_info(message: Any) -> Intrinsics:
-    """Return the intrinsics of a `sensor_msgs/CameraInfo`, whose image must be rectified.
-
-    Raises:
-        ValueError: if they are none.
-    """
-    return Intrinsics.from_matrix(
-        [float(value) for value in message.k], int(message.width), int(message.height)
-    )
+    """Return the intrinsics of a `sensor_msgs/CameraInfo`, whose image must be rectified."""
+    matrix = [float(value) for value in message.k]
+    return Intrinsics.from_matrix(matrix, int(message.width), int(message.height))
 
 
 def read_depth_image(message: Any) -> np.ndarray:
@@ -74,12 +69,8 @@ def read_detections(
 ) -> list[Detection]:
     """Return the detections of a `vision_msgs/Detection2DArray`, boxes in pixels.
 
-    Args:
-        message: with the best of its results for each detection.
-        names: what class ids mean, by number or text; None if they are names.
-
-    Raises:
-        ValueError: if there are too many.
+    Of each, the best of its results; `names` say what class ids mean, by number or text, None if
+    they are names. Too many raise ValueError.
     """
     found = []
     for one in _list_detections(message):
@@ -88,7 +79,7 @@ def read_detections(
         half = (abs(float(one.bbox.size_x)) / 2, abs(float(one.bbox.size_y)) / 2)
         box = (x - half[0], y - half[1], x + half[0], y + half[1])
         if best is not None and all(map(math.isfinite, box)):
-            found.append(Detection(best[0], best[1], box=box, track=_read_track(one)))
+            found.append(Detection(*best, box=box, track=_read_track(one)))
     return found
 
 
@@ -99,13 +90,7 @@ def read_detections_3d(
 ) -> list[Detection]:
     """Return the detections of a `vision_msgs/Detection3DArray`, centers in the map.
 
-    Args:
-        message: in the coordinates of its header.
-        to_map: from these to the map, (4, 4).
-        names: as in `read_detections`.
-
-    Raises:
-        ValueError: if there are too many.
+    `to_map` leads there from the coordinates of the header, (4, 4); all else as `read_detections`.
     """
     found = []
     for one in _list_detections(message):
@@ -116,24 +101,14 @@ def read_detections_3d(
         is_known = min(float(size.x), float(size.y), float(size.z)) > 0
         if best is None or not np.isfinite(center).all() or not np.isfinite(sides).all():
             continue
-        found.append(
-            Detection(
-                best[0],
-                best[1],
-                center=(float(center[0]), float(center[1]), float(center[2])),
-                size=tuple(sides.tolist()) if is_known else None,
-                track=_read_track(one),
-            )
-        )
+        x, y, z = center[:3].tolist()
+        own = tuple(sides.tolist()) if is_known else None
+        found.append(Detection(*best, center=(x, y, z), size=own, track=_read_track(one)))
     return found
 
 
 def read_uncertainty(covariance: Sequence[float]) -> tuple[float, float]:
-    """Return the standard deviations of position and yaw of a covariance of ROS, (36,).
-
-    Raises:
-        ValueError: if it is none.
-    """
+    """Return the standard deviations of position and yaw of a covariance of ROS, (36,)."""
     values = np.asarray(covariance, dtype=float).ravel()
     if len(values) != 36 or not np.isfinite(values).all():
         raise ValueError(
@@ -183,8 +158,6 @@ def _turn_sides(bbox: Any, to_map: np.ndarray) -> np.ndarray:
     turn, size = bbox.center.orientation, bbox.size
     quaternion = np.array([turn.x, turn.y, turn.z, turn.w], dtype=float)
     norm = np.linalg.norm(quaternion)
-    own = np.eye(3)
-    if norm > 1e-6:
-        own = make_rotation(quaternion / norm)
+    own = make_rotation(quaternion / norm) if norm > 1e-6 else np.eye(3)
     sides = np.array([size.x, size.y, size.z], dtype=float)
     return np.abs(to_map[:3, :3] @ own) @ np.abs(sides)

@@ -25,11 +25,7 @@ class TransformTree:
     """
 
     def __init__(self, keeps: float = 10.0) -> None:
-        """Start without frames.
-
-        Args:
-            keeps: seconds for which transforms are kept.
-        """
+        """Start without frames; transforms are kept for some seconds."""
         self._keeps = keeps
         self._parent: dict[str, str] = {}
         self._still: dict[str, np.ndarray] = {}
@@ -46,15 +42,7 @@ class TransformTree:
         *,
         is_still: bool = False,
     ) -> None:
-        """Add where `child` is in `parent`.
-
-        Args:
-            parent: name of a frame.
-            child: name of a frame.
-            time: seconds.
-            position: x, y, z.
-            quaternion: x, y, z, w.
-            is_still: whether it never changes.
+        """Add where `child` is in `parent`: x, y, z and x, y, z, w; `is_still` if it never changes.
 
         Raises:
             ValueError: if a number is not finite, the quaternion is no turn, or there are too many
@@ -95,12 +83,7 @@ class TransformTree:
             poses.popleft()
 
     def find(self, target: str, source: str, time: float) -> tuple[np.ndarray, float] | None:
-        """Return the pose of a frame in another one.
-
-        Args:
-            target: in whose coordinates.
-            source: of which frame.
-            time: when, seconds.
+        """Return the pose of the frame `source` in the coordinates of `target`.
 
         Returns:
             A matrix (4, 4), and the time of the oldest transform on the way that had to stand for a

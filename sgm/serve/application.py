@@ -47,14 +47,9 @@ class Application:
         snapshot_seconds: float = 300.0,
         body_seconds: float = BODY_SECONDS,
     ) -> None:
-        """Answer requests.
+        """Answer requests, those of /mcp with tools; snapshots are written some time apart.
 
-        Args:
-            caller: makes the calls.
-            guard: refuses requests.
-            tools: answers /mcp; None for no tools.
-            snapshot_seconds: time between snapshots.
-            body_seconds: in which the body of a request has to arrive.
+        The body of a request has to arrive in `body_seconds`.
         """
         self.caller = caller
         self.metrics = Metrics()
@@ -136,11 +131,8 @@ class Application:
                 raise _refuse_method(path, method, ["GET"])
             await self._show(path, receive, send)
         else:
-            raise Refused(
-                404,
-                f"path must be one that /openapi.json lists, got {shorten_text(path)!r}. Look "
-                "there.",
-            )
+            line = f"path must be one that /openapi.json lists, got {shorten_text(path)!r}."
+            raise Refused(404, f"{line} Look there.")
 
     async def _show(self, path: str, receive: Receive, send: Send) -> None:
         if path == "/":
@@ -168,11 +160,10 @@ class Application:
 
     def _list_gauges(self) -> dict[str, float]:
         memory, home = self.caller.service.memory, self.caller.home
-        layout = memory.layout
         return {
             "sgm_writes_total": self.caller.num_writes,
             "sgm_things": len(memory.descriptions),
-            "sgm_places": len(layout.furniture),
+            "sgm_places": memory.num_furniture,
             "sgm_time_step": memory.time,
             "sgm_feed_listeners": 0 if self.feed is None else self.feed.num_listeners,
             "sgm_log_bytes": 0 if home is None else home.log.stat().st_size,
@@ -255,12 +246,8 @@ def _write_error(line: str) -> bytes:
 async def _send(
     send: Send, status: int, kind: str, body: bytes, more: Sequence[tuple[bytes, bytes]] = ()
 ) -> None:
-    head = [
-        (b"content-type", kind.encode()),
-        (b"content-length", b"%d" % len(body)),
-        *_HEADERS,
-        *more,
-    ]
+    own = [(b"content-type", kind.encode()), (b"content-length", b"%d" % len(body))]
+    head = [*own, *_HEADERS, *more]
     # A body that is late is not waited for. The rest of one that is too long is read and dropped,
     # for HEAD_SECONDS at most: a reset of the connection would overtake the answer.
     if status == 408:

@@ -37,14 +37,7 @@ class Caller:
         sync: str = "second",
         timeout: float = DEFAULT_TIMEOUT,
     ) -> None:
-        """Make calls of a service.
-
-        Args:
-            service: what is called.
-            home: where its memory is kept; None for nowhere.
-            sync: as above.
-            timeout: seconds for a call.
-        """
+        """Make calls of a service, each within seconds; `home` is where its memory is kept."""
         self.service = service
         self.home = home
         self.timeout = timeout
@@ -58,11 +51,7 @@ class Caller:
         self._told = ""  # the latest warning
 
     async def call(self, call: Call, arguments: Mapping[str, Any]) -> Any:
-        """Make a call, and return its answer.
-
-        Args:
-            call: which.
-            arguments: as `Call.read` gave them.
+        """Make a call with arguments of `Call.read`, and return its answer.
 
         Raises:
             Refused: if too many calls wait, or it takes too long. A write that takes too long may
@@ -104,8 +93,7 @@ class Caller:
     async def keep(self, snapshot_seconds: float) -> None:
         """Let time pass, write to the disk and begin logs anew, until it is cancelled.
 
-        Args:
-            snapshot_seconds: time between snapshots, while there is something new.
+        Snapshots are written some seconds apart, while there is something new.
         """
         loop = asyncio.get_running_loop()
         saved_at = loop.time()
@@ -130,21 +118,13 @@ class Caller:
                 print(f"warning: {error}", file=sys.stderr, flush=True)
 
     def save(self) -> None:
-        """Write a snapshot, if there is anything new.
-
-        Raises:
-            OSError: if the disk does not take it; the log has it all.
-        """
+        """Write a snapshot, if there is anything new; raises OSError, and then the log has all."""
         if self.home is not None and self.num_writes > self._num_saved:
             self._num_saved = self.num_writes
             self.home.snapshot()
 
     def close(self) -> None:
-        """Wait for the calls that were begun, and write a snapshot.
-
-        Raises:
-            OSError: as `save`.
-        """
+        """Wait for the calls that were begun, and `save`."""
         for pool in (self._readers, self._writer):
             pool.shutdown(wait=True)
         self.save()

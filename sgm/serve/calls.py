@@ -54,18 +54,21 @@ class Call:
     """A call of `MemoryService`.
 
     Attributes:
-        name: of the call, and of the method.
         about: in one or two sentences, for people and language models.
         arguments: in order.
         method: of `MemoryService`.
         is_write: whether it changes the memory.
     """
 
-    name: str
     about: str
     arguments: tuple[Argument, ...]
     method: Callable[..., Any]
     is_write: bool = False
+
+    @property
+    def name(self) -> str:
+        """That of the method."""
+        return self.method.__name__
 
     def make_input_schema(self) -> dict[str, Any]:
         """Return the JSON Schema of its arguments."""
@@ -87,11 +90,7 @@ class Call:
         return make_schema(get_type_hints(self.method)["return"])
 
     def read(self, values: Any, *, is_query: bool = False) -> dict[str, Any]:
-        """Return the arguments for Python.
-
-        Args:
-            values: JSON values by name.
-            is_query: whether they are texts of a query instead.
+        """Return the arguments for Python, of JSON values by name, or of texts of a query.
 
         Raises:
             ValueError: if one is missing, unknown, or breaks its rule.
@@ -143,7 +142,6 @@ def _rows(about: str, default: int | None) -> Argument:
 
 CALLS: Final[tuple[Call, ...]] = (
     Call(
-        "where_is",
         "Where a thing is, now or at a time to come: the likeliest places with probabilities and "
         "reasons. If the status is ambiguous, ask the user what `ask` says.",
         (
@@ -154,7 +152,6 @@ CALLS: Final[tuple[Call, ...]] = (
         MemoryService.where_is,
     ),
     Call(
-        "search_start",
         "Begin to look for a thing: says where to go and look first.",
         (
             _THING,
@@ -170,7 +167,6 @@ CALLS: Final[tuple[Call, ...]] = (
         MemoryService.search_start,
     ),
     Call(
-        "search_next",
         "Say what came of the latest look of a search, and get the next one.",
         (
             Argument("search_id", make_text_rule(40), "from search_start", REQUIRED),
@@ -185,14 +181,12 @@ CALLS: Final[tuple[Call, ...]] = (
         is_write=True,
     ),
     Call(
-        "observe",
         "Note everything that was seen in one look at a place. What is not named was not there.",
         (_PLACE, _SEEN, _COVERAGE),
         MemoryService.observe,
         is_write=True,
     ),
     Call(
-        "note_moved",
         "Note where a thing is now, as a person says: I put the keys in the drawer. It is "
         "believed as far as the confidence says, and later looks outweigh it.",
         (
@@ -207,21 +201,18 @@ CALLS: Final[tuple[Call, ...]] = (
         is_write=True,
     ),
     Call(
-        "picked_up",
         "Note that the robot has taken a thing, and carries it until it is put down.",
         (_THING, _WAS_AT),
         MemoryService.picked_up,
         is_write=True,
     ),
     Call(
-        "put_down",
         "Note that the robot has put down what it carried.",
         (_THING, _PLACE, Argument("relation", RELATION, "how it lies there", "onTop")),
         MemoryService.put_down,
         is_write=True,
     ),
     Call(
-        "forget",
         "Forget a thing that is not there at all (there is no vase), or a place that is gone.",
         (
             Argument("thing", TEXT, "in words; left out for a place"),
@@ -232,25 +223,18 @@ CALLS: Final[tuple[Call, ...]] = (
         is_write=True,
     ),
     Call(
-        "rename",
         "Call a thing otherwise: that is no cup, it is a bowl.",
-        (
-            _THING,
-            Argument("name", TEXT, "what it is called from now on", REQUIRED),
-            _BY,
-        ),
+        (_THING, Argument("name", TEXT, "what it is called from now on", REQUIRED), _BY),
         MemoryService.rename,
         is_write=True,
     ),
     Call(
-        "merge",
         "Note that two things are one (this is the same mug), called as the first; see split.",
         (_THING, Argument("other", TEXT, "in words, or its id", REQUIRED), _BY),
         MemoryService.merge,
         is_write=True,
     ),
     Call(
-        "split",
         "Note that what was held to be one thing is two; merge undoes it.",
         (
             _THING,
@@ -264,13 +248,11 @@ CALLS: Final[tuple[Call, ...]] = (
         is_write=True,
     ),
     Call(
-        "list_places",
         "List the places where things may be.",
         (Argument("room", TEXT, "its name; left out for all"), _rows("most rows", 20)),
         MemoryService.list_places,
     ),
     Call(
-        "list_things",
         "List what is at a place, or all things of a kind, or all that is known; seen last first.",
         (
             Argument("place", PLACE, "id or name; left out for all"),
@@ -280,14 +262,12 @@ CALLS: Final[tuple[Call, ...]] = (
         MemoryService.list_things,
     ),
     Call(
-        "history",
         "List what is known of a thing over time, the latest first: where it was seen, who said "
         "what of it.",
         (_THING, _rows("most rows", 20)),
         MemoryService.history,
     ),
     Call(
-        "changes",
         "List what is new, was moved, is gone or was picked up since a time, the latest first.",
         (
             Argument("since", TIME, "local time, 2026-11-16T18:30, or a time step", REQUIRED),
@@ -296,14 +276,12 @@ CALLS: Final[tuple[Call, ...]] = (
         MemoryService.changes,
     ),
     Call(
-        "add_room",
         "Add a room.",
         (Argument("label", TEXT, "such as kitchen", REQUIRED),),
         MemoryService.add_room,
         is_write=True,
     ),
     Call(
-        "add_place",
         "Add a place where things may be, such as a fridge or a desk.",
         (
             Argument("label", TEXT, "what it is, such as fridge", REQUIRED),

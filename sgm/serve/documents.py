@@ -9,32 +9,18 @@ from typing import Any
 from sgm.finder.answers import STATUSES
 from sgm.serve.calls import CALLS, REQUIRED, VERSION, Call
 
-_ERROR = {
-    "description": "refused, in one line",
-    "content": {
-        "application/json": {
-            "schema": {
-                "type": "object",
-                "properties": {"error": {"type": "string"}},
-                "required": ["error"],
-            }
-        }
-    },
-}
+_JSON = "application/json"
+_LINE = {"type": "object", "properties": {"error": {"type": "string"}}, "required": ["error"]}
+_ERROR = {"description": "refused, in one line", "content": {_JSON: {"schema": _LINE}}}
 
 
 def make_openapi() -> dict[str, Any]:
     """Return the OpenAPI document."""
     paths: dict[str, Any] = {}
     for call in CALLS:
-        answers = {
-            "200": {
-                "description": "the answer",
-                "content": {"application/json": {"schema": call.make_output_schema()}},
-            },
-            "4XX": _ERROR,
-            "503": _ERROR,
-        }
+        content = {_JSON: {"schema": call.make_output_schema()}}
+        answer = {"description": "the answer", "content": content}
+        answers = {"200": answer, "4XX": _ERROR, "503": _ERROR}
         body = {"required": True, "content": {_JSON: {"schema": call.make_input_schema()}}}
         post = {"operationId": call.name, "summary": call.about, "responses": answers}
         paths[f"/{VERSION}/{call.name}"] = {"post": {**post, "requestBody": body}}
@@ -51,18 +37,16 @@ def make_openapi() -> dict[str, Any]:
             "responses": {"200": {"description": "text/event-stream"}, "4XX": _ERROR},
         }
     }
+    statuses = " ".join(f'Status "{name}": {about}.' for name, about in STATUSES.items())
     return {
         "openapi": "3.1.0",
         "info": {
             "title": "Scene graph memory",
             "version": VERSION,
-            "description": "A memory of a home that others can talk to. " + _tell_statuses(),
+            "description": f"A memory of a home that others can talk to. {statuses}",
         },
         "paths": paths,
     }
-
-
-_JSON = "application/json"
 
 
 def _list_parameters(call: Call) -> list[dict[str, Any]]:
@@ -76,10 +60,6 @@ def _list_parameters(call: Call) -> list[dict[str, Any]]:
         }
         for argument in call.arguments
     ]
-
-
-def _tell_statuses() -> str:
-    return " ".join(f'Status "{name}": {about}.' for name, about in STATUSES.items())
 
 
 def describe_rule(schema: Any) -> str:

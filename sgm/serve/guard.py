@@ -62,16 +62,13 @@ class Guard:
         rate: float = DEFAULT_RATE,
         time: Callable[[], float] = monotonic,
     ) -> None:
-        """Guard a server.
+        """Guard a server with names, a token that requests must carry, or both.
 
         Args:
             hosts: names under which it is asked, without port; none for any, with a token.
-            token: that requests must carry; None for none.
+            token: None for none.
             rate: requests of one address in a second.
             time: in seconds.
-
-        Raises:
-            ValueError: if neither names nor a token are given.
         """
         if not hosts and not token:
             raise ValueError(
@@ -84,32 +81,21 @@ class Guard:
         self._clients: OrderedDict[str, tuple[float, float]] = OrderedDict()
 
     def check(self, client: str, path: str, headers: Mapping[str, str]) -> None:
-        """Check a request.
+        """Raise `Refused` unless a request of an address may be answered.
 
-        Args:
-            client: its address.
-            path: that it asks for.
-            headers: by name in lower case; of one that is sent twice, the values with a comma.
-
-        Raises:
-            Refused: if it is not answered.
+        Headers are by name in lower case; of one that is sent twice, the values with a comma.
         """
         self._check_rate(client)
         host = headers.get("host", "")
         name = host.lower() if host.endswith("]") else host.rpartition(":")[0].lower() or host
         if self._hosts and name.lower() not in self._hosts:
-            raise Refused(
-                403,
-                f"Host must be a name of this server, got {shorten_text(host, 100)!r}. Ask it as "
-                f"{min(self._hosts)}.",
-            )
+            got, own = shorten_text(host, 100), min(self._hosts)
+            line = f"Host must be a name of this server, got {got!r}. Ask it as {own}."
+            raise Refused(403, line)
         origin = headers.get("origin")
         if origin is not None and origin.lower() not in (f"http://{host}", f"https://{host}"):
-            raise Refused(
-                403,
-                "Origin must be this server's own, got "
-                f"{shorten_text(origin, 100)!r}. Pages of others are not answered.",
-            )
+            line = f"Origin must be this server's own, got {shorten_text(origin, 100)!r}."
+            raise Refused(403, f"{line} Pages of others are not answered.")
         if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
             raise Refused(
                 403, "Sec-Fetch-Site must be same-origin or none. Pages of others are not answered."
@@ -137,16 +123,7 @@ class Guard:
 
 
 async def read_body(headers: Mapping[str, str], receive: Receive, seconds: float) -> bytes:
-    """Read the body of a request.
-
-    Args:
-        headers: as in `Guard.check`.
-        receive: of the request.
-        seconds: in which it has to arrive.
-
-    Raises:
-        Refused: if it is too long, late or cut short.
-    """
+    """Read the body of a request; raises `Refused` if it is too long, late or cut short."""
     told = headers.get("content-length", "0")
     if not told.isascii() or not told.isdigit():
         raise Refused(400, "Content-Length must be a number, got another value. Mend it.")

@@ -23,13 +23,7 @@ class Metrics:
         self._counts: Counter[str] = Counter()
 
     def count(self, call: str, status: int, seconds: float) -> None:
-        """Count a request.
-
-        Args:
-            call: its name; one of a small number.
-            status: that it was answered with.
-            seconds: from its first byte to the last of the answer.
-        """
+        """Count a request to one of few calls, and the seconds until the end of its answer."""
         bound = next((bound for bound in BOUNDS if seconds <= bound), float("inf"))
         with self._lock:
             self._requests[call, status] += 1

@@ -36,15 +36,7 @@ class Rule:
     is_text: bool = False
 
     def read(self, name: str, value: Any) -> Any:
-        """Return the value for Python.
-
-        Args:
-            name: of the argument, for the message.
-            value: as JSON has it.
-
-        Raises:
-            ValueError: if it breaks the rule.
-        """
+        """Return the value for Python of one in JSON; raises ValueError if it breaks the rule."""
         own = self.convert(name, value)
         if own is None:
             got = shorten_text(shorten(value).encode("utf-8", "backslashreplace").decode())
@@ -52,11 +44,7 @@ class Rule:
         return own
 
     def read_text(self, name: str, text: str) -> Any:
-        """Return the value of a text of a query: "3" is a number where a number is meant.
-
-        Raises:
-            ValueError: if it breaks the rule.
-        """
+        """Return the value of a text of a query: "3" is a number where a number is meant."""
         if not self.is_text:
             try:
                 value = parse_json(text)
@@ -115,13 +103,13 @@ def _read_relation(name: str, value: Any) -> str | None:
 def _read_time(name: str, value: Any) -> datetime | int | None:
     if _is_whole(value) and 0 <= value <= MAX_TIME:
         return int(value)
+    if not isinstance(value, str) or len(value) > 40:
+        return None
     try:
-        time = (
-            datetime.fromisoformat(value) if isinstance(value, str) and len(value) <= 40 else None
-        )
+        time = datetime.fromisoformat(value)
     except ValueError:
         return None
-    return time if time is not None and time.tzinfo is None else None
+    return time if time.tzinfo is None else None
 
 
 def _read_place(name: str, value: Any) -> str | int | None:

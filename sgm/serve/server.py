@@ -134,15 +134,7 @@ class Server(uvicorn.Server):
 
 
 def open_socket(host: str, port: int) -> socket.socket:
-    """Listen at an address.
-
-    Args:
-        host: such as "127.0.0.1".
-        port: 0 for any that is free.
-
-    Raises:
-        OSError: if it cannot be used; names it.
-    """
+    """Listen at an address, port 0 for any that is free; raises OSError, which names it."""
     try:
         # With the protocol: asyncio sets TCP_NODELAY where a socket names it. Without, the second
         # packet of an answer waits until the client has acknowledged the first, up to 40 ms.
@@ -166,30 +158,19 @@ def make_server(application: Application) -> Server:
     """Make a server that is run with the sockets of `open_socket`."""
     logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)  # errors are answered in a line
     config = uvicorn.Config(
-        application,
-        http=BoundedProtocol,
-        ws="none",
-        loop="asyncio",
-        lifespan="on",
-        access_log=False,
-        log_config=None,
-        server_header=False,
-        date_header=False,
-        proxy_headers=False,
-        timeout_keep_alive=KEEP_ALIVE_SECONDS,
-        timeout_graceful_shutdown=GRACE_SECONDS,
+        application, http=BoundedProtocol, ws="none", loop="asyncio", lifespan="on",
+        access_log=False, log_config=None,
+        server_header=False, date_header=False, proxy_headers=False,
+        timeout_keep_alive=KEEP_ALIVE_SECONDS, timeout_graceful_shutdown=GRACE_SECONDS,
         limit_concurrency=MOST_CONNECTIONS,
-    )
+    )  # fmt: skip
     return Server(config, application)
 
 
 def serve(application: Application, listening: socket.socket, begin: Callable[[], None]) -> None:
     """Answer until Ctrl-C or SIGTERM, then end what was begun, and return.
 
-    Args:
-        application: what answers.
-        listening: from `open_socket`.
-        begin: called when signals are obeyed.
+    `begin` is called when signals are obeyed.
     """
     server = make_server(application)
     # uvicorn takes signals over while it runs, and afterwards sends itself again what it got.

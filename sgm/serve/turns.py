@@ -33,14 +33,9 @@ class Turns:
     async def run(self, pool: Executor, function: Callable[[], Any], seconds: float) -> Any:
         """Run a function in a thread of a pool when it is its turn, and return what it returns.
 
-        Args:
-            pool: of the thread.
-            function: what to run.
-            seconds: within which it has to end.
-
         Raises:
-            asyncio.TimeoutError: if it has not ended in time. It is left out if it has not begun;
-                else it goes on.
+            asyncio.TimeoutError: if it has not ended within some seconds. It is left out if it has
+                not begun; else it goes on.
         """
         loop = asyncio.get_running_loop()
         ended: asyncio.Future[Any] = loop.create_future()
