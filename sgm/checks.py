@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from numbers import Integral, Real
 from typing import Any, TypeGuard, TypeVar
 
@@ -28,6 +28,17 @@ def read_optional(name: str, value: Any, kind: type[Kind], hint: str) -> Kind | 
         check_kind(name, value, kind, hint)
     own: Kind | None = value
     return own
+
+
+def read_all(name: str, values: Any, kind: type[Kind], hint: str, where: str = "") -> list[Kind]:
+    """Return values of one kind; raises TypeError, which ends with a hint, for any others."""
+    read = list(values) if isinstance(values, Iterable) else None
+    wrong = [values] if read is None else [one for one in read if not isinstance(one, kind)]
+    if read is None or wrong:
+        raise TypeError(
+            f"{name} must hold {kind.__name__} objects, got {shorten(wrong[0])}{where}. {hint}"
+        )
+    return read
 
 
 def check_at_least(least: int, **values: float | None) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 
-from sgm.checks import is_number
+from sgm.checks import is_number, read_all
 from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.camera_view import CameraView
@@ -223,13 +223,5 @@ def _read_frame(
             raise TypeError(
                 f"{name} must be of {kind.__name__}, got {shorten(value)}. Make it with sgm.eyes."
             )
-    if not isinstance(detections, Iterable):
-        raise TypeError(f"detections must be a list, got {shorten(detections)}. Write [] for none.")
-    read = list(detections)
-    for one in read:
-        if not isinstance(one, Detection):
-            raise TypeError(
-                f"detections must hold Detection objects, got {shorten(one)}. Write "
-                "Detection('mug', 0.9, box=(left, top, right, bottom))."
-            )
-    return read
+    hint = "Write [Detection('mug', 0.9, box=(left, top, right, bottom))], and [] for none."
+    return read_all("detections", detections, Detection, hint)

@@ -40,15 +40,7 @@ class FrameWatch:
         num_in_step: float,
         clock: Clock | None,
     ) -> None:
-        """Take note of a look.
-
-        Args:
-            furniture: id of what was looked at.
-            place: what it is called, for the warning.
-            seen: what the look showed.
-            num_in_step: looks there in this time step before this one, each by its coverage.
-            clock: of the memory.
-        """
+        """Take note of a look at a place, after looks there in this step, each by its coverage."""
         names = frozenset(read_name(sighting.description) for sighting in seen)
         both, any_of_them = len(names & self._names), len(names | self._names)
         is_alike = furniture == self._furniture and both >= _ALIKE * any_of_them

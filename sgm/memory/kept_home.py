@@ -36,18 +36,15 @@ class KeptHome:
 
     Attributes:
         path: of the snapshot.
+        log: the log that is written.
         memory: what is remembered; it writes the log.
     """
 
     def __init__(self, path: Path, memory: SceneGraphMemory) -> None:
         """Keep a memory that writes the log of a path; `open` makes one."""
         self.path = path
+        self.log = _name_log(path)
         self.memory = memory
-
-    @property
-    def log(self) -> Path:
-        """The log that is written."""
-        return _name_log(self.path)
 
     @classmethod
     def open(
@@ -83,19 +80,16 @@ class KeptHome:
             content = memory._state.get_content_to_save()
             if path.exists():
                 _check_same(path, content, log, lines)
-            if clock is not None and content.clock is None:
-                own = _begin_before(clock, content.time)
+            own = _begin_before(clock, content)
+            if own is not None:
                 memory._go_on_from(replace(content, clock=own), memory._state.prior)
             memory._start_log(log, goes_on=True)
             home = cls(path, memory)
             home.snapshot()  # so that the next start reads one memory and what came since
             return home
         elif path.exists():
-            saved = load_content(path)
-            given = None
-            if clock is not None and saved.clock is None:
-                given = _begin_before(clock, saved.time)
-            memory = SceneGraphMemory.load(path, clock=given, log=log, aliases=aliases)
+            own = _begin_before(clock, load_content(path))
+            memory = SceneGraphMemory.load(path, clock=own, log=log, aliases=aliases)
         elif is_new:
             memory = SceneGraphMemory(clock=clock, log=log, aliases=aliases)
         else:
@@ -130,11 +124,7 @@ class KeptHome:
 
 
 def replay_latest(lines: Sequence[LogLine], aliases: Aliases | None = None) -> SceneGraphMemory:
-    """Return the memory that wrote a log, as it was after the last line; it writes no log.
-
-    Args:
-        lines: from `read_log`, the first a "start".
-        aliases: as in `SceneGraphMemory`.
+    """Return the memory that wrote a log, as after the last line of `read_log`; it writes no log.
 
     Raises:
         ValueError: if a line names a room or furniture that there is not.
@@ -151,9 +141,11 @@ def replay_latest(lines: Sequence[LogLine], aliases: Aliases | None = None) -> S
     return replayer.memory
 
 
-def _begin_before(clock: Clock, num_steps: int) -> Clock:
-    """Return a clock that began so many steps before another: its step of that number is now."""
-    return clock.shift(-num_steps * clock.step_seconds)
+def _begin_before(clock: Clock | None, content: MemoryContent) -> Clock | None:
+    """Return the clock of a memory that has none yet, by one of its present step."""
+    if clock is None or content.clock is not None:
+        return None
+    return clock.shift(-content.time * clock.step_seconds)
 
 
 def _name_log(path: Path) -> Path:

@@ -61,14 +61,10 @@ class Replayer:
         *,
         gives_new_ids: bool = False,
     ) -> None:
-        """Begin with an empty memory.
+        """Begin with an empty memory; without prior and clock, those that start have the log's.
 
-        Args:
-            memory: the memory.
-            prior: of all memories that are started; None for what the log says.
-            clock: of all memories that are started; None for what the log says.
-            gives_new_ids: whether no id is given twice, even where a new memory begins, so that its
-                furniture is distinguished from what was there before.
+        With `gives_new_ids` no id is given twice, even where a new memory begins, so that its
+        furniture is distinguished from what was there before.
         """
         self.memory = memory
         memory._was_warned = True  # of scores: the process that looked was warned
@@ -107,7 +103,10 @@ class Replayer:
         elif line.kind == "room":
             self._rooms[values["room"]] = memory.add_room(values["label"])
         elif line.kind == "furniture":
-            self._add(values["furniture"], values["label"], values["room"], values)
+            self._add(
+                values["furniture"], values["label"], values["room"], values["description"],
+                values["position"], values.get("box"), values.get("open_cost"),
+            )  # fmt: skip
         elif line.kind == "move":
             memory.move_furniture(
                 self.furniture[values["furniture"]], self._rooms[values["room"]],
@@ -154,12 +153,10 @@ class Replayer:
             None if values.get(name) is None else self.furniture[values[name]]
             for name in ("furniture", "was_at")
         )
-        statement = Statement(
-            self.memory.time, line.kind, place, values.get("relation"), values["by"],
-            values["confidence"],
-        )  # fmt: skip
-        name = ThingName.from_json(values)
-        self.memory._note(name, statement, was_at)
+        time, relation = self.memory.time, values.get("relation")
+        sure = values["confidence"]
+        statement = Statement(time, line.kind, place, relation, values["by"], sure)
+        self.memory._note(ThingName.from_json(values), statement, was_at)
 
     def _start(self, line: LogLine) -> None:
         content: MemoryContent | None = line.values.get("memory")
@@ -191,18 +188,12 @@ class Replayer:
                 self._rooms[number] = self.memory.add_room(room.label)
         for number, row in furniture.items():
             if number not in self.furniture:
-                values = {
-                    "description": row.description, "position": row.position,
-                    "box": row.box, "open_cost": row.open_cost,
-                }  # fmt: skip
-                self._add(number, row.label, row.room, values)
+                about = row.description, row.position, row.box, row.open_cost
+                self._add(number, row.label, row.room, *about)
         self.memory.step(max(line.time - self.memory.time, 0))
 
-    def _add(self, number: int, label: str, room: int, values: Mapping[str, Any]) -> None:
-        self.furniture[number] = self.memory.add_furniture(
-            label, self._rooms[room], values["description"], values["position"],
-            values.get("box"), values.get("open_cost"),
-        )  # fmt: skip
+    def _add(self, number: int, label: str, room: int, *about: Any) -> None:
+        self.furniture[number] = self.memory.add_furniture(label, self._rooms[room], *about)
 
     def _remove_room(self, number: int) -> None:
         """Remove a room with its furniture, whose numbers then lead nowhere."""

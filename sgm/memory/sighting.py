@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sgm.checks import read_all
 from sgm.messages import shorten
 from sgm.names.words import MAX_LENGTH, read_words
 
@@ -139,19 +140,8 @@ class SeenAt:
 
 def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:
     """Return what a look showed at a place; anything but sightings raises TypeError."""
-    if not isinstance(seen, Iterable):
-        raise TypeError(
-            f"seen must hold Sighting objects, got {shorten(seen)} at {place}. Write [] where "
-            "nothing was detected."
-        )
-    seen = tuple(seen)
-    for sighting in seen:
-        if not isinstance(sighting, Sighting):
-            raise TypeError(
-                f"seen must hold Sighting objects, got {shorten(sighting)} at {place}. Write "
-                "Sighting('milk', relation='in')."
-            )
-    return seen
+    hint = "Write [Sighting('milk', relation='in')], and [] where nothing was detected."
+    return tuple(read_all("seen", seen, Sighting, hint, f" at {place}"))
 
 
 def read_hidden(hidden: Iterable[str], place: str) -> tuple[str, ...]:

@@ -87,14 +87,7 @@ def read_since(since: datetime | int, clock: Clock | None) -> int:
 def list_changes(
     batch: MemoryBatch, things: Sequence[Thing], furniture_ids: Sequence[int], since: int
 ) -> list[ThingChange]:
-    """List what was noticed to have changed from a time step on, the latest first.
-
-    Args:
-        batch: memory of one home.
-        things: its objects, (O,).
-        furniture_ids: by position, (F,).
-        since: time step.
-    """
+    """List what was noticed to have changed in a home from a time step on, the latest first."""
     edges = batch.edges
     by_thing = np.argsort(edges["object"], kind="stable")
     bounds = np.searchsorted(edges["object"][by_thing], np.arange(len(things) + 1))
@@ -136,9 +129,8 @@ def _list_changes(
     carried = int(objects["carried_since"][row])
     if carried != NEVER:
         was_at, sure = _get_held(thing, carried)
-        last = max(
-            (t for t, at in zip(last_true, place, strict=True) if at == was_at), default=None
-        )
+        seen_there = [t for t, at in zip(last_true, place, strict=True) if at == was_at]
+        last = max(seen_there, default=None)
         yield ThingChange("picked_up", *name, was_at, None, last, carried, sure, "robot")
         return
     moved = int(objects["last_moved"][row])
@@ -153,9 +145,8 @@ def _list_changes(
             came = elsewhere[0]
             by = said[moved].by if moved in said else ""
             sure = float(edges["confidence"][own[here]])
-            yield ThingChange(
-                "moved", *name, place[came], place[here], last_true[came], moved, sure, by
-            )
+            at = place[came], place[here]
+            yield ThingChange("moved", *name, *at, last_true[came], moved, sure, by)
     gone = [] if there and is_single else [n for n, true in enumerate(is_true) if not true]
     for number in gone[: 1 if is_single else None]:
         edge = own[number]
@@ -196,12 +187,8 @@ def list_events(
 ) -> list[ThingEvent]:
     """List what is kept of a thing over time, the latest first.
 
-    Args:
-        batch: memory of one home.
-        thing: what was said of it.
-        row: of the object.
-        places: where it was ever seen.
-        ids: of furniture, by position.
+    That is what was said of it, and `places` where it was ever seen; `ids` are of furniture, by
+    position.
     """
     edges = batch.edges
     events = [

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sgm.arrays.clone import clone
 from sgm.arrays.sparse_counts import read_sparse, write_sparse
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 
@@ -43,8 +44,9 @@ class WeekHours:
 
     def copy(self) -> WeekHours:
         """Return the same counts, which can be changed alone."""
-        copied = WeekHours(0, 0)
-        copied.looks = self.looks.copy() if self.is_counted else self.looks
+        copied = clone(self)
+        if self.is_counted:
+            copied.looks = self.looks.copy()
         copied.seen = self.seen.copy()
         return copied
 

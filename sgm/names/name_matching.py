@@ -238,9 +238,8 @@ class NameIndex:
                 groups[place] = [
                     one for one in groups[place] if one in own or kinds & set(one[1].things)
                 ]
-        for count in (_count_owner, _count_head_words, _count_remarks):
-            most = max((count(reading, one) for group in groups for _, one in group), default=0)
-            groups = [[one for one in group if count(reading, one[1]) == most] for group in groups]
+        most = max((_rank(reading, one) for group in groups for _, one in group), default=None)
+        groups = [[one for one in group if _rank(reading, one[1]) == most] for group in groups]
         return [sorted({number for number, _ in group}) for group in groups if group]
 
     def _list_kinds(self, things: Iterable[int]) -> set[int]:
@@ -396,16 +395,11 @@ def _is_written(asked: Reading, said: Reading) -> bool:
     return is_same and asked.key in said.endings
 
 
-def _count_owner(asked: Reading, said: Reading) -> int:
-    return int(bool(asked.owner) and said.owner == asked.owner)
-
-
-def _count_head_words(asked: Reading, said: Reading) -> int:
-    return int(len(asked.head) > 1 and asked.head_words <= said.said)
-
-
-def _count_remarks(asked: Reading, said: Reading) -> int:
-    return len((asked.said - asked.head_words - asked.properties) & said.said)
+def _rank(asked: Reading, said: Reading) -> tuple[bool, bool, int]:
+    """Return what decides between names, the highest first: owner, head words and remarks."""
+    is_owner = bool(asked.owner) and said.owner == asked.owner
+    has_head = len(asked.head) > 1 and asked.head_words <= said.said
+    return is_owner, has_head, len((asked.said - asked.head_words - asked.properties) & said.said)
 
 
 def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:

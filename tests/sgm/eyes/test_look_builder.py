@@ -404,7 +404,7 @@ def test_detections_out_of_range_and_of_low_score_are_counted():
     [
         (lambda b, at: b.frame(0.0, "here", CAMERA), TypeError, "pose must be of Pose"),
         (lambda b, at: b.frame(0.0, at, None), TypeError, "intrinsics must be of"),
-        (lambda b, at: b.frame(0.0, at, CAMERA, 3), TypeError, "detections must be"),
+        (lambda b, at: b.frame(0.0, at, CAMERA, 3), TypeError, "detections must hold Detection ob"),
         (lambda b, at: b.frame(0.0, at, CAMERA, ["mug"]), TypeError, "detections"),
         (lambda b, at: b.frame(0.0, at, CAMERA, (), np.ones((2, 2))), ValueError,
          r"depth must be numbers of shape \(120, 160\), as the intrinsics say, got float64"),
