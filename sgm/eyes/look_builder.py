@@ -160,7 +160,7 @@ class LookBuilder:
 
         The next frame may be of any time, as after the robot's clock was set back.
         """
-        self._end(self._visits.take_all())
+        self._end(self._visits.take_ended())
         self._time, self._before = -math.inf, None
         return self.looks()
 

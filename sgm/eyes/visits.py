@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,8 +88,13 @@ class Visits:
             if visit.viewpoint is None:
                 visit.viewpoint = view.make_viewpoint()
 
-    def take_ended(self, time: float, pause: float, longest: float) -> list[Visit]:
-        """Take out the visits whose place was out of view for `pause` s, or that last `longest`."""
+    def take_ended(
+        self, time: float = math.inf, pause: float = 0.0, longest: float = math.inf
+    ) -> list[Visit]:
+        """Take out the visits whose place was out of view for `pause` s, or that last `longest`.
+
+        By default, all of them.
+        """
         ended = [
             visit
             for visit in self._open.values()
@@ -96,12 +102,6 @@ class Visits:
         ]
         for visit in ended:
             del self._open[visit.place]
-        return ended
-
-    def take_all(self) -> list[Visit]:
-        """Take out all of them."""
-        ended = list(self._open.values())
-        self._open.clear()
         return ended
 
     def _continue(self, place: int, time: float, view: CameraView) -> Visit:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from typing import Any
 
@@ -16,7 +17,7 @@ from sgm.memory.coverage import read_coverage, read_share
 from sgm.memory.frame_watch import FrameWatch
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_layout import MemoryLayout
-from sgm.memory.score_calibration import ScoreCalibration, calibrate
+from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import Sighting, read_hidden, read_sightings
 from sgm.messages import shorten
 from sgm.names.words import read_words
@@ -81,8 +82,9 @@ class MemoryLooks(MemoryLayout):
             self._state.layout.check_furniture(furniture)
             num_in_step = self._state.step.count_looks(furniture)
             self._frames.note(furniture, place, seen, num_in_step, self._state.clock)
-            if self._state.score_calibration is not None:
-                seen = calibrate(seen, self._state.score_calibration)
+            calibration = self._state.score_calibration
+            if calibration is not None:
+                seen = [replace(one, confidence=calibration(one.confidence)) for one in seen]
             else:
                 self._warn_of_scores(seen)
             about: dict[str, Any] = {"hidden": names} if names else {}

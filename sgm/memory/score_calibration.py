@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from sgm.checks import is_number
-from sgm.memory.sighting import Sighting
 from sgm.messages import shorten
 
 _LEAST = 1e-4  # of a score: one of 0 or 1 has no logit
@@ -109,11 +108,6 @@ class ScoreCalibration:
     def from_json(cls, data: Mapping[str, Any]) -> ScoreCalibration:
         """Read JSON values; raises KeyError, TypeError or ValueError if they are none."""
         return cls(data["slope"], data["offset"])
-
-
-def calibrate(seen: Sequence[Sighting], calibration: ScoreCalibration) -> tuple[Sighting, ...]:
-    """Return sightings with probabilities in the place of scores."""
-    return tuple(replace(one, confidence=calibration(one.confidence)) for one in seen)
 
 
 def _read(name: str, values: Sequence[float] | np.ndarray) -> np.ndarray:

@@ -129,12 +129,10 @@ class NameReader:
         if not rest.strip(" ?!.,;:/"):
             remarks, rest = [], text
         readings: dict[Reading, None] = {}
-        for part in re.split(r"\s*/\s*", rest):
+        parts = [(part, False) for part in re.split(r"\s*/\s*", rest)]
+        for part, is_remark in (*parts, *((remark, True) for remark in remarks)):
             if part.strip():
-                readings |= dict.fromkeys(self._read_phrase(split_possessives(part), False))
-        for remark in remarks:
-            if remark.strip():
-                readings |= dict.fromkeys(self._read_phrase(split_possessives(remark), True))
+                readings |= dict.fromkeys(self._read_phrase(split_possessives(part), is_remark))
         if all(reading.is_content for reading in readings):  # nothing but remarks, or no words
             readings = dict.fromkeys(self._read_phrase(split_possessives(text), False))
         said = frozenset(word for reading in readings for word in reading.said)
@@ -203,16 +201,11 @@ class NameReader:
         owned = max(
             (n + 1 for n in range(start) if words[n][1] and words[n][0] not in _NOBODY), default=0
         )
-        return Reading(
-            things,
-            tuple(plain[owned:]),
-            tuple(plain[start:]),
-            frozenset(map(self._spell, plain[start:])),
-            frozenset(map(self._spell, plain[owned:start])) - DETERMINERS - _NOBODY,
-            frozenset(),
-            self._name_owner(plain[:owned]),
-            is_content,
-        )
+        head = frozenset(map(self._spell, plain[start:]))
+        properties = frozenset(map(self._spell, plain[owned:start])) - DETERMINERS - _NOBODY
+        own, ending = tuple(plain[owned:]), tuple(plain[start:])
+        owner = self._name_owner(plain[:owned])
+        return Reading(things, own, ending, head, properties, frozenset(), owner, is_content)
 
     def _name_owner(self, words: list[str]) -> str:
         """Return an owner as it is compared: "dad" and "father" are one."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Sequence
+from operator import itemgetter
 
 import numpy as np
 
@@ -29,8 +30,7 @@ class TransformTree:
         self._keeps = keeps
         self._parent: dict[str, str] = {}
         self._still: dict[str, np.ndarray] = {}
-        self._times: dict[str, deque[float]] = {}
-        self._poses: dict[str, deque[np.ndarray]] = {}
+        self._kept: dict[str, deque[tuple[float, np.ndarray]]] = {}
 
     def add(
         self,
@@ -69,18 +69,14 @@ class TransformTree:
         if is_still:
             self._still[child] = pose
             return
-        times = self._times.setdefault(child, deque(maxlen=_MOST_KEPT))
-        poses = self._poses.setdefault(child, deque(maxlen=_MOST_KEPT))
-        if times and time <= times[-1]:
-            if time > times[-1] - self._keeps:
+        kept = self._kept.setdefault(child, deque(maxlen=_MOST_KEPT))
+        if kept and time <= kept[-1][0]:
+            if time > kept[-1][0] - self._keeps:
                 return  # a late one; those around it are there
-            times.clear()  # the clock was set back
-            poses.clear()
-        times.append(time)
-        poses.append(pose)
-        while times[0] < time - self._keeps:
-            times.popleft()
-            poses.popleft()
+            kept.clear()  # the clock was set back
+        kept.append((time, pose))
+        while kept[0][0] < time - self._keeps:
+            kept.popleft()
 
     def find(self, target: str, source: str, time: float) -> tuple[np.ndarray, float] | None:
         """Return the pose of the frame `source` in the coordinates of `target`.
@@ -117,14 +113,15 @@ class TransformTree:
         """Return where a frame is in its parent, and the time of that; None before the first."""
         if child in self._still:
             return make_matrix(self._still[child]), time
-        times, poses = self._times[child], self._poses[child]
-        after = bisect_right(times, time)
+        kept = self._kept[child]
+        after = bisect_right(kept, time, key=itemgetter(0))
         if after == 0:
             return None
-        if after == len(times):
-            return make_matrix(poses[-1]), min(times[-1], time)
-        share = (time - times[after - 1]) / (times[after] - times[after - 1])
-        return make_matrix(_mix(poses[after - 1], poses[after], share)), time
+        since, before = kept[after - 1]
+        if after == len(kept):
+            return make_matrix(before), min(since, time)
+        until, behind = kept[after]
+        return make_matrix(_mix(before, behind, (time - since) / (until - since))), time
 
 
 def make_matrix(pose: np.ndarray) -> np.ndarray:

@@ -84,12 +84,10 @@ def _run(options: argparse.Namespace) -> None:
         ) from None
     token = _read_token(options.token_file)
     guard = _make_guard(options, token)
-    home = KeptHome.open(
-        options.home, Clock(_now(), options.step_seconds), options.aliases, is_new=options.new
-    )
-    service = MemoryService(
-        home.memory, _make_finder(options.finder), accept_jump=options.accept_jump
-    )
+    clock = Clock(datetime.now().replace(microsecond=0), options.step_seconds)
+    home = KeptHome.open(options.home, clock, options.aliases, is_new=options.new)
+    finder = _make_finder(options.finder)
+    service = MemoryService(home.memory, finder, accept_jump=options.accept_jump)
     caller = Caller(service, home, options.sync, options.timeout)
     own = tools.MCPTools(caller)
     try:
@@ -101,16 +99,11 @@ def _run(options: argparse.Namespace) -> None:
         host, port = listening.getsockname()[:2]
         where = f"[{host}]" if ":" in host else host
         said = f"serving {options.home} at http://{where}:{port}/"
-        _warm_up(service)
+        if home.memory.num_furniture:  # all is loaded and compiled before the first question
+            service.where_is("thing")
         server.serve(application, listening, lambda: print(said, flush=True))
     finally:
         caller.close()
-
-
-def _warm_up(service: MemoryService) -> None:
-    """Have everything loaded and compiled that the first question would wait for."""
-    if service.memory.num_furniture:
-        service.where_is("thing")
 
 
 def _make_guard(options: argparse.Namespace, token: str | None) -> Guard:
@@ -145,10 +138,6 @@ def _make_finder(name: str) -> Finder:
     if name in heuristics:
         return Finder(heuristics[name]())
     return ObjectFinder.load(name)
-
-
-def _now() -> datetime:
-    return datetime.now().replace(microsecond=0)
 
 
 def _tell(message: Warning | str, *_: object, **__: object) -> None:

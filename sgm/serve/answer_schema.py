@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 import types
 from dataclasses import fields, is_dataclass
+from textwrap import dedent
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 _PLAIN = {str: "string", int: "integer", float: "number", bool: "boolean", type(None): "null"}
-_FIELD = re.compile(r"^    ([\w, ]+): (.*(?:\n {8}.*)*)", re.MULTILINE)
+_FIELD = re.compile(r"^([\w, ]+): (.*(?:\n {4}.*)*)", re.MULTILINE)
 
 
 def make_schema(kind: Any) -> dict[str, Any]:
@@ -46,13 +47,6 @@ def read_attributes(kind: Any) -> dict[str, str]:
     _, _, attributes = (kind.__doc__ or "").partition("Attributes:\n")
     return {
         name.strip(): " ".join(text.split()).rstrip(".")
-        for names, text in _FIELD.findall(_dedent(attributes))
+        for names, text in _FIELD.findall(dedent(attributes))  # as Python 3.13 does by itself
         for name in names.split(",")
     }
-
-
-def _dedent(text: str) -> str:
-    """Take off what Python 3.13 takes off by itself."""
-    lines = text.splitlines()
-    own = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
-    return "\n".join("    " + line[own:] for line in lines)

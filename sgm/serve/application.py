@@ -217,14 +217,10 @@ async def _wait_gone(receive: Receive) -> None:
 
 def _give(body: bytes, receive: Receive) -> Receive:
     """Return a `receive` that gives a body that was read, then what follows."""
-    is_given = False
+    given = [{"type": "http.request", "body": body, "more_body": False}]
 
     async def give() -> MutableMapping[str, Any]:
-        nonlocal is_given
-        if is_given:
-            return await receive()
-        is_given = True
-        return {"type": "http.request", "body": body, "more_body": False}
+        return given.pop() if given else await receive()
 
     return give
 
