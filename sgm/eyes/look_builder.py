@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from sgm.checks import is_number, read_all
-from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.depth_image import DepthImage
@@ -22,10 +22,41 @@ from sgm.eyes.spots import Spots
 from sgm.eyes.tracks import Tracks
 from sgm.eyes.visits import Visit, Visits
 from sgm.layout.box import Box
+from sgm.layout.viewpoint import Viewpoint
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.messages import shorten
 
 _SURE = 0.5  # confidence from which on a thing has a spot
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltLook:
+    """One visit to a place: many frames, and one look.
+
+    Attributes:
+        furniture: its id.
+        seen: what was seen there.
+        coverage: share that was in view of what is "in" and "onTop" of it.
+        hidden: names of things that were seen there before, and whose spots were out of view now:
+            that they were not seen says nothing.
+        start, end: seconds of the first and the last frame.
+        num_frames: frames in which it was in view.
+        viewpoint: of the frame that showed most of it; None if it is unknown.
+    """
+
+    furniture: int
+    seen: tuple[Sighting, ...]
+    coverage: dict[str, float]
+    hidden: tuple[str, ...]
+    start: float
+    end: float
+    num_frames: int
+    viewpoint: Viewpoint | None = None
+
+    def tell(self, memory: SceneGraphMemory) -> None:
+        """Fold the look into a memory."""
+        memory.observe(self.furniture, self.seen, self.coverage, self.hidden, self.viewpoint)
 
 
 class LookBuilder:

@@ -20,7 +20,7 @@ from sgm.memory.same_things import find_roots, fuse
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.memory.step_log import StepLog, StepLook
 from sgm.memory.table_content import fill_tables, view_tables
-from sgm.memory.thing_rows import ThingRows
+from sgm.memory.thing import ThingRows
 from sgm.names.aliases import AliasTable
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words

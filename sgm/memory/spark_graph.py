@@ -54,17 +54,15 @@ def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[st
     """
     writer = _GraphWriter(import_spark_dsg())
     for number, room in enumerate(home["rooms"]):
-        at = [layout.furniture[row["id"]].position for row in room["furniture"]]
-        known = [position for position in at if position is not None]
+        own = [layout.furniture[row["id"]] for row in room["furniture"]]
+        known = [one.position for one in own if one.position is not None]
         middle = np.mean(known, axis=0) if known else np.array([_SPACING * number, 0.0])
         node = writer.add_room(room["id"], room["label"], middle)
-        for turn, (row, own) in enumerate(zip(room["furniture"], at, strict=True)):
-            box = layout.furniture[row["id"]].box
-            place = middle + np.array([0.0, _SPACING * turn]) if own is None else np.array(own)
-            if own is None and box is not None:
-                place = np.array(box.center[:2])
-            about = _describe_furniture(layout.furniture[row["id"]])
-            holder = writer.add_object(row["label"], row["description"], place, about, box)
+        for turn, (row, one) in enumerate(zip(room["furniture"], own, strict=True)):
+            at = one.position or (None if one.box is None else one.box.center[:2])
+            place = middle + np.array([0.0, _SPACING * turn]) if at is None else np.array(at)
+            about = _describe_furniture(one)
+            holder = writer.add_object(row["label"], row["description"], place, about, one.box)
             writer.link(node, holder)
             there = [seen for seen in row["objects"] if seen["is_there"]]
             for angle, seen in zip(np.arange(len(there)) * 2.4, there, strict=True):

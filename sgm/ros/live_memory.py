@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sgm.checks import check_at_least
-from sgm.eyes.built_look import BuiltLook
-from sgm.eyes.look_builder import LookBuilder
+from sgm.eyes.look_builder import BuiltLook, LookBuilder
 from sgm.finder.finder import Finder
 from sgm.finder.ranking import Ranking
 from sgm.layout.box import Box
@@ -128,11 +127,11 @@ class LiveMemory:
         """Return where to stand before furniture, x, y, and the yaw with which one looks at it."""
         box = self._boxes.get(furniture)
         position = self.memory.get_position(furniture)
-        if position is None:
-            position = (0.0, 0.0) if box is None else (box.center[0], box.center[1])
         if box is None:
-            return position, 0.0
-        return position, math.atan2(box.center[1] - position[1], box.center[0] - position[0])
+            return position or (0.0, 0.0), 0.0
+        x, y, _ = box.center
+        at = position or (x, y)
+        return at, math.atan2(y - at[1], x - at[0])
 
     def list_markers(self, description: str) -> list[BeliefMarker]:
         """Return the likeliest places of a thing that have a box."""
