@@ -26,8 +26,7 @@ def read_optional(name: str, value: Any, kind: type[Kind], hint: str) -> Kind | 
     """Return a value of a kind, or None; raises TypeError, as `check_kind`, for any other."""
     if value is not None:
         check_kind(name, value, kind, hint)
-    own: Kind | None = value
-    return own
+    return value
 
 
 def read_all(name: str, values: Any, kind: type[Kind], hint: str, where: str = "") -> list[Kind]:

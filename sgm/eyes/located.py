@@ -61,8 +61,7 @@ class Located:
     @property
     def bottom(self) -> np.ndarray:
         """Height of their lower sides, (k,)."""
-        low: np.ndarray = self.center[:, 2] - self.height / 2
-        return low
+        return self.center[:, 2] - self.height / 2
 
 
 def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, list[Detection]]:
@@ -78,8 +77,8 @@ def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, 
     boxes = np.array([one.box for one in with_box], dtype=float).reshape(-1, 4)
     depth, depth_sd = view.measure_boxes(boxes)
     is_known = np.isfinite(depth)
-    found = [one for one, known in zip(with_box, is_known, strict=True) if known]
-    lost = [one for one, known in zip(with_box, is_known, strict=True) if not known]
+    found = [with_box[row] for row in np.flatnonzero(is_known)]
+    lost = [with_box[row] for row in np.flatnonzero(~is_known)]
     center, radius, height = _locate_boxes(view, boxes[is_known], depth[is_known])
     own = [one for one in detections if one.center is not None]
     center = np.vstack([center, np.array([one.center for one in own]).reshape(-1, 3)])

@@ -48,8 +48,7 @@ class SeenPoints:
         """Return which points were in view, bool (2, n)."""
         self._leave_stand()
         mean = self._sum_mean / np.maximum(self._num_stands, 1)
-        is_seen: np.ndarray = self.is_sure | (mean + self._best >= 1)
-        return is_seen
+        return self.is_sure | (mean + self._best >= 1)
 
     def compute_coverage(self, scene: Scene, place: int, most: float = 1.0) -> dict[str, float]:
         """Return the share in view of what is "in" and "onTop" of the place, `most` at most.

@@ -67,7 +67,6 @@ class Spots:
     """
 
     def __init__(self) -> None:
-        """Start with none."""
         self._spots: list[Spot] = []
 
     def note_rays(self, view: CameraView, places: set[int], through_margin: float) -> None:

@@ -107,7 +107,6 @@ class Tracks:
     """The things that are being seen."""
 
     def __init__(self) -> None:
-        """Start with none."""
         self._tracks: list[Track] = []
 
     def note_view(self, view: CameraView, frame: int, margin: float) -> None:

@@ -37,7 +37,9 @@ def compute_positions(
         if row.position is not None or row.box is None:
             continue
         of_room = [floors[other] for other in floors if furniture[other].room == row.room]
-        ground = of_room[0].top if of_room else _find_ground(row.room, furniture)
+        # Of a floor without a box: the lowest side of the furniture of its room.
+        bottoms = [box.bottom for other, box in boxes.items() if furniture[other].room == row.room]
+        ground = of_room[0].top if of_room else min(bottoms)
         in_the_way = [
             box
             for other, box in boxes.items()
@@ -72,13 +74,6 @@ def _are_near(box: Box, other: Box) -> bool:
 def _get_reach(box: Box) -> float:
     """Return how far from its middle a box is, or one stands to look at it, at most."""
     return math.hypot(*box.size[:2]) / 2 + max(_DISTANCES) + _CLEARANCE
-
-
-def _find_ground(room: int, furniture: Mapping[int, Furniture]) -> float:
-    """Return the height of the floor of a room without a box: the lowest side of its furniture."""
-    return min(
-        row.box.bottom for row in furniture.values() if row.room == room and row.box is not None
-    )
 
 
 def _list_points(box: Box, *, is_floor: bool) -> np.ndarray:

@@ -227,8 +227,7 @@ class Box:
         own = self.to_own(points)
         outside = np.abs(own) - np.array(self.size) / 2
         if self.outline is None:
-            within: np.ndarray = outside.max(axis=-1) <= -depth
-            return within
+            return outside.max(axis=-1) <= -depth
         flat = own[..., :2]
         is_in = contains_points(self.outline, flat) & (outside[..., 2] <= -depth)
         return is_in & (compute_edge_distance(self.outline, flat) >= depth)

@@ -51,8 +51,7 @@ def contains_points(outline: Outline, points: np.ndarray) -> np.ndarray:
     is_beside = (start[:, 1] > y) != (start[:, 1] + way[:, 1] > y)
     slope = way[:, 0] / np.where(way[:, 1] == 0, 1.0, way[:, 1])
     is_left = x < start[:, 0] + slope * (y - start[:, 1])
-    odd: np.ndarray = np.count_nonzero(is_beside & is_left, axis=-1) % 2 == 1
-    return odd
+    return np.count_nonzero(is_beside & is_left, axis=-1) % 2 == 1
 
 
 def compute_edge_distance(outline: Outline, points: np.ndarray) -> np.ndarray:
@@ -60,8 +59,7 @@ def compute_edge_distance(outline: Outline, points: np.ndarray) -> np.ndarray:
     start, way = _list_sides(outline)
     offset = points[..., None, :] - start
     share = np.clip((offset * way).sum(axis=-1) / (way * way).sum(axis=-1), 0, 1)
-    distance: np.ndarray = np.linalg.norm(offset - share[..., None] * way, axis=-1).min(axis=-1)
-    return distance
+    return np.linalg.norm(offset - share[..., None] * way, axis=-1).min(axis=-1)
 
 
 def compute_outline_distance(outline: Outline, points: np.ndarray) -> np.ndarray:

@@ -117,8 +117,7 @@ class Asked:
     @property
     def was_seen(self) -> np.ndarray:
         """Which of them were seen before the looks of this time step, bool (K,)."""
-        seen: np.ndarray = self.batch.objects["num_observed"][self.queries.object] > 0
-        return seen
+        return self.batch.objects["num_observed"][self.queries.object] > 0
 
     @property
     def carried(self) -> np.ndarray:

@@ -26,7 +26,6 @@ class FrameWatch:
     """Watches the looks of a memory, and warns once if they seem to be frames of a video."""
 
     def __init__(self) -> None:
-        """Begin before the first look."""
         self._is_told = False
         self._furniture: int | None = None
         self._names: frozenset[tuple[str, ...]] = frozenset()

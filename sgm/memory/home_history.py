@@ -24,7 +24,6 @@ NUM_HOURS = 12  # bins of a day, two hours each
 # take the square of its number.
 MOST_FURNITURE = 500
 
-_FIRST_VERSION = 3  # of memory files that have a history
 _EDGE_HOURS = ("edge_hours", "edge_gone_hours")  # what the rows of `edge_hours` are called in JSON
 
 
@@ -260,9 +259,8 @@ class HomeHistory:
         if history.counts_moves:
             history.moves[0, src, dst] = count
         for column in HOME:
-            default = {column.name: column.default} if column.since > _FIRST_VERSION else {}
-            value = float({**default, **data["counters"]}[column.name])
-            if not column.low <= value <= column.high or math.isinf(value):
+            value = float(data["counters"][column.name])
+            if not column.low <= value < math.inf:
                 raise ValueError(f"{column.name} must be a number, 0 or more, got {value}")
             history.counters[column.name][0] = value
         for which, name in enumerate(_EDGE_HOURS):

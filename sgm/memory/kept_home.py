@@ -129,12 +129,11 @@ def replay_latest(lines: Sequence[LogLine], aliases: Aliases | None = None) -> S
     Raises:
         ValueError: if a line names a room or furniture that there is not.
     """
-    starts = [
-        number
-        for number, line in enumerate(lines)
-        if line.kind == "start" and line.values["memory"] is not None
-    ]
-    lines = lines[starts[-1] if starts else 0 :]
+    first = 0
+    for number, line in enumerate(lines):
+        if line.kind == "start" and line.values["memory"] is not None:
+            first = number
+    lines = lines[first:]
     replayer = Replayer(SceneGraphMemory(clock=lines[0].values["clock"], aliases=aliases))
     for line in lines:
         replayer.apply(line)

@@ -221,11 +221,9 @@ def _split_off_seen(state: MemoryState, row: int, furniture: int, name: str) -> 
     objects["num_at_once"][other] = 1
     objects["num_at_once"][row] = max(int(objects["num_at_once"][row]) - 1, 1)
     said = state.things[row].statements
-    state.things[other] = replace(
-        state.things[other], statements=tuple(one for one in said if one.furniture == furniture)
-    )
-    state.things[row] = replace(
-        state.things[row], statements=tuple(one for one in said if one.furniture != furniture)
-    )
+    there = tuple(one for one in said if one.furniture == furniture)
+    elsewhere = tuple(one for one in said if one.furniture != furniture)
+    state.things[other] = replace(state.things[other], statements=there)
+    state.things[row] = replace(state.things[row], statements=elsewhere)
     batch.look_up_prior()  # of the new thing
     state.begin_anew()

@@ -18,13 +18,7 @@ from sgm.memory.questions import ask
 from sgm.memory.seen_and_said import get_statements, list_places, list_said_by, list_spoken_of
 from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
-from sgm.memory.thing_changes import (
-    ThingChange,
-    ThingEvent,
-    list_changes,
-    list_events,
-    read_since,
-)
+from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since
 from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
@@ -209,17 +203,10 @@ class MemoryQuestions(MemoryLayout):
         with self._lock:
             state = self._state
             fused = state.fuse_batch()
-            found = [
-                event
-                for row in state.find_rows(thing) or state.find_rows(*matches)
-                for event in list_events(
-                    fused,
-                    get_statements(state, row),
-                    row,
-                    list_places(state, row, fused),
-                    state.furniture.ids,
-                )
-            ]
+            found: list[ThingEvent] = []
+            for row in state.find_rows(thing) or state.find_rows(*matches):
+                own, places = get_statements(state, row), list_places(state, row, fused)
+                found += list_events(fused, own, row, places, state.furniture.ids)
         return sorted(found, key=lambda event: -event.time)
 
     def changes(self, since: datetime | int) -> list[ThingChange]:

@@ -162,15 +162,13 @@ class MemoryState:
         for row, sighting in zip(rows, seen, strict=True):
             if sighting.embedding and sighting.confidence >= SURE:
                 self.things[row] = replace(self.things[row], embedding=sighting.embedding)
+        relations = [RELATIONS.index(sighting.relation) for sighting in seen]
         self.batch.observe(
-            _HOME,
-            np.array([self.furniture.position[furniture]]),
-            np.array(rows, dtype=np.int64),
-            np.array([RELATIONS.index(sighting.relation) for sighting in seen], dtype=np.int64),
-            np.array([coverage], dtype=float),
+            _HOME, np.array([self.furniture.position[furniture]]), np.array(rows, dtype=np.int64),
+            np.array(relations, dtype=np.int64), np.array([coverage], dtype=float),
             np.array([sighting.confidence for sighting in seen], dtype=float),
             np.array(self.find_rows(*hidden), dtype=np.int64),
-        )
+        )  # fmt: skip
         self.step.add(own, Counter(rows))
         at_once = self.batch.objects["num_at_once"]
         for row in set(rows):
@@ -269,10 +267,8 @@ class MemoryState:
             used = np.concatenate([label[is_there], batch.room_label[0], batch.furniture_label[0]])
             gone = {batch.labels[index] for index in np.setdiff1d(label[never], used)}
             content = self.get_content().remove(objects=never.tolist())
-            labels = HOME_LABELS + tuple(
-                text for text in content.labels[len(HOME_LABELS) :] if text not in gone
-            )
-            self.take(replace(content, labels=labels))
+            kept = (text for text in content.labels[len(HOME_LABELS) :] if text not in gone)
+            self.take(replace(content, labels=(*HOME_LABELS, *kept)))
 
     def query(self, description: str) -> Queries:
         """Open the hypothetical edges of an object until the next step."""

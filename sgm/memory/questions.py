@@ -88,16 +88,16 @@ def _find_asked(
     firsts, descriptions = [], []
     for name in names:
         own = state.find_rows(name)
-        asked = [row for row in own if row in rows and _has_several_names(state, row)]
+        asked = [
+            row
+            for row in own
+            if row in rows and (state.things[row].id or len(state.list_members(row)) > 1)
+        ]  # by another of its names
         firsts.append(rows.index(asked[0]) if asked else len(rows))
         for row in [row for row in own if row not in asked] if own else [-1]:
             rows.append(row)
             descriptions.append(name if row < 0 else state.things[row].description)
     return np.array(firsts), np.array(rows), descriptions
-
-
-def _has_several_names(state: MemoryState, row: int) -> bool:
-    return bool(state.things[row].id) or len(state.list_members(row)) > 1
 
 
 def _list_looks(

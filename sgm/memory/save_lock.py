@@ -21,7 +21,6 @@ class SaveLock:
     """
 
     def __init__(self) -> None:
-        """Begin without the file."""
         self._process = os.getpid()
         self._writing = Lock()
         self._file: BinaryIO | None = None

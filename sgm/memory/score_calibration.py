@@ -123,13 +123,11 @@ def _read(name: str, values: Sequence[float] | np.ndarray) -> np.ndarray:
 
 def _compute_logits(scores: np.ndarray) -> np.ndarray:
     scores = np.clip(scores, _LEAST, 1 - _LEAST)
-    logits: np.ndarray = np.log(scores) - np.log1p(-scores)
-    return logits
+    return np.log(scores) - np.log1p(-scores)
 
 
 def _sigmoid(values: np.ndarray) -> np.ndarray:
-    curve: np.ndarray = 1 / (1 + np.exp(-np.clip(values, -500, 500)))
-    return curve
+    return 1 / (1 + np.exp(-np.clip(values, -500, 500)))
 
 
 def _fit_logistic(logits: np.ndarray, right: np.ndarray) -> tuple[float, float]:

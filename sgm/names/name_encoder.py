@@ -45,8 +45,7 @@ class NameEncoder:
     def compare(self, name: str, others: Sequence[str]) -> Sequence[float]:
         """Return the cosines of a name to others; raises ValueError for vectors that are none."""
         vectors = self._take([name, *others])
-        cosines: list[float] = (vectors[1:] @ vectors[0]).tolist()
-        return cosines
+        return (vectors[1:] @ vectors[0]).tolist()
 
     @property
     def least(self) -> float:

@@ -72,13 +72,9 @@ def read_name(description: str) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=10_000)
-def _read_name(words: str) -> tuple[str, ...]:
-    *properties, kind = _list_words(words)
-    return (*sorted(properties), kind)
-
-
-def _list_words(name: str) -> list[str]:
-    """List the words of a name in lower case, without articles and the like."""
+def _read_name(name: str) -> tuple[str, ...]:
     text = name.casefold().replace("_", " ")
     words = [_POSSESSIVE.sub("", word) for word in _WORD.findall(text)]
-    return [word for word in words if word not in _SKIPPED] or words or [text.strip()]
+    said = [word for word in words if word not in _SKIPPED]
+    *properties, kind = said or words or [text.strip()]
+    return (*sorted(properties), kind)

@@ -15,7 +15,6 @@ class Metrics:
     """Counts requests by call and status, and how long they took."""
 
     def __init__(self) -> None:
-        """Start from nothing."""
         self._lock = Lock()
         self._requests: Counter[tuple[str, int]] = Counter()
         self._buckets: Counter[tuple[str, float]] = Counter()

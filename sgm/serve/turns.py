@@ -21,7 +21,6 @@ class Turns:
     """
 
     def __init__(self) -> None:
-        """Start with nothing to run."""
         self._waiting: deque[tuple[asyncio.Future[Any], Executor, Callable[[], Any]]] = deque()
         self._first: asyncio.Future[Any] | None = None  # whose turn it is
         self._num_running = 0
