@@ -21,5 +21,5 @@ def test_what_one_stand_shows_was_seen_whatever_others_show(apart, coverage):
         pose = Pose(np.eye(3), np.array([apart * number, 0.0, 0.0]))
         view = CameraView(scene, pose, camera, None, (0.2, 4.0))
         visits.note_points(number, np.array([1]), np.array([[1.0, share]]), view)
-    (visit,) = visits.take_all()
+    (visit,) = visits.take_ended()
     assert visit.points.compute_coverage(scene, visit.place)["onTop"] == coverage
