@@ -65,14 +65,10 @@ class DepthCamera:
             rng: of noise and holes.
         """
         camera = self.intrinsics
-        depth = np.full((camera.height, camera.width), np.inf)
-        owner = np.full(depth.shape, -1, dtype=np.int32)
-        num_alone = np.zeros(num_things, dtype=np.int64)
-        cast_rays(
-            solids.arrays,
-            np.ascontiguousarray(pose.position), np.ascontiguousarray(pose.rotation),
-            np.array([camera.fx, camera.fy]), np.array([camera.cx, camera.cy]),
-            depth, owner, num_alone,
+        depth, owner, num_alone = cast_rays(
+            solids, np.ascontiguousarray(pose.position), np.ascontiguousarray(pose.rotation),
+            (camera.fx, camera.fy), (camera.cx, camera.cy), (camera.height, camera.width),
+            num_things,
         )  # fmt: skip
         noise = rng.standard_normal(depth.shape, dtype=np.float32)
         is_hole = rng.random(depth.shape, dtype=np.float32) < self.hole_share

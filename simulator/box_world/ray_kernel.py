@@ -7,38 +7,43 @@ import math
 import numpy as np
 
 from sgm.kernel import kernel
+from simulator.box_world.solids import Solids
 
-Boxes = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 _NEAR = 0.02  # metres in front of the camera, where nothing is seen
 _FLAT = 1e-30  # a direction that stands for 0
 
 
 @kernel
 def cast_rays(
-    boxes: Boxes,
+    solids: Solids,
     position: np.ndarray,
     rotation: np.ndarray,
-    focal: np.ndarray,
-    middle: np.ndarray,
-    depth: np.ndarray,
-    seen_owner: np.ndarray,
-    num_alone: np.ndarray,
-) -> None:
+    focal: tuple[float, float],
+    middle: tuple[float, float],
+    size: tuple[int, int],
+    num_things: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Draw boxes into a depth image.
 
     Args:
-        boxes: `Solids.arrays`.
+        solids: the boxes.
         position: of the camera, (3,).
         rotation: of the camera, (3, 3).
         focal: fx, fy.
         middle: cx, cy.
-        depth: inf at first; becomes z of what each pixel shows, (rows, columns).
-        seen_owner: -1 at first; becomes whose it is, int32 (rows, columns).
-        num_alone: 0 at first; becomes how many pixels the boxes of each of the first owners would
-            take if nothing stood before them, (m,).
+        size: rows and columns.
+        num_things: the first owners, m.
+
+    Returns:
+        z of what each pixel shows, inf for nothing, (rows, columns); whose it is, -1 for nothing,
+        int32 (rows, columns); how many pixels the boxes of each of the first owners would take if
+        nothing stood before them, (m,).
     """
-    center, half, turn, owner = boxes
-    rows, columns = depth.shape
+    center, half, turn, owner = solids
+    rows, columns = size
+    depth = np.full(size, np.inf)
+    seen_owner = np.full(size, -1, dtype=np.int32)
+    num_alone = np.zeros(num_things, dtype=np.int64)
     # The nearest first: most pixels of those behind are settled by then.
     nearest = np.empty(len(center))
     own, corners = np.empty((3, 3)), np.empty((8, 3))
@@ -89,7 +94,7 @@ def cast_rays(
                 last_column = max(last_column, math.ceil(column))
                 first_row = min(first_row, math.floor(row))
                 last_row = max(last_row, math.ceil(row))
-        is_counted = owner[box] < len(num_alone)
+        is_counted = owner[box] < num_things
         for row in range(max(first_row, 0), min(last_row, rows - 1) + 1):
             v = (row - middle[1]) / focal[1]
             rx = own[0, 1] * v + own[0, 2]
@@ -110,6 +115,7 @@ def cast_rays(
                 if enter < depth[row, column]:
                     depth[row, column] = enter
                     seen_owner[row, column] = owner[box]
+    return depth, seen_owner, num_alone
 
 
 @kernel
@@ -129,23 +135,10 @@ def _enter(
 
 
 @kernel
-def find_hidden(
-    boxes: Boxes,
-    position: np.ndarray,
-    points: np.ndarray,
-    ignored: np.ndarray,
-    is_hidden: np.ndarray,
-) -> None:
-    """Tell which points a box stands before, or around.
-
-    Args:
-        boxes: `Solids.arrays`.
-        position: of the camera, (3,).
-        points: (n, 3).
-        ignored: owner whose boxes hide each point not, -1 for none, (n,).
-        is_hidden: False at first, bool (n,).
-    """
-    center, half, turn, owner = boxes
+def find_hidden(solids: Solids, position: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Tell which points (n, 3) a box stands before, or around, seen from (3,); bool (n,)."""
+    center, half, turn, _ = solids
+    is_hidden = np.zeros(len(points), dtype=np.bool_)
     for box in range(len(center)):
         cos, sin = turn[box, 0], turn[box, 1]
         dx, dy = position[0] - center[box, 0], position[1] - center[box, 1]
@@ -153,7 +146,7 @@ def find_hidden(
         oz = position[2] - center[box, 2]
         hx, hy, hz = half[box, 0], half[box, 1], half[box, 2]
         for point in range(len(points)):
-            if is_hidden[point] or owner[box] == ignored[point]:
+            if is_hidden[point]:
                 continue
             wx = points[point, 0] - position[0]
             wy = points[point, 1] - position[1]
@@ -161,3 +154,4 @@ def find_hidden(
             enter = _enter(ox, oy, oz, cos * wx + sin * wy, cos * wy - sin * wx, wz, hx, hy, hz)
             if enter < 1 - 1e-6:
                 is_hidden[point] = True
+    return is_hidden

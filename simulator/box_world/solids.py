@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from sgm.layout.box import Box
-from simulator.box_world.ray_kernel import Boxes
 
 
-@dataclass(frozen=True, slots=True)
-class Solids:
-    """B upright boxes of matter.
+class Solids(NamedTuple):
+    """B upright boxes of matter, as compiled functions read them.
 
     Attributes:
         center: x, y, z of the middles, (B, 3).
@@ -27,11 +25,6 @@ class Solids:
     half: np.ndarray
     turn: np.ndarray
     owner: np.ndarray
-
-    @property
-    def arrays(self) -> Boxes:
-        """The four columns, as compiled functions read them."""
-        return self.center, self.half, self.turn, self.owner
 
     @classmethod
     def of_boxes(cls, boxes: Sequence[Box], owner: int) -> Solids:
@@ -48,12 +41,7 @@ class Solids:
     @classmethod
     def join(cls, parts: Sequence[Solids]) -> Solids:
         """Return all boxes of some."""
-        return cls(
-            *(
-                np.ascontiguousarray(np.concatenate([getattr(part, name) for part in parts]))
-                for name in ("center", "half", "turn", "owner")
-            )
-        )
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
     def select_between(self, position: np.ndarray, points: np.ndarray) -> Solids:
         """Return the boxes that may lie between a position (3,) and any of the points (n, 3)."""
@@ -63,7 +51,7 @@ class Solids:
         share = np.clip(offset @ along / max(float(along @ along), 1e-12), 0, 1)
         away = np.linalg.norm(offset - share[:, None] * along, axis=1)
         rows = np.flatnonzero(away <= reach + np.linalg.norm(self.half, axis=1))
-        return Solids(self.center[rows], self.half[rows], self.turn[rows], self.owner[rows])
+        return Solids(*(column[rows] for column in self))
 
 
 def list_parts(box: Box, shape: str, is_open: bool = False) -> list[Box]:

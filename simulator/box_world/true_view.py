@@ -10,6 +10,7 @@ from sgm.eyes.camera import Pose
 from sgm.layout.box import ABOVE_TOP, Box
 from sgm.memory.sighting import RELATIONS
 from simulator.box_world.depth_camera import DepthCamera
+from simulator.box_world.ray_kernel import find_hidden
 from simulator.box_world.solids import Solids
 from simulator.box_world.world import BoxWorld
 
@@ -31,13 +32,7 @@ class TrueView:
     def __init__(
         self, world: BoxWorld, camera: DepthCamera, reach: tuple[float, float] = (0.2, 4.0)
     ) -> None:
-        """Take the volumes of a world.
-
-        Args:
-            world: of the furniture.
-            camera: whose image counts.
-            reach: nearest and farthest distance at which things are seen, metres.
-        """
+        """Take the volumes of a world; `reach` is how near and far things are seen, metres."""
         self._world, self._camera, self._reach = world, camera, reach
         self.points: dict[tuple[int, str], np.ndarray] = {}
         rng = np.random.default_rng(0)
@@ -57,20 +52,11 @@ class TrueView:
         self._frames.clear()
 
     def add(self, time: float, pose: Pose) -> None:
-        """Add a frame, in the world as it is now.
-
-        Args:
-            time: of the frame, seconds.
-            pose: true one of the camera.
-        """
+        """Add a frame of a time, seconds, and a true pose, in the world as it is now."""
         self._frames.append((time, pose, self._world.solids))
 
     def compute_coverage(
-        self,
-        furniture: int,
-        relation: str,
-        start: float = -math.inf,
-        end: float = math.inf,
+        self, furniture: int, relation: str, start: float = -math.inf, end: float = math.inf
     ) -> float:
         """Return the share of a volume that was in view in any frame from `start` to `end`.
 
@@ -102,9 +88,8 @@ class TrueView:
         is_seen &= self._camera.shows(pose, points)
         rows = np.flatnonzero(is_seen)
         if len(rows):
-            ignored = np.full(len(rows), -1, dtype=np.int32)
             near = solids.select_between(pose.position, points[rows])
-            is_seen[rows] = ~self._world.compute_hidden(near, pose.position, points[rows], ignored)
+            is_seen[rows] = ~find_hidden(near, np.ascontiguousarray(pose.position), points[rows])
         return is_seen
 
 

@@ -7,7 +7,6 @@ import numpy as np
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.layout.box import Box
 from simulator.box_world.floor import BoxFloor, sample_floor
-from simulator.box_world.ray_kernel import find_hidden
 from simulator.box_world.solids import Solids, list_parts
 from simulator.box_world.things import ThingBoxes
 from simulator.world.homes import Homes
@@ -52,7 +51,8 @@ class BoxWorld:
         self.open_doors: set[int] = set()
         self._solids: tuple[frozenset[int], Solids] | None = None
         ground = Box.of_floor(self.floor.low, self.floor.high)
-        self._still = Solids.of_boxes([*self.floor.walls, ground], self.num_owners - 1)
+        last_owner = homes.num_slots + self.num_furniture
+        self._still = Solids.of_boxes([*self.floor.walls, ground], last_owner)
 
     @property
     def num_furniture(self) -> int:
@@ -60,13 +60,11 @@ class BoxWorld:
         return len(self.floor.furniture)
 
     @property
-    def num_owners(self) -> int:
-        """Owners of boxes: C things, then F pieces of furniture, then all walls and the floor."""
-        return self.homes.num_slots + self.num_furniture + 1
-
-    @property
     def solids(self) -> Solids:
-        """All boxes that a ray can hit, as they are now."""
+        """All boxes that a ray can hit, as they are now.
+
+        Their owners are C things, then F pieces of furniture, then all walls and the floor.
+        """
         doors = frozenset(self.open_doors)
         if self._solids is None or self._solids[0] != doors:
             self._solids = doors, self._make_solids()
@@ -88,36 +86,12 @@ class BoxWorld:
         slots = np.flatnonzero(self.things.place // NUM_RELATIONS == furniture)
         return [(int(slot), int(self.things.place[slot] % NUM_RELATIONS)) for slot in slots]
 
-    def compute_hidden(
-        self, solids: Solids, position: np.ndarray, points: np.ndarray, ignored: np.ndarray
-    ) -> np.ndarray:
-        """Tell which points something stands before, seen from a position.
-
-        Args:
-            solids: of the world.
-            position: x, y, z of the camera.
-            points: (n, 3).
-            ignored: owner that hides each point not, -1 for none, (n,).
-
-        Returns:
-            bool (n,).
-        """
-        is_hidden = np.zeros(len(points), dtype=bool)
-        find_hidden(
-            solids.arrays,
-            np.ascontiguousarray(position, dtype=float),
-            np.ascontiguousarray(points, dtype=float),
-            np.ascontiguousarray(ignored, dtype=np.int32), is_hidden,
-        )  # fmt: skip
-        return is_hidden
-
     def _make_solids(self) -> Solids:
+        pieces = zip(self.floor.furniture, self.floor.shapes, strict=True)
         parts = [
             Solids.of_boxes(
                 list_parts(box, shape, number in self.open_doors), self.homes.num_slots + number
             )
-            for number, (box, shape) in enumerate(
-                zip(self.floor.furniture, self.floor.shapes, strict=True)
-            )
+            for number, (box, shape) in enumerate(pieces)
         ]
         return Solids.join([self.things.solids, *parts, self._still])

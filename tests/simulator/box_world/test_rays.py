@@ -77,10 +77,7 @@ def test_rays_agree_with_a_plain_loop(camera, seed):
     pixels = np.column_stack([columns, rows])
     for factor, hides in ((0.999, False), (1.001, True)):
         points = pose.to_map(camera.intrinsics.unproject(pixels, plain[rows, columns] * factor))
-        hidden = np.zeros(len(points), dtype=bool)
-        solids = Solids.of_boxes(boxes, 0)
-        ignored = np.full(len(points), -1, dtype=np.int32)
-        find_hidden(solids.arrays, pose.position, points, ignored, hidden)
+        hidden = find_hidden(Solids.of_boxes(boxes, 0), pose.position, points)
         is_around = np.any([box.contains(pose.position) for box in boxes])
         assert hides or is_around or not hidden.any()
         assert not hides or hidden.all()
