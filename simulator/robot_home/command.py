@@ -58,7 +58,6 @@ def play(arguments: Sequence[str]) -> int:
     options = parse(parser, arguments)
     check_seed(options.seed)
     rules = WeekRules(**pick(options, WeekRules))
-    check_rules(rules)
     check_at_least(0, position_sd=options.position_sd, number=options.number)
     source = HomeOptions(**pick(options, HomeOptions)).make()
     source.check_homes([options.number])
@@ -91,18 +90,6 @@ def play(arguments: Sequence[str]) -> int:
         week.seeing.memory.save(options.save / "home.sgm")
         print(f"saved: {options.save / 'home.sgm'}, {log}")
     return 0
-
-
-def check_rules(rules: WeekRules) -> None:
-    """Check what robots are to do.
-
-    Raises:
-        ValueError: if a number is below 1.
-    """
-    check_at_least(
-        1, steps=rules.steps, errands_per_step=rules.errands_per_step, most_looks=rules.most_looks
-    )
-    check_at_least(0, looks_per_step=rules.looks_per_step)
 
 
 def format_tallies(tallies: Sequence[Tally], most_looks: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,26 +42,15 @@ class HomeRobot(ABC):
     Attributes:
         body: drives through the world.
         memory: what it remembers; ids of furniture are the numbers of the world.
+        world: where it is.
     """
 
     def __init__(
         self, body: RobotBody, memory: SceneGraphMemory, finder: Finder, most_looks: int
     ) -> None:
-        """Begin with an empty memory of a home whose furniture is known.
-
-        Args:
-            body: in the world.
-            memory: of that home, see `make_memory`.
-            finder: says where things may be.
-            most_looks: of one errand.
-        """
-        self.body, self.memory = body, memory
+        """Begin with a memory from `make_memory`; `most_looks` are those of one errand."""
+        self.body, self.memory, self.world = body, memory, body.world
         self._finder, self._most_looks = finder, most_looks
-
-    @property
-    def world(self) -> BoxWorld:
-        """Where it is."""
-        return self.body.world
 
     @abstractmethod
     def look_at(self, furniture: int) -> BuiltLook | None:
@@ -94,8 +84,7 @@ class HomeRobot(ABC):
 
     def _is_there(self, description: str, furniture: int) -> bool:
         """Tell whether something that the question means is truly at a piece of furniture."""
-        world = self.world
-        names = [world.describe_thing(slot) for slot, _ in world.list_there(furniture)]
+        names = [one.description for one, _ in self._list_there(furniture)]
         meant = self._finder.resolve_among(self.memory, description, names)
         return description in names or bool(meant)
 
@@ -104,6 +93,23 @@ class HomeRobot(ABC):
             start = self.world.floor.find_stand(start)
         return self.body.routes.compute_distance(start, furniture)
 
+    def _list_there(self, furniture: int) -> list[tuple[Sighting, int]]:
+        """List what truly is at a piece of furniture, and the slot of each."""
+        return [
+            (Sighting(self.world.describe_thing(slot), RELATIONS[relation]), slot)
+            for slot, relation in self.world.list_there(furniture)
+        ]
+
+    def _make_look(
+        self, furniture: int, seen: Iterable[Sighting], hidden: Iterable[str]
+    ) -> BuiltLook:
+        """Return a look of now that had all of the furniture in view."""
+        now = self.body.time
+        return BuiltLook(
+            furniture, tuple(seen), dict.fromkeys(RELATIONS, 1.0), tuple(dict.fromkeys(hidden)),
+            start=now, end=now, num_frames=1,
+        )  # fmt: skip
+
 
 class PerfectRobot(HomeRobot):
     """A robot that is given everything at the furniture that it looks at."""
@@ -111,14 +117,7 @@ class PerfectRobot(HomeRobot):
     def look_at(self, furniture: int) -> BuiltLook:
         """Return everything that is there."""
         self.body.go_to(furniture)
-        seen = tuple(
-            Sighting(self.world.describe_thing(slot), RELATIONS[relation])
-            for slot, relation in self.world.list_there(furniture)
-        )
-        now = self.body.time
-        return BuiltLook(
-            furniture, seen, dict.fromkeys(RELATIONS, 1.0), (), start=now, end=now, num_frames=1
-        )
+        return self._make_look(furniture, (one for one, _ in self._list_there(furniture)), ())
 
 
 class ShownRobot(HomeRobot):
@@ -138,18 +137,12 @@ class ShownRobot(HomeRobot):
             owner = frame.shot.owner
             visible = np.bincount(owner[(owner >= 0) & (owner < num_slots)], minlength=num_slots)
             share = np.maximum(share, visible / np.maximum(frame.shot.num_alone[:num_slots], 1))
-        seen, hidden = [], []
-        for slot, relation in self.world.list_there(furniture):
-            name = self.world.describe_thing(slot)
-            if share[slot] > self.body.rules.detector.least_share:
-                seen.append(Sighting(name, RELATIONS[relation]))
-            else:
-                hidden.append(name)
-        now = self.body.time
-        return BuiltLook(
-            furniture, tuple(seen), dict.fromkeys(RELATIONS, 1.0), tuple(dict.fromkeys(hidden)),
-            start=now, end=now, num_frames=1,
-        )  # fmt: skip
+        there, least = self._list_there(furniture), self.body.rules.detector.least_share
+        return self._make_look(
+            furniture,
+            (one for one, slot in there if share[slot] > least),
+            (one.description for one, slot in there if not share[slot] > least),
+        )
 
 
 class SeeingRobot(HomeRobot):
@@ -157,20 +150,15 @@ class SeeingRobot(HomeRobot):
 
     Attributes:
         builder: makes the looks.
-        num_frames: pictures taken.
     """
 
     def __init__(
         self, body: RobotBody, memory: SceneGraphMemory, finder: Finder, most_looks: int
     ) -> None:
-        """Begin; see `HomeRobot`."""
         super().__init__(body, memory, finder, most_looks)
-        reach = body.rules.reach
-        self.builder = LookBuilder(
-            dict(enumerate(body.world.floor.furniture)),
-            gate=Gate(nearest=reach[0], farthest=reach[1]),
-        )
-        self.num_frames = 0
+        nearest, farthest = body.rules.reach
+        boxes = dict(enumerate(self.world.floor.furniture))
+        self.builder = LookBuilder(boxes, gate=Gate(nearest=nearest, farthest=farthest))
 
     def look_at(self, furniture: int) -> BuiltLook | None:
         """Return the look that the frames before the furniture make."""
@@ -195,19 +183,13 @@ class SeeingRobot(HomeRobot):
 
     def _show(self, frame: RobotFrame) -> None:
         detections = [found.detection for found in frame.detected]
-        self.num_frames += 1
         self.builder.frame(
             frame.time, frame.pose, self.body.rules.camera.intrinsics, detections, frame.shot.depth
         )
 
 
 def make_memory(world: BoxWorld, **options: Any) -> SceneGraphMemory:
-    """Return an empty memory that knows rooms and furniture of a world.
-
-    Args:
-        world: the home.
-        options: of `SceneGraphMemory`, such as a log.
-    """
+    """Return an empty memory, with such options, that knows rooms and furniture of a world."""
     memory = SceneGraphMemory(world.homes.prior, **options)
     rooms = [memory.add_room(label) for label in world.room_labels]
     labels = world.homes.furniture_labels[0, : world.num_furniture].tolist()

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import cycle, islice
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
+from sgm.checks import check_at_least
 from sgm.finder.finder import Finder
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules, RobotBody
@@ -22,6 +25,8 @@ from simulator.robot_home.robots import (
 )
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
+
+Robot = TypeVar("Robot", bound=HomeRobot)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,20 +45,24 @@ class WeekRules:
     errands_per_step: int = 1
     most_looks: int = 10
 
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ValueError: if one is too small.
+        """
+        check_at_least(
+            1, steps=self.steps, errands_per_step=self.errands_per_step, most_looks=self.most_looks
+        )
+        check_at_least(0, looks_per_step=self.looks_per_step)
+
 
 @dataclass(slots=True)
 class Tally:
-    """The errands of a robot, and what it saw.
-
-    Attributes:
-        name: of the robot.
-        errands: in order.
-        num_frames: pictures taken.
-    """
+    """The errands of a robot, in order."""
 
     name: str
     errands: list[Errand] = field(default_factory=list)
-    num_frames: int = 0
 
     @property
     def found(self) -> float:
@@ -100,39 +109,31 @@ class Week:
             log: file for the log of the memory of the robot that sees; None for none.
         """
         self._rules = rules
-        self.seeing: SeeingRobot
-        self.shown: ShownRobot
-        self.perfect: PerfectRobot
-        robots: list[HomeRobot] = []
-        for kind, own_log in ((SeeingRobot, log), (ShownRobot, None), (PerfectRobot, None)):
+
+        def make(kind: Callable[..., Robot], log: Path | None = None) -> Robot:
             world = BoxWorld(source.make(Streams(seed, "test", [home])))
-            memory = make_memory(world, clock=world.homes.make_clock(), log=own_log)
-            robots.append(
-                kind(RobotBody(world, body), memory, Finder(Adaptive()), rules.most_looks)
-            )
-        self.seeing, self.shown, self.perfect = robots  # type: ignore[assignment]
+            memory = make_memory(world, clock=world.homes.make_clock(), log=log)
+            return kind(RobotBody(world, body), memory, Finder(Adaptive()), rules.most_looks)
+
+        self.seeing = make(SeeingRobot, log)
+        self.shown, self.perfect = make(ShownRobot), make(PerfectRobot)
         self.tallies = (Tally("eyes"), Tally("all that shows"), Tally("perfect looks"))
         self._choices = self.seeing.world.homes.streams.generator("box errands", 0)
 
     def live(self) -> Iterator[int]:
         """Play; yields the number of each step that is over."""
-        num_furniture = self.seeing.world.num_furniture
-        turn = 0
+        turns = cycle(range(self.seeing.world.num_furniture))
         robots: tuple[HomeRobot, ...] = (self.seeing, self.shown, self.perfect)
         for step in range(self._rules.steps):
             for robot in robots:
                 robot.world.evolve()
                 robot.memory.step()
-            places = [
-                (turn + number) % num_furniture for number in range(self._rules.looks_per_step)
-            ]
-            turn += len(places)
+            places = list(islice(turns, self._rules.looks_per_step))
             wanted = self._choose_things()
             for robot, tally in zip(robots, self.tallies, strict=True):
                 for place in places:
                     robot.patrol(place)
                 tally.errands += [robot.fetch(description) for description in wanted]
-            self.tallies[0].num_frames = self.seeing.num_frames
             yield step
 
     def _choose_things(self) -> list[str]:

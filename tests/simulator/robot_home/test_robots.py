@@ -64,7 +64,6 @@ def test_looks_of_eyes_are_near_the_truth(make_robot):
         num_there += len(set(there))
         num_seen += len(seen.intersection(there))
         num_false += len(seen.difference(there))
-    assert robot.num_frames > 100
     assert num_there >= 12
     assert num_seen >= 0.85 * num_there
     assert num_false <= 1
@@ -122,4 +121,3 @@ def test_two_robots_live_in_the_same_home(source):
     first, second, third = [[one.description for one in tally.errands] for tally in week.tallies]
     assert first == second == third
     assert len(first) == 3
-    assert [tally.num_frames > 0 for tally in week.tallies] == [True, False, False]
