@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from itertools import groupby
 
 import numpy as np
 
@@ -96,12 +97,16 @@ def make_episode(
             "shorter steps."
         )
     resolver = _Resolver(trace)
-    for now, events in _group_by_step(trace.events, start, step_seconds, num_steps):
-        resolver.play(now, events)
+    steps, counts = [0], [0]  # when objects came or went, and how many there are since
+    for now, events in groupby(trace.events, lambda event: _find_step(event, start, step_seconds)):
+        if now > num_steps:
+            break
+        resolver.play(now, list(events))
+        steps.append(now)
+        counts.append(resolver.num_present)
     rows = np.array(resolver.rows, dtype=np.int64).reshape(-1, 6)
     step, slot, place, description, is_move, is_new = rows.T
-    change = np.bincount(resolver.change_step, resolver.change, minlength=num_steps + 1)
-    num_present = np.cumsum(change).astype(np.int64)[1:]
+    num_present = np.repeat(counts, np.diff([*steps, num_steps + 1]))[1:]
     if (num_present == 0).any():
         empty = int(np.argmax(num_present == 0)) + 1
         raise ValueError(
@@ -193,6 +198,10 @@ class _Resolver:
 
     A slot is a row of the home's arrays: what leaves frees its own first, then newcomers take the
     lowest free ones, as in the simulator.
+
+    Attributes:
+        descriptions: number of each that came up.
+        rows: columns of `Episode`.
     """
 
     def __init__(self, trace: Trace) -> None:
@@ -200,17 +209,15 @@ class _Resolver:
         self._place: dict[str, int] = {}  # of every object that is there
         self._slot: dict[str, int] = {}
         self._free = list(range(trace.num_slots))
-        self._number: dict[str, int] = {}  # of every description
-        self.rows: list[tuple[int, int, int, int, bool, bool]] = []  # columns of `Episode`
-        self.change_step: list[int] = []
-        self.change: list[int] = []
+        self.descriptions: dict[str, int] = {}
+        self.rows: list[tuple[int, int, int, int, bool, bool]] = []
         self.is_dynamic = False
         self.crosses_rooms = False
 
     @property
-    def descriptions(self) -> list[str]:
-        """All that came up, by number."""
-        return list(self._number)
+    def num_present(self) -> int:
+        """Objects that are there now."""
+        return len(self._place)
 
     def play(self, step: int, events: Sequence[Event]) -> None:
         """Apply all events of a step at once."""
@@ -222,7 +229,7 @@ class _Resolver:
             del self._place[name]
             heapq.heappush(self._free, slot)
             emptied.add(slot)
-            self._count(step, -1)
+            self.is_dynamic |= step > 0
         for name, event in last.items():
             if event.furniture == GONE:
                 continue
@@ -230,14 +237,14 @@ class _Resolver:
             before = self._place.get(name)
             if before is None:
                 self._slot[name] = heapq.heappop(self._free)
-                self._count(step, 1)
+                self.is_dynamic |= step > 0
             elif before == place:
                 continue
             is_move = before is not None and before // NUM_RELATIONS != event.furniture
             if before is not None:
                 came_from = self._rooms[before // NUM_RELATIONS]
                 self.crosses_rooms |= came_from != self._rooms[event.furniture]
-            number = self._number.setdefault(event.description, len(self._number))
+            number = self.descriptions.setdefault(event.description, len(self.descriptions))
             self._place[name] = place
             filled[self._slot[name]] = (place, number, is_move, before is None)
         for slot in sorted(emptied - filled.keys()):
@@ -245,26 +252,7 @@ class _Resolver:
         for slot, row in sorted(filled.items()):
             self.rows.append((step, slot, *row))
 
-    def _count(self, step: int, change: int) -> None:
-        self.change_step.append(step)
-        self.change.append(change)
-        self.is_dynamic |= step > 0
 
-
-def _group_by_step(
-    events: Sequence[Event], start: float, step_seconds: float, num_steps: int
-) -> Iterator[tuple[int, list[Event]]]:
-    """Yield the events of each step that has some; step 0 is all until the start."""
-    group: list[Event] = []
-    current = 0
-    for event in events:
-        step = max(math.ceil((event.time_s - start) / step_seconds - _ROUNDING), 0)
-        if step > num_steps:
-            break
-        if step != current and group:
-            yield current, group
-            group = []
-        current = step
-        group.append(event)
-    if group:
-        yield current, group
+def _find_step(event: Event, start: float, step_seconds: float) -> int:
+    """Return the step that an event belongs to; 0 for all until the start."""
+    return max(math.ceil((event.time_s - start) / step_seconds - _ROUNDING), 0)

@@ -66,14 +66,13 @@ def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tu
         raise ValueError(
             f"events must be UTF-8, got {error} in {path}. Save it as UTF-8."
         ) from None
-    reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
-        events = tuple(_read_rows(reader, layout, start))
+        return tuple(_read_rows(reader, layout, start))
     except (ValueError, csv.Error) as error:
         raise ValueError(
-            f"{path}, row {max(reader.reader.line_num, 1)}: {shorten_values(str(error))}"
+            f"{path}, row {max(reader.line_num, 1)}: {shorten_values(str(error))}"
         ) from None
-    return events
 
 
 def make_events_csv(events: Sequence[Event], layout: Layout) -> str:
@@ -83,24 +82,21 @@ def make_events_csv(events: Sequence[Event], layout: Layout) -> str:
     writer.writerow(COLUMNS)
     named: set[str] = set()
     for event in events:
-        is_new = event.object not in named
-        named.add(event.object)
         time = int(event.time_s) if event.time_s == int(event.time_s) else event.time_s
-        description = event.description if is_new else ""
-        if description == get_label(event.object):
-            description = ""
-        if event.furniture == GONE:
-            writer.writerow([time, event.object, "", "", description])
-        else:
-            place = layout.furniture[event.furniture].name
-            writer.writerow([time, event.object, place, RELATIONS[event.relation], description])
+        is_said = event.object in named or event.description == get_label(event.object)
+        named.add(event.object)
+        place = relation = ""
+        if event.furniture != GONE:
+            place, relation = layout.furniture[event.furniture].name, RELATIONS[event.relation]
+        description = "" if is_said else event.description
+        writer.writerow([time, event.object, place, relation, description])
     return out.getvalue()
 
 
 def _read_rows(
-    reader: csv.DictReader[str], layout: Layout, start: datetime | None
+    rows: Iterator[list[str]], layout: Layout, start: datetime | None
 ) -> Iterator[Event]:
-    header = [name.strip() for name in reader.fieldnames or []]
+    header = [name.strip() for name in next(rows, [])]
     missing = [name for name in _REQUIRED if name not in header]
     unknown = [name for name in header if name not in COLUMNS]
     if missing or unknown or len(set(header)) < len(header):
@@ -108,16 +104,16 @@ def _read_rows(
             f"events must have the columns {', '.join(_REQUIRED)} and perhaps description, got "
             f"{', '.join(header) or 'nothing'}. Name them in the first row."
         )
-    reader.fieldnames = header
     furniture = {read_words("name", row.name): i for i, row in layout.furniture.items()}
     known: dict[str, Event] = {}  # by the words of the object's name
     last = 0.0
-    for row in reader:
-        if None in row or any(row[name] is None for name in header):
+    for cells in filter(None, rows):
+        if len(cells) != len(header):
             raise ValueError(
-                f"row must have {len(header)} cells, got {_count_cells(row)}. "
+                f"row must have {len(header)} cells, got {len(cells)}. "
                 "Write texts that hold a comma in double quotes."
             )
+        row = dict(zip(header, cells, strict=True))
         time = _read_time(row["time_s"], last, start)
         event = _read_row(row, time, furniture, layout, known)
         known[read_words("object", event.object)] = event
@@ -142,7 +138,9 @@ def _read_row(
                 f"{shorten(before.object)}. Write the same thing in the same way, or give another "
                 "thing another name."
             )
-        if description and _differ(description, before.description):
+        if description and (
+            read_words("description", description) != read_words("description", before.description)
+        ):
             raise ValueError(
                 f"description of an object must stay the same, got {shorten(description)} for "
                 f"{shorten(name)}, which was {shorten(before.description)}. Give another thing "
@@ -193,8 +191,7 @@ def _read_date(text: str, start: datetime | None) -> float:
     if start is None:
         raise ValueError(
             f"time_s must be in seconds where {LAYOUT_FILE} has no start, got {shorten(text)}. Add "
-            "a line "
-            'like "start": "2024-05-06T07:30".'
+            'a line like "start": "2024-05-06T07:30".'
         )
     return (date - start).total_seconds()
 
@@ -202,14 +199,3 @@ def _read_date(text: str, start: datetime | None) -> float:
 def _get_spelling(name: str) -> str:
     """Return a name with its case, and all else as `read_words` compares it."""
     return " ".join(unicodedata.normalize("NFC", name).replace("_", " ").split())
-
-
-def _differ(one: str, other: str) -> bool:
-    return read_words("description", one) != read_words("description", other)
-
-
-def _count_cells(row: Mapping[str | None, object]) -> int:
-    rest = row.get(None)
-    return sum(value is not None for key, value in row.items() if key is not None) + (
-        len(rest) if isinstance(rest, list) else 0
-    )

@@ -67,7 +67,6 @@ class RecordedSource(HomeSource):
         """
         if not folders:
             raise ValueError("traces must be one or more folders, got none. Name a folder.")
-        check_step_seconds(step_seconds)
         traces = [load_trace(folder) for folder in find_traces(folders)]
         self._folders = tuple(str(Path(folder).absolute()) for folder in folders)
         self._prepare(traces, prior, home, step_seconds, by_day, replays)
@@ -83,7 +82,6 @@ class RecordedSource(HomeSource):
         replays: int = 1,
     ) -> RecordedSource:
         """Cut traces that are loaded already into steps; see the constructor."""
-        check_step_seconds(step_seconds)
         source = cls.__new__(cls)
         source._folders = ()
         source._prepare(traces, prior, home, step_seconds, by_day, replays)
@@ -99,9 +97,9 @@ class RecordedSource(HomeSource):
         replays: int,
     ) -> None:
         super().__init__(prior, home)
+        check_step_seconds(step_seconds)
         check_at_least(1, replays=replays)
-        self._cut = (step_seconds, by_day)
-        self._replays = replays
+        self._options = (step_seconds, by_day, replays)
         self.traces = list(traces)
         self._types = RecordedTypes(self.prior, traces)
         self.episodes: list[Episode] = []
@@ -121,10 +119,10 @@ class RecordedSource(HomeSource):
         """Send a worker what it needs to have the same homes."""
         if self._folders:
             checksums = tuple(trace.checksum for trace in self.traces)
-            known = (checksums, self.prior, self.home, self._folders)
-            return _load, (*known, *self._cut, self._replays)
-        rules = (self.home, self._replays)
-        return RecordedSource.from_traces, (self.traces, self.prior, *self._cut, *rules)
+            return _load, (checksums, self.prior, self.home, self._folders, *self._options)
+        step_seconds, by_day, replays = self._options
+        given = (self.traces, self.prior, step_seconds, by_day, self.home, replays)
+        return RecordedSource.from_traces, given
 
     @property
     def num_homes(self) -> int:
@@ -164,11 +162,7 @@ class RecordedSource(HomeSource):
         return tuple(f"{trace.name} {trace.checksum[:8]}" for trace in traces)
 
     def check_clock(self) -> None:
-        """Check that it is known of all homes what time it is.
-
-        Raises:
-            ValueError: if the layout of some home does not say when it starts.
-        """
+        """Raise ValueError if the layout of some home does not say when it starts."""
         for trace in self.traces:
             if trace.start is None:
                 raise ValueError(
@@ -182,11 +176,7 @@ class RecordedSource(HomeSource):
         return self._types.object_labels[len(self.prior.objects) :]
 
     def check_steps(self, num_steps: int) -> None:
-        """Check a number of steps.
-
-        Raises:
-            ValueError: if some home was recorded for fewer.
-        """
+        """Raise ValueError if some home was recorded for fewer steps."""
         shortest = min(self.episodes, key=lambda episode: episode.num_steps)
         if not 1 <= num_steps <= shortest.num_steps:
             raise ValueError(
@@ -196,11 +186,7 @@ class RecordedSource(HomeSource):
             )
 
     def check_homes(self, homes: Sequence[int]) -> None:
-        """Check numbers of homes.
-
-        Raises:
-            ValueError: if there is no home of such a number.
-        """
+        """Raise ValueError if there is no home of such a number."""
         if max(homes, default=0) >= self.num_homes:
             raise ValueError(
                 f"home must be one of the {self.num_homes} that were recorded, got {max(homes)}. "
@@ -208,11 +194,7 @@ class RecordedSource(HomeSource):
             )
 
     def check_disjoint(self, other: HomeSource) -> None:
-        """Check that no trace is also one of another source.
-
-        Raises:
-            ValueError: if one is; names it.
-        """
+        """Raise ValueError if a trace is also one of another source; it is named."""
         if not isinstance(other, RecordedSource):
             return
         names = {trace.checksum: trace.name for trace in other.traces}
@@ -223,21 +205,13 @@ class RecordedSource(HomeSource):
             )
 
     def list_groups(self, homes: Sequence[int]) -> list[Group]:
-        """Return all homes as one group.
-
-        Raises:
-            ValueError: if there is no home of such a number.
-        """
+        """Return all homes as one group; ValueError if there is no home of such a number."""
         self.check_homes(homes)
         steps = [self.episodes[home].num_steps for home in homes]
         return [Group(tuple(homes), min(steps))] if steps else []
 
     def make(self, streams: Streams) -> RecordedHomes:
-        """Return the homes that the streams are for, at t = 0.
-
-        Raises:
-            ValueError: if there is no home of such a number.
-        """
+        """Return the homes at t = 0; ValueError if there is no home of such a number."""
         self.check_homes(streams.homes)
         episodes = [self.episodes[home] for home in streams.homes]
         configs = [self._configs[home] for home in streams.homes]
@@ -261,35 +235,26 @@ class RecordedSource(HomeSource):
 
 
 def check_step_seconds(step_seconds: float | None) -> None:
-    """Check the length of a step.
-
-    Raises:
-        ValueError: if it is no positive number of seconds, or longer than `MOST_STEP_SECONDS`.
-    """
+    """Raise ValueError unless a step is a positive time, of at most `MOST_STEP_SECONDS`."""
     if step_seconds is not None and not 0 < step_seconds <= MOST_STEP_SECONDS:
         rule = f"<= {MOST_STEP_SECONDS:g}" if step_seconds > MOST_STEP_SECONDS else "> 0"
         raise ValueError(f"step must be a number of seconds {rule}, got {step_seconds}. Take 3600.")
 
 
-def make_rules(whole: Episode, home: HomeConfig | None = None) -> HomeConfig:
+def make_rules(whole: Episode, home: HomeConfig) -> HomeConfig:
     """Return the rules of a home: the simulator's, or what its whole recording says.
 
     Counted are the share of objects that move in a step, the objects per furniture node at t = 0,
     and whether objects come and go, or move to other rooms. The robot looks as in `home`, and its
     detector errs so in homes that were not simulated.
-
-    Args:
-        whole: all of a trace.
-        home: what is not counted; None for the paper's.
     """
     layout = whole.trace.layout
     truth = whole.trace.truth
     if truth is not None:
-        looks = {} if home is None else {n: getattr(home, n) for n in ("looks", "looks_per_step")}
-        return replace(truth.config, **looks)
+        return replace(truth.config, looks=home.looks, looks_per_step=home.looks_per_step)
     num_initial = int(((whole.step == 0) & (whole.place >= 0)).sum())
     return replace(
-        HomeConfig() if home is None else home,
+        home,
         rooms=layout.room_labels,
         furniture_per_room=tuple(max(size, 1) for size in layout.room_sizes),
         objects_per_furniture=max(round(num_initial / len(layout.furniture)), 1),
@@ -300,21 +265,13 @@ def make_rules(whole: Episode, home: HomeConfig | None = None) -> HomeConfig:
 
 
 @lru_cache(maxsize=_SOURCES_KEPT)
-def _load(
-    checksums: tuple[str, ...],
-    prior: PriorGraph,
-    home: HomeConfig,
-    folders: tuple[str, ...],
-    step_seconds: float | None,
-    by_day: bool,
-    replays: int,
-) -> RecordedSource:
+def _load(checksums: tuple[str, ...], *arguments: Any) -> RecordedSource:
     """Read the homes of a command once more, in a worker; files must be as they were."""
-    source = RecordedSource(prior, home, folders, step_seconds, by_day, replays)
+    source = RecordedSource(*arguments)
     if tuple(trace.checksum for trace in source.traces) != checksums:
         raise ValueError(
             f"traces must stay as they are while they are played, got changed files in "
-            f"{', '.join(folders)}. Run the command again."
+            f"{', '.join(source._folders)}. Run the command again."
         )
     return source
 
