@@ -18,7 +18,7 @@ from sgm.prior.prior_graph import (
     Placement,
     PriorGraph,
 )
-from simulator.priors.types import load_types
+from simulator.priors.types import FurnitureRow, ObjectRow, load_types
 from simulator.trace.episode import Episode
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import Trace
@@ -88,9 +88,10 @@ def count_prior(
     types = RecordedTypes(default, traces)
     source = RecordedSource.from_traces(traces, default, step_seconds)
     counts: dict[str, TypeCounts] = defaultdict(TypeCounts)
+    layouts = [_list_layout(trace, types) for trace in traces]
     for home, episode in enumerate(source.episodes):
-        _HomeCounter(home, episode, types, counts).count()
-    layouts = [[(room, label) for room, label in _list_layout(trace, types)] for trace in traces]
+        labels = _read_labels(episode, types, counts)
+        _count_home(home, episode, labels, layouts[home], counts)
     rooms = list(dict.fromkeys(room for layout in layouts for room, _ in layout))
     placements = list(_weigh_placements(counts, layouts))
     used = {(row.room, row.furniture) for row in placements}
@@ -117,11 +118,11 @@ def count_prior(
     )
     present = np.array([counts[row.label].object_steps for row in prior.objects])
     fitted = fit_sample_probs(prior, np.maximum(present, 1) / steps)
-    objects = [
+    objects = tuple(
         replace(row, sample_prob=max(round(float(prob), 6), 1e-6))
         for row, prob in zip(prior.objects, fitted, strict=True)
-    ]
-    prior = replace(prior, objects=tuple(objects))
+    )
+    prior = replace(prior, objects=objects)
     prior.metadata["checksum"] = prior.checksum
     return prior, left_out
 
@@ -150,66 +151,60 @@ def fit_sample_probs(prior: PriorGraph, present: np.ndarray) -> np.ndarray:
     return probs
 
 
-class _HomeCounter:
-    """Counts one home into the counts of all."""
+def _read_labels(
+    episode: Episode, types: RecordedTypes, counts: Mapping[str, TypeCounts]
+) -> list[str]:
+    """Return the type of each description, and note the words before it."""
+    labels = []
+    for text in episode.descriptions:
+        words = read_words("description", text)
+        label = types.object_labels[types.type_of_code[types.code_of[words]]]
+        labels.append(label)
+        before = words.removesuffix(read_words("label", label)).strip()
+        if before:
+            counts[label].adjectives[before] = None
+    return labels
 
-    def __init__(
-        self, home: int, episode: Episode, types: RecordedTypes, counts: dict[str, TypeCounts]
-    ) -> None:
-        self._home = home
-        self._episode = episode
-        self._counts = counts
-        self._labels = []
-        for text in episode.descriptions:
-            words = read_words("description", text)
-            label = types.object_labels[types.type_of_code[types.get_code(words)]]
-            self._labels.append(label)
-            before = words.removesuffix(read_words("label", label)).strip()
-            if before:
-                counts[label].adjectives[before] = None
-        layout = _list_layout(episode.trace, types)
-        self._places: list[Place] = [
-            (*node, RELATIONS[relation]) for node in layout for relation in range(NUM_RELATIONS)
-        ]
 
-    def count(self) -> None:
-        """Go through the changes in order of step."""
-        episode, now = self._episode, 0
-        holds: dict[int, str] = {}  # slot to type
-        present: Counter[str] = Counter()
-        rows = zip(
-            episode.step.tolist(), episode.slot.tolist(), episode.place.tolist(),
-            episode.description.tolist(), episode.is_move.tolist(), episode.is_new.tolist(),
-            strict=True,
-        )  # fmt: skip
-        for step, slot, place, description, is_move, is_new in rows:
-            if step > now:
-                self._pass(step - now, present)
-                now = step
-            if (is_new or place < 0) and slot in holds:
-                left = holds.pop(slot)
-                present[left] -= 1
-                self._counts[left].removals += 1
-            if place < 0:
-                continue
-            label = self._labels[description]
-            counts = self._counts[label]
-            if is_new:
-                holds[slot] = label
-                present[label] += 1
-                counts.additions += step > 0
-                counts.most = max(counts.most, present[label])
-            counts.moves += is_move
-            if is_new or is_move:
-                counts.arrivals[self._home][self._places[place]] += 1
-        self._pass(episode.num_steps - now, present)
-        for label in set(self._labels):
-            self._counts[label].home_steps += episode.num_steps
-
-    def _pass(self, steps: int, present: Mapping[str, int]) -> None:
-        """Let steps pass; each object that is there at the start of a step may leave or move."""
-        for label, number in present.items():
-            self._counts[label].object_steps += steps * number
+def _count_home(
+    home: int,
+    episode: Episode,
+    labels: Sequence[str],
+    layout: Sequence[tuple[str, str]],
+    counts: Mapping[str, TypeCounts],
+) -> None:
+    """Count one home into the counts of all, going through its changes in order of step."""
+    holds: dict[int, str] = {}  # slot to type
+    present: Counter[str] = Counter()
+    columns = (episode.step, episode.slot, episode.place, episode.description,
+               episode.is_move, episode.is_new)  # fmt: skip
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    end = episode.num_steps
+    now = 0
+    for step, slot, place, description, is_move, is_new in [*rows, (end, -1, -1, 0, False, False)]:
+        if step > now:  # each object that is there at the start of a step may leave or move
+            for label, number in present.items():
+                counts[label].object_steps += (step - now) * number
+            now = step
+        if (is_new or place < 0) and slot in holds:
+            left = holds.pop(slot)
+            present[left] -= 1
+            counts[left].removals += 1
+        if place < 0:
+            continue
+        label = labels[description]
+        own = counts[label]
+        if is_new:
+            holds[slot] = label
+            present[label] += 1
+            own.additions += step > 0
+            own.most = max(own.most, present[label])
+        own.moves += is_move
+        if is_new or is_move:
+            furniture, relation = divmod(place, NUM_RELATIONS)
+            own.arrivals[home][(*layout[furniture], RELATIONS[relation])] += 1
+    for label in set(labels):
+        counts[label].home_steps += end
 
 
 def _list_layout(trace: Trace, types: RecordedTypes) -> list[tuple[str, str]]:
@@ -276,21 +271,20 @@ def _describe_furniture(
     )
     num_nodes = sum(layout.count(node) for layout in layouts)
     most = max(sum(own == label for _, own in layout) for layout in layouts)
-    known = load_types().furniture.get(label)
     said: dict[str, None] = {}
     for trace in traces:
         for row in trace.layout.furniture.values():
             words = read_words("description", row.description)
-            if types.spell(row.label) == label and words.endswith(label):
-                said |= dict.fromkeys([words.removesuffix(label).strip()] if words != label else [])
-    return FurnitureType(
-        label, room, round(num_nodes / num_rooms, 6), most, _find_adjectives(known, said)
-    )
+            if types.spell(row.label) == label and words.endswith(label) and words != label:
+                said[words.removesuffix(label).strip()] = None
+    adjectives = _find_adjectives(load_types().furniture.get(label), said)
+    return FurnitureType(label, room, round(num_nodes / num_rooms, 6), most, adjectives)
 
 
-def _find_adjectives(known: object, said: Mapping[str, None]) -> Adjectives:
+def _find_adjectives(
+    known: FurnitureRow | ObjectRow | None, said: Mapping[str, None]
+) -> Adjectives:
     """Adjectives of the type table, else what was said before the label, as one category."""
-    groups: Adjectives | None = getattr(known, "adjectives", None)
-    if groups is not None:
-        return groups
+    if known is not None:
+        return known.adjectives
     return (tuple(said),) if said else ()

@@ -24,7 +24,6 @@ from simulator.trace.trace import Trace
 
 _COUNTED = 0.5  # a sighting of less confidence is none; parts of looks that make so much are one
 
-
 Name = tuple[str, ...]  # of a thing: `read_name` of what it is called
 
 
@@ -147,16 +146,14 @@ def split_trace(trace: Trace, shares: Mapping[str, float]) -> dict[str, Trace]:
 
 def _cut(trace: Trace, name: str, begin_s: float, end_s: float) -> Trace:
     """Return the part of a trace that begins with everything at its place."""
-    at: dict[str, Event] = {}
-    for event in trace.events:
-        if event.time_s <= begin_s:
-            at[event.object] = replace(event, time_s=begin_s)
-    first = [event for event in at.values() if event.furniture != GONE]
-    later = [event for event in trace.events if begin_s < event.time_s <= end_s]
-    named = {event.object for event in first}
-    events = [*first]
-    for event in later:  # what was gone at first must come before it can go
-        if event.furniture != GONE or event.object in named:
+    at = {event.object: event for event in trace.events if event.time_s <= begin_s}
+    events: list[Event] = []
+    named: set[str] = set()
+    for event in (
+        *(replace(event, time_s=begin_s) for event in at.values()),
+        *(event for event in trace.events if begin_s < event.time_s <= end_s),
+    ):
+        if event.furniture != GONE or event.object in named:  # what goes must have been there
             events.append(event)
             named.add(event.object)
     return replace(trace, name=name, events=tuple(events), truth=None, until_s=end_s)
@@ -195,27 +192,34 @@ class _LogReader:
                 box=values.get("box"), open_cost=values.get("open_cost"),
             )  # fmt: skip
             self._add_furniture(values["furniture"], node)
-        elif line.kind == "move":
-            place = self._places[values["furniture"]]
-            self._nodes[place] = replace(
-                self._nodes[place], room=self._rooms[values["room"]], box=values.get("box")
-            )
         elif line.kind == "remove_room":
             room = self._rooms[values["room"]]
             for place in self._places.values():
                 if self._nodes[place].room == room:
                     self._add_look(place, 1.0, {})
-        elif line.kind == "remove_furniture":
-            self._add_look(self._places[values["furniture"]], 1.0, {})
         elif line.kind == "remove_object":
-            self._forget(read_name(values["description"]))
-        elif line.kind == "look":
-            self._read_look(self._places[values["furniture"]], values)
-        elif line.kind in ("moved", "put_down"):
-            self._read_statement(values)
-        elif line.kind == "absent":
-            name = read_name(values["description"])
-            self._add_look(self._places[values["furniture"]], values["coverage"], {}, name)
+            for look in self.looks:
+                look.seen.pop(read_name(values["description"]), None)
+        elif line.kind in ("move", "remove_furniture", "look", "absent", "moved", "put_down"):
+            self._read_place(line.kind, self._places[values["furniture"]], values)
+
+    def _read_place(self, kind: str, place: int, values: Mapping[str, Any]) -> None:
+        """Take over what a line says of a piece of furniture."""
+        if kind == "move":
+            room = self._rooms[values["room"]]
+            self._nodes[place] = replace(self._nodes[place], room=room, box=values.get("box"))
+        elif kind == "remove_furniture":
+            self._add_look(place, 1.0, {})
+        elif kind == "look":
+            self._read_look(place, values)
+        elif kind == "absent":
+            self._add_look(place, values["coverage"], {}, read_name(values["description"]))
+        else:  # where a thing was said to be, or was put, and nothing of others there
+            name = (values["id"],) if "id" in values else read_name(values["description"])
+            words = read_words("description", values["description"])
+            self.descriptions.setdefault(name, words)
+            relation = RELATIONS.index(read_relation(values["relation"]))
+            self._add_look(place, 0.0, {name: [relation]})
 
     @property
     def start(self) -> datetime | None:
@@ -224,16 +228,14 @@ class _LogReader:
 
     def make_layout(self) -> Layout:
         """Return rooms and furniture; those of one label are numbered."""
-        rooms = number_names([get_label(label) for label in self._room_labels])
-        names = number_names([get_label(node.label) for node in self._nodes])
+        rooms = [read_words("label", label) for label in self._room_labels]
+        labels = [read_words("label", node.label) for node in self._nodes]
+        names = number_names(list(map(get_label, labels)))
         return Layout.of(
+            map(Room, rooms, number_names(list(map(get_label, rooms)))),
             (
-                Room(read_words("label", label), name)
-                for name, label in zip(rooms, self._room_labels, strict=True)
-            ),
-            (
-                replace(node, name=name, label=read_words("label", node.label))
-                for name, node in zip(names, self._nodes, strict=True)
+                replace(node, name=name, label=label)
+                for node, name, label in zip(self._nodes, names, labels, strict=True)
             ),
         )
 
@@ -279,14 +281,6 @@ class _LogReader:
         hidden = frozenset(map(read_name, values.get("hidden", ())))
         self._add_look(place, values["coverage"], seen, None, hidden)
 
-    def _read_statement(self, values: Mapping[str, Any]) -> None:
-        """Take over where a thing was said to be, or was put, and nothing of others there."""
-        name = (values["id"],) if "id" in values else read_name(values["description"])
-        words = read_words("description", values["description"])
-        self.descriptions.setdefault(name, words)
-        relation = RELATIONS.index(read_relation(values["relation"]))
-        self._add_look(self._places[values["furniture"]], 0.0, {name: [relation]})
-
     def _add_look(
         self,
         place: int,
@@ -297,10 +291,6 @@ class _LogReader:
     ) -> None:
         shares = split_coverage(coverage)
         self.looks.append(LoggedLook(self._time_s, place, shares, seen, sought, hidden))
-
-    def _forget(self, forgotten: Name) -> None:
-        for look in self.looks:
-            look.seen.pop(forgotten, None)
 
 
 class _Things:

@@ -11,6 +11,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from sgm.checks import is_number
 from sgm.files import make_read_error, read_json
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
@@ -100,10 +101,9 @@ def make_layout_json(layout: Layout, start: datetime | None, until_s: float | No
         if row.position is not None:
             entry["position"] = list(row.position)
         if row.box is not None:
-            entry["box"] = {"center": row.box.center, "size": row.box.size, "yaw": row.box.yaw,
-                            "interior": row.box.interior}  # fmt: skip
-            if row.box.outline is not None:
-                entry["box"]["outline"] = row.box.outline
+            entry["box"] = {name: getattr(row.box, name) for name in _BOX_FIELDS}
+            if row.box.outline is None:
+                del entry["box"]["outline"]
         if row.open_cost is not None:
             entry["open_cost"] = row.open_cost
         furniture.append(entry)
@@ -132,7 +132,7 @@ def _read_layout(data: Any) -> tuple[Layout, datetime | None, float | None]:
     _check_fields("layout", data, _FIELDS)
     rooms = tuple(_read_rooms(data.get("rooms")))
     start, end_s = data.get("start"), data.get("end_s")
-    if end_s is not None and not _is_positive(end_s):
+    if end_s is not None and not (is_number(end_s) and 0 < end_s < math.inf):
         raise ValueError(f"end_s must be a number of seconds > 0, got {shorten(end_s)}. Mend it.")
     return (
         Layout.of(rooms, _read_furniture(data.get("furniture"), rooms)),
@@ -216,10 +216,6 @@ def _read_name(what: str, name: Any, seen: set[str]) -> str:
 
 def _read_label(what: str, label: Any, name: str) -> str:
     return get_label(name) if label is None else read_words(what, label)
-
-
-def _is_positive(value: Any) -> bool:
-    return isinstance(value, (int, float)) and math.isfinite(value) and value > 0
 
 
 def _shorten(value: Any) -> str:

@@ -33,13 +33,7 @@ class TraceRecorder:
         step_seconds: float = DEFAULT_STEP_SECONDS,
         start: datetime | None = None,
     ) -> None:
-        """Start with nothing recorded.
-
-        Args:
-            homes: homes at t = 0.
-            step_seconds: how long a time step is said to be, in homes without a clock.
-            start: when t = 0 is said to be there, local date and time; None for no time.
-        """
+        """Note homes at t = 0; see `record_homes`."""
         self._homes = homes
         clocks = [config.dynamics.clock for config in homes.configs]
         self._step_seconds = [clock.step_seconds if clock else step_seconds for clock in clocks]
@@ -50,9 +44,10 @@ class TraceRecorder:
         shape = (homes.num_homes, homes.num_slots)
         self._place = np.full(shape, -1)
         self._name = np.full(shape, "", dtype=object)
-        self._counts: list[Counter[str]] = [Counter() for _ in range(homes.num_homes)]
-        self._codes: list[set[int]] = [set() for _ in range(homes.num_homes)]
-        self._events: list[list[Event]] = [[] for _ in range(homes.num_homes)]
+        own = range(homes.num_homes)
+        self._counts: list[Counter[str]] = [Counter() for _ in own]
+        self._codes: list[set[int]] = [set() for _ in own]
+        self._events: list[list[Event]] = [[] for _ in own]
         self._code = np.full(shape, -1)  # description of what is in a slot
         self.record()
 
@@ -77,17 +72,14 @@ class TraceRecorder:
 
     def finish(self) -> list[Trace]:
         """Return one trace per home, named after its number."""
-        homes = self._homes
-        traces = []
-        for home, number in enumerate(homes.streams.homes):
-            last = (self._time - 1) * self._step_seconds[home]
-            traces.append(
-                Trace(
-                    f"home_{number:06d}", _describe_layout(homes, home), tuple(self._events[home]),
-                    self._describe_truth(home), self._starts[home], last if last > 0 else None,
-                )
-            )  # fmt: skip
-        return traces
+        return [
+            Trace(
+                f"home_{number:06d}", _describe_layout(self._homes, home),
+                tuple(self._events[home]), self._describe_truth(home), self._starts[home],
+                (self._time - 1) * self._step_seconds[home] or None,
+            )
+            for home, number in enumerate(self._homes.streams.homes)
+        ]  # fmt: skip
 
     def _name_object(self, home: int, slot: int) -> None:
         homes = self._homes
@@ -108,19 +100,12 @@ class TraceRecorder:
         codes = np.array(sorted(self._codes[home]))
         rows = homes.transition_rows(np.full(len(codes), home), codes)
         weights = homes.get_place_weights()[home]
+        texts = [homes.object_descriptions.text(int(code)) for code in codes]
         return Truth(
-            homes.configs[home],
-            self._step_seconds[home],
-            int(homes.home_num_slots[home]),
-            {
-                homes.object_descriptions.text(int(code)): list_weights(row)
-                for code, row in zip(codes, rows, strict=True)
-            },
-            {
-                label: list_weights(row)
-                for label, row in zip(homes.object_labels, weights, strict=True)
-            },
-        )
+            homes.configs[home], self._step_seconds[home], int(homes.home_num_slots[home]),
+            dict(zip(texts, map(list_weights, rows), strict=True)),
+            dict(zip(homes.object_labels, map(list_weights, weights), strict=True)),
+        )  # fmt: skip
 
 
 def record_homes(
@@ -134,7 +119,7 @@ def record_homes(
     Args:
         homes: homes at t = 0; they are used up.
         num_steps: T.
-        step_seconds: how long a time step is said to be.
+        step_seconds: how long a time step is said to be, in homes without a clock.
         start: when t = 0 is said to be, local date and time; None for no time.
     """
     recorder = TraceRecorder(homes, step_seconds, start)
@@ -147,17 +132,11 @@ def record_homes(
 def _describe_layout(homes: SampledHomes, home: int) -> Layout:
     """Return the layout of a home; rooms and furniture of one label are numbered."""
     labels = homes.furniture_labels[home, homes.is_furniture[home]].tolist()
-    furniture = []
-    for index, (name, label) in enumerate(zip(number_names(labels), labels, strict=True)):
-        furniture.append(
-            Furniture(
-                name=name,
-                label=label,
-                room=int(homes.furniture_room[home, index]),
-                description=homes.furniture_descriptions.text(
-                    int(homes.furniture_code[home, index])
-                ),
-            )
-        )
+    room, code = homes.furniture_room[home].tolist(), homes.furniture_code[home].tolist()
+    describe = homes.furniture_descriptions.text
+    furniture = [
+        Furniture(label, room[index], describe(code[index]), name)
+        for index, (label, name) in enumerate(zip(labels, number_names(labels), strict=True))
+    ]
     rooms = homes.configs[home].rooms
     return Layout.of(map(Room, rooms, number_names(rooms)), furniture)

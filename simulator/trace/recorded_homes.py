@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,21 +21,14 @@ from simulator.world.homes import Homes
 from simulator.world.streams import Streams
 
 
-@dataclass(frozen=True)
-class EpisodeColumns:
-    """The changes of H episodes, in order of step.
-
-    Attributes:
-        home, slot, place, code, is_move: one row per slot that changes in a step, (n,) each.
-        first: first row of each step, and the number of rows, (T + 2,).
-    """
+class EpisodeColumns(NamedTuple):
+    """One row per slot that changes in a step, of H episodes in order of step, (n,) each."""
 
     home: np.ndarray
     slot: np.ndarray
     place: np.ndarray
     code: np.ndarray
     is_move: np.ndarray
-    first: np.ndarray
 
 
 class RecordedHomes(Homes):
@@ -72,18 +65,18 @@ class RecordedHomes(Homes):
             streams: random streams of the H homes.
         """
         layouts = [episode.trace.layout for episode in episodes]
+        spell = types.spell
         self.prior: PriorGraph = types.prior
         self.configs = tuple(configs)
         self.streams = streams
         self.num_homes = len(episodes)
         self.names = tuple(episode.trace.name for episode in episodes)
         self.room_labels = pad_rows(
-            [[types.spell(label) for label in layout.room_labels] for layout in layouts], "", object
+            [list(map(spell, layout.room_labels)) for layout in layouts], "", object
         )
         self.furniture_labels = pad_rows(
-            [[types.spell(label) for label in layout.furniture_labels] for layout in layouts],
-            "", object,
-        )  # fmt: skip
+            [list(map(spell, layout.furniture_labels)) for layout in layouts], "", object
+        )
         self.furniture_room = pad_rows(
             [[row.room for row in layout.furniture.values()] for layout in layouts], -1, np.int64
         )
@@ -102,7 +95,7 @@ class RecordedHomes(Homes):
         self.object_code = np.zeros(shape, dtype=np.int32)
         self.object_place = np.full(shape, -1, dtype=np.int32)
         self.object_moved = np.zeros(shape, dtype=bool)
-        self._columns = _merge(episodes, types, self.num_steps)
+        self._columns, self._first_row = _merge(episodes, types, self.num_steps)
         traces = {id(episode.trace): episode.trace for episode in episodes}
         numbers = {key: number for number, key in enumerate(traces)}
         self._trace_of_home = np.array([numbers[id(episode.trace)] for episode in episodes])
@@ -154,14 +147,12 @@ class RecordedHomes(Homes):
         return weights[self._trace_of_home]
 
     def _apply(self, step: int) -> None:
-        columns = self._columns
-        rows = slice(columns.first[step], columns.first[step + 1])
-        at = (columns.home[rows], columns.slot[rows])
-        codes = columns.code[rows]
-        self.object_place[at] = columns.place[rows]
-        self.object_code[at] = codes
-        self.object_type[at] = self.object_descriptions.type_of_code[codes]
-        self.object_moved[at] = columns.is_move[rows]
+        rows = slice(self._first_row[step], self._first_row[step + 1])
+        home, slot, place, code, is_move = (column[rows] for column in self._columns)
+        self.object_place[home, slot] = place
+        self.object_code[home, slot] = code
+        self.object_type[home, slot] = self._types.type_of_code[code]
+        self.object_moved[home, slot] = is_move
 
     def _count_transitions(self, trace: Trace) -> np.ndarray:
         """Return T of a home by description code, float32 (codes, P)."""
@@ -169,31 +160,27 @@ class RecordedHomes(Homes):
         rows = np.zeros((self._types.num_descriptions, num_places), dtype=np.float32)
         if trace.truth is not None:
             for text, weights in trace.truth.transitions.items():
-                code = self._types.find_code(read_words("description", text))
+                code = self._types.code_of.get(read_words("description", text))
                 if code is not None:
                     rows[code] = fill_row(weights, num_places)
             return rows
         for words, arrivals in trace.arrivals.items():
             row = fill_row(arrivals, num_places)
-            rows[self._types.get_code(words)] = row / row.sum()
+            rows[self._types.code_of[words]] = row / row.sum()
         return rows
 
 
-def _merge(episodes: Sequence[Episode], types: RecordedTypes, num_steps: int) -> EpisodeColumns:
-    """Merge the changes of episodes, ordered by step."""
-    codes = []
-    for episode in episodes:
+def _merge(
+    episodes: Sequence[Episode], types: RecordedTypes, num_steps: int
+) -> tuple[EpisodeColumns, np.ndarray]:
+    """Merge the changes of episodes, and find the first row of each step, (T + 2,)."""
+    parts = []
+    for home, episode in enumerate(episodes):
         words = [read_words("description", text) for text in episode.descriptions]
-        code_of = np.array([types.get_code(text) for text in words], dtype=np.int64)
-        codes.append(code_of[episode.description])
-    lengths = [len(episode.step) for episode in episodes]
-    step = np.concatenate([episode.step for episode in episodes])
+        codes = np.array([types.code_of[text] for text in words], dtype=np.int64)
+        homes, code = np.full(len(episode.step), home), codes[episode.description]
+        parts.append((homes, episode.slot, episode.place, code, episode.is_move, episode.step))
+    *columns, step = map(np.concatenate, zip(*parts, strict=True))
     order = np.argsort(step, kind="stable")
-    return EpisodeColumns(
-        home=np.repeat(np.arange(len(episodes)), lengths)[order],
-        slot=np.concatenate([episode.slot for episode in episodes])[order],
-        place=np.concatenate([episode.place for episode in episodes])[order],
-        code=np.concatenate(codes)[order],
-        is_move=np.concatenate([episode.is_move for episode in episodes])[order],
-        first=np.searchsorted(step[order], np.arange(num_steps + 2)),
-    )
+    first = np.searchsorted(step[order], np.arange(num_steps + 2))
+    return EpisodeColumns(*(column[order] for column in columns)), first

@@ -25,6 +25,7 @@ class RecordedTypes:
         move_freq: of the prior's types; the mean of these for the others, (T,).
         num_descriptions: how many there are.
         type_of_code: object type of each description, (num_descriptions,).
+        code_of: number of each description, by its words.
     """
 
     def __init__(self, prior: PriorGraph, traces: Sequence[Trace]) -> None:
@@ -54,7 +55,7 @@ class RecordedTypes:
         self.type_of_code = np.array(types, dtype=np.int32)
         self.num_descriptions = len(types)
         self._texts = list(texts.values())
-        self._code = {words: code for code, words in enumerate(texts)}
+        self.code_of = {words: code for code, words in enumerate(texts)}
         known = np.array([row.move_freq for row in prior.objects])
         unknown = np.full(len(self.object_labels) - len(known), known.mean())
         self.move_freq = np.concatenate([known, unknown])
@@ -66,11 +67,3 @@ class RecordedTypes:
     def text(self, code: int) -> str:
         """Spell out one description."""
         return self._texts[code]
-
-    def get_code(self, words: str) -> int:
-        """Return the number of a description by its words, which some trace has."""
-        return self._code[words]
-
-    def find_code(self, words: str) -> int | None:
-        """Return the number of a description by its words; None if no trace has it."""
-        return self._code.get(words)

@@ -183,7 +183,17 @@ def read_bag(
                 for number, row in zip(memory.furniture_ids, home.furniture, strict=True):
                     if row.is_open:
                         live.builder.set_open(number)
-            _hand_on(live, topic, topics[topic], message, options)
+            feed = live.feed
+            if topic == options.detections:
+                feed.take_detections(message, is_3d=topics[topic] == _3D)
+            elif topic == options.camera_info:
+                feed.take_camera(message)
+            elif topic == options.depth:
+                feed.take_depth(message)
+            elif topic == options.pose:
+                feed.take_pose(message)
+            else:
+                feed.take_transforms(message, is_still=topic == options.tf_static)
     finally:
         reader.close()
     if live is None or memory is None:
@@ -304,20 +314,6 @@ def _list_messages(
             counts["messages that cannot be read"] += 1
             continue
         yield connection.topic, message, nanoseconds * 1e-9
-
-
-def _hand_on(live: LiveMemory, topic: str, kind: str, message: Any, options: BagOptions) -> None:
-    feed = live.feed
-    if topic == options.detections:
-        feed.take_detections(message, is_3d=kind == _3D)
-    elif topic == options.camera_info:
-        feed.take_camera(message)
-    elif topic == options.depth:
-        feed.take_depth(message)
-    elif topic == options.pose:
-        feed.take_pose(message)
-    else:
-        feed.take_transforms(message, is_still=topic == options.tf_static)
 
 
 def _make_clock(seconds: float, options: BagOptions) -> Clock | None:

@@ -27,11 +27,7 @@ class HomeBuilder:
     """
 
     def __init__(self, furniture_labels: Collection[str] = ()) -> None:
-        """Start with an empty home.
-
-        Args:
-            furniture_labels: labels that are furniture besides those of the type table.
-        """
+        """Start with an empty home; some labels are furniture besides those of the type table."""
         self._own = {read_words("furniture label", label) for label in furniture_labels}
         self._rooms: list[str] = []
         self._furniture: list[Furniture] = []  # without names
@@ -64,16 +60,7 @@ class HomeBuilder:
         box: Box | None = None,
         open_cost: float | None = None,
     ) -> int:
-        """Add furniture to a room and return its index.
-
-        Args:
-            label: what it is.
-            room: index from `add_room`.
-            description: for people; None for the label.
-            position: in metres; None if it is unknown.
-            box: its extents; None if it is unknown.
-            open_cost: of opening it; None where there is nothing to open.
-        """
+        """Add furniture, as in `Furniture`, to a room from `add_room`, and return its index."""
         words = read_words("furniture label", label)
         row = Furniture(words, room, description or words, position=position, box=box,
                         open_cost=open_cost)  # fmt: skip
@@ -100,9 +87,8 @@ class HomeBuilder:
             description: what it is called; None for the label.
             relation: "in" or "onTop", where it is known; None to go by the furniture.
         """
-        known = load_types().furniture.get(self._furniture[furniture].label)
-        usual = known.relation if known is not None else RELATIONS[0 if is_inside else 1]
-        number = RELATIONS.index(usual if relation is None else relation)
+        usual = self.get_relation(self._furniture[furniture].label)
+        number = RELATIONS.index(relation or usual or RELATIONS[0 if is_inside else 1])
         words = read_words("object label", label)
         self._objects.append((words, description or words, furniture, number))
         self.num_nested += is_nested
@@ -145,7 +131,8 @@ class HomeBuilder:
         ]
         if self.taken_for:
             numbers = ", ".join(
-                f"{number} {name} x {count} ({self._name_kind(name)})"
+                f"{number} {name} x {count} "
+                f"({'furniture' if self.is_furniture(name) else 'object'})"
                 for (number, name), count in sorted(self.taken_for.items())
             )
             lines.append(f"labels taken for: {numbers}")
@@ -156,6 +143,3 @@ class HomeBuilder:
             )
             lines.append(f"not placed, {reason}: {counts}")
         return "\n".join(lines)
-
-    def _name_kind(self, label: str) -> str:
-        return "furniture" if self.is_furniture(label) else "object"

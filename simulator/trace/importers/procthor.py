@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sgm.files import read_json
+from sgm.messages import shorten
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.importers.procthor_schema import HouseRooms, find_labels, find_type
@@ -62,7 +63,7 @@ class _HouseReader:
             if not isinstance(room, Mapping) or not (
                 isinstance(room.get("id"), str) and isinstance(room.get("roomType"), str)
             ):
-                self.builder.leave_out("a room without id and roomType", _shorten(room))
+                self.builder.leave_out("a room without id and roomType", shorten(room, 40))
                 continue
             number = self._rooms.add(room)
             kind = room["roomType"]
@@ -75,7 +76,7 @@ class _HouseReader:
         """Read what stands in a room."""
         names = _find_names(item)
         if names is None:
-            self.builder.leave_out("no type in id, assetId or objectType", _shorten(item))
+            self.builder.leave_out("no type in id, assetId or objectType", shorten(item, 40))
             return
         furniture, label = names
         children = _list_children(item)
@@ -92,21 +93,21 @@ class _HouseReader:
         room = self._room_index[number]
         index = self.builder.add_furniture(furniture, room)
         for child in children:
-            self._read_child(child, index, room, {id(item)})
+            self._read_child(child, index, room, is_nested=False)
 
-    def _read_child(self, item: Any, furniture: int, room: int, above: set[int]) -> None:
+    def _read_child(self, item: Any, furniture: int, room: int, *, is_nested: bool) -> None:
         """Read what lies on furniture, or on another object there."""
         names = _find_names(item)
-        if names is None or id(item) in above:
-            self.builder.leave_out("no type in id, assetId or objectType", _shorten(item))
+        if names is None:
+            self.builder.leave_out("no type in id, assetId or objectType", shorten(item, 40))
             return
-        is_nested = len(above) > 1
-        if self.builder.is_furniture(names[0]):
-            furniture, above = self.builder.add_furniture(names[0], room), set()
+        is_furniture = self.builder.is_furniture(names[0])
+        if is_furniture:
+            furniture = self.builder.add_furniture(names[0], room)
         else:
             self.builder.add_object(names[1], furniture, is_nested=is_nested)
         for child in _list_children(item):
-            self._read_child(child, furniture, room, above | {id(item)})
+            self._read_child(child, furniture, room, is_nested=not is_furniture)
 
 
 def _find_names(item: Any) -> tuple[str, str] | None:
@@ -127,8 +128,3 @@ def _list_children(item: Mapping[str, Any]) -> list[Any]:
 def _split_words(kind: str) -> str:
     """Split "GarbageCan" into "garbage can"."""
     return " ".join(re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", kind)).lower()
-
-
-def _shorten(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."
