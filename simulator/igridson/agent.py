@@ -33,13 +33,11 @@ class GridAgent:
         self._env.reset(seed=seed)
         self.believe()
         yield
-        is_over = False
-        while not is_over:
+        while True:
             for action in plan_look(self._env, self.choose()):
                 _, _, terminated, truncated, _ = self._env.step(action)
-                is_over = terminated or truncated
                 yield
-                if is_over:
+                if terminated or truncated:
                     return
 
     def believe(self) -> None:
@@ -73,12 +71,12 @@ def plan_look(env: IGridsonEnv, furniture: int) -> Iterator[GridAction]:
         yield GridAction.forward
         direction = wanted
     x, y = path[-1]
-    facing = [
-        index
+    turns = (
+        plan_turns(direction, index)
         for index, (step_x, step_y) in enumerate(DIRECTIONS)
         if env.layout.furniture_at[y + step_y, x + step_x] == furniture
-    ]
-    yield from min((plan_turns(direction, wanted) for wanted in facing), key=len)
+    )
+    yield from min(turns, key=len)
     yield GridAction.look
 
 

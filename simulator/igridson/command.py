@@ -64,10 +64,13 @@ def _make_parser(prog: str, more: type[MoreOptions] | None, description: str) ->
     return parser
 
 
-def _find_searchers(options: Namespace, more: type[MoreOptions] | None) -> dict[str, Searcher]:
-    """Return all policies by name, those of further options last."""
+def _find_searcher(options: Namespace, more: type[MoreOptions] | None) -> Searcher | None:
+    """Return the policy that options name, those of further options included."""
+    check_seed(options.seed)
     own = {} if more is None else more(**pick(options, more)).make_searchers()
-    return {**list_searchers(), **own}
+    if options.policy is None:
+        return None
+    return find_searcher(options.policy, {**list_searchers(), **own}, options.look_cost)
 
 
 def _play(prog: str, more: type[MoreOptions] | None, arguments: Sequence[str]) -> int:
@@ -83,11 +86,7 @@ def _play(prog: str, more: type[MoreOptions] | None, arguments: Sequence[str]) -
     )
     parser.add_argument("--show_all", type=bool, default=False, help="show where all objects are")
     options = parse(parser, arguments)
-    check_seed(options.seed)
-    known = _find_searchers(options, more)
-    searcher = None
-    if options.policy is not None:
-        searcher = find_searcher(options.policy, known, options.look_cost)
+    searcher = _find_searcher(options, more)
     env = IGridsonEnv(
         options.layout, load_prior(options.prior), shows_all=options.show_all, render_mode="human"
     )
@@ -113,9 +112,8 @@ def _film(prog: str, more: type[MoreOptions] | None, arguments: Sequence[str]) -
     parser.add_argument("--tile", type=int, default=40, help="pixels per cell")
     options = parse(parser, arguments)
     check_format(options.out)
-    check_seed(options.seed)
-    known = _find_searchers(options, more)
-    searcher = find_searcher(options.policy, known, options.look_cost)
+    searcher = _find_searcher(options, more)
+    assert searcher is not None
     env = IGridsonEnv(
         options.layout, load_prior(options.prior), tile_size=options.tile, render_mode="rgb_array"
     )

@@ -38,6 +38,7 @@ from simulator.igridson.scene import (
 LABEL_SIZE, ROOM_SIZE, TITLE_SIZE, NOTE_SIZE = 0.27, 0.42, 0.5, 0.38  # text heights
 LABEL_TOP = 0.14  # from the upper edge of the cell to a label
 LINE = 0.245  # from one line of a label to the next
+MARGIN = 0.04  # between furniture and the edge of its cells
 GLYPH = 0.105  # radius of an object
 STAR = 0.2
 CAPTION = 1.9  # height of the strip below the home
@@ -116,7 +117,6 @@ class HomePicture:
         return image
 
     def _draw_furniture(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
-        margin = 0.04
         for index, (piece, lines) in enumerate(
             zip(self.layout.furniture, self._labels, strict=True)
         ):
@@ -126,21 +126,12 @@ class HomePicture:
             if index in scene.looked_at:
                 is_last = index == scene.looked_at[-1]
                 edge, width = (FOUND if scene.is_found and is_last else AGENT), 2.5
-            pen.rounded_rectangle(
-                self._box(
-                    piece.column + margin,
-                    piece.row + margin,
-                    piece.width - 2 * margin,
-                    piece.height - 2 * margin,
-                ),
-                0.12 * self._scale,
-                fill=fill,
-                outline=edge,
-                width=round(width * _SMOOTH),
-            )
+            left, top, across, down = piece.column, piece.row, piece.width, piece.height
+            box = self._box(left + MARGIN, top + MARGIN, across - 2 * MARGIN, down - 2 * MARGIN)
+            pen.rounded_rectangle(box, 0.12 * self._scale, fill, edge, round(width * _SMOOTH))
             for turn, line in enumerate(lines):
-                x, y = piece.column + piece.width / 2, piece.row + LABEL_TOP + LINE * (turn + 0.5)
-                self._write(pen, x, y, line, LABEL_SIZE)
+                y = top + LABEL_TOP + LINE * (turn + 0.5)
+                self._write(pen, left + across / 2, y, line, LABEL_SIZE)
 
     def _draw_trail(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
         pale = mix(AGENT, PAPER, 0.45)
@@ -181,13 +172,8 @@ class HomePicture:
         spots = []
         for row in range(num_rows):
             across = min(count - row * SPOTS_ACROSS, SPOTS_ACROSS)
-            for column in range(across):
-                spots.append(
-                    (
-                        x + 0.5 + (column - (across - 1) / 2) * 0.27,
-                        y + middle + (row - (num_rows - 1) / 2) * PITCH,
-                    )
-                )
+            at_y = y + middle + (row - (num_rows - 1) / 2) * PITCH
+            spots += [(x + 0.5 + (n - (across - 1) / 2) * 0.27, at_y) for n in range(across)]
         return spots
 
     def _draw_thing(self, pen: ImageDraw.ImageDraw, x: float, y: float, thing: GridThing) -> None:
@@ -201,17 +187,10 @@ class HomePicture:
     def _draw_agent(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
         x, y = scene.position[0] + 0.5, scene.position[1] + 0.5
         self._draw_disc(pen, x, y, 0.36, fill=AGENT, outline=PAPER, width=2)
-        ahead_x, ahead_y = DIRECTIONS[scene.direction]
-        side_x, side_y = -ahead_y, ahead_x
+        ahead = DIRECTIONS[scene.direction]
         arrow = [(0.26, 0.0), (-0.13, 0.19), (-0.05, 0.0), (-0.13, -0.19)]  # ahead, aside
-        corners = [
-            (
-                (x + ahead * ahead_x + aside * side_x) * self._scale,
-                (y + ahead * ahead_y + aside * side_y) * self._scale,
-            )
-            for ahead, aside in arrow
-        ]
-        pen.polygon(corners, fill=PAPER)
+        corners = np.array([x, y]) + np.array(arrow) @ np.array([ahead, (-ahead[1], ahead[0])])
+        pen.polygon((corners * self._scale).ravel().tolist(), fill=PAPER)
 
     def _draw_caption(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
         columns, rows = self.layout.size
@@ -260,8 +239,7 @@ class HomePicture:
         lengths = np.where(np.arange(10) % 2 == 0, STAR, 0.45 * STAR)
         across, down = x + lengths * np.cos(angles), y + lengths * np.sin(angles)
         corners = np.stack([across, down], axis=1) * self._scale
-        points = [(float(a), float(b)) for a, b in corners]
-        pen.polygon(points, fill=ASKED, outline=PAPER, width=_SMOOTH)
+        pen.polygon(corners.ravel().tolist(), fill=ASKED, outline=PAPER, width=_SMOOTH)
 
     def _write(
         self,

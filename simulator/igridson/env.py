@@ -152,13 +152,9 @@ class IGridsonEnv(MiniGridEnv):
         self._frame_clock = pygame.time.Clock()
         columns, rows = self.layout.size
         super().__init__(
-            MissionSpace(mission_func=lambda: "find the object"),
-            width=columns,
-            height=rows,
-            max_steps=max_steps,
-            render_mode=render_mode,
-            tile_size=tile_size,
-        )
+            MissionSpace(mission_func=lambda: "find the object"), width=columns, height=rows,
+            max_steps=max_steps, render_mode=render_mode, tile_size=tile_size,
+        )  # fmt: skip
         self._sample_home(home_seed=0)  # for the number of descriptions; replaced on reset
         self._wants_new_home = True
         num_codes = self.homes.object_descriptions.num_descriptions
@@ -178,11 +174,7 @@ class IGridsonEnv(MiniGridEnv):
         )
 
     def set_policy(self, make: Callable[[SampledHomes], Policy]) -> None:
-        """Let another policy be asked, from the next search on: it is in a new home.
-
-        Args:
-            make: gets the homes and returns the policy.
-        """
+        """Let a policy that is made of the homes be asked from the next search on, in a new one."""
         self._policy = make
         self._wants_new_home = True
 

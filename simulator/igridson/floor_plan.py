@@ -16,40 +16,24 @@ def make_plan(layout: GridLayout) -> FloorPlan:
     rows = layout.size[1]
     boxes = np.zeros((len(layout.rooms), 4))
     for room in range(len(layout.rooms)):
-        (top, left), (bottom, right) = _find_extent(layout.room == room)
-        boxes[room] = left, rows - bottom - 1, right - left + 1, bottom - top + 1
-    corner = np.array(
-        [
-            (piece.column + piece.width / 2, rows - piece.row - piece.height / 2)
-            for piece in layout.furniture
-        ]
-    )
-    corner -= SIZE / 2
-    footprints = np.array(
-        [
-            [(x, rows - y), (x, rows - y - tall), (x + wide, rows - y - tall), (x + wide, rows - y)]
-            for x, y, wide, tall in (
-                (piece.column, piece.row, piece.width, piece.height) for piece in layout.furniture
-            )
-        ],
-        dtype=float,
-    )
+        cells = np.argwhere(layout.room == room)
+        low, high = cells.min(axis=0), cells.max(axis=0) + 1  # row, column
+        boxes[room] = low[1], rows - high[0], high[1] - low[1], high[0] - low[0]
+    pieces = layout.furniture
+    left, wide = np.array([(piece.column, piece.width) for piece in pieces], dtype=float).T
+    top, tall = np.array([(rows - piece.row, piece.height) for piece in pieces], dtype=float).T
+    right, bottom = left + wide, top - tall
+    corners = [(left, top), (left, bottom), (right, bottom), (right, top)]
     door_rows, door_columns = np.nonzero(layout.is_door)
     return FloorPlan(
         rooms=layout.rooms,
-        furniture=tuple(number_names([piece.label for piece in layout.furniture])),
-        furniture_ids=tuple(range(len(layout.furniture))),
+        furniture=tuple(number_names([piece.label for piece in pieces])),
+        furniture_ids=tuple(range(len(pieces))),
         furniture_room=np.asarray(layout.furniture_room),
         room_box=boxes,
-        corner=corner,
+        corner=np.column_stack([left + wide / 2, top - tall / 2]) - SIZE / 2,
         size=SIZE,
         has_positions=True,
-        footprints=footprints,
+        footprints=np.array(corners).transpose(2, 0, 1),
         doors=np.column_stack([door_columns + 0.5, rows - door_rows - 0.5]),
     )
-
-
-def _find_extent(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and last (row, column) of a mask (Y, X)."""
-    found = np.argwhere(cells)
-    return found.min(axis=0), found.max(axis=0)

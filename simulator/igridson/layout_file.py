@@ -70,27 +70,36 @@ def parse_layout(text: str) -> GridLayout:
             "Name one free cell."
         )
     start = _parse_numbers(*sections["start"][0], what="start", rule="be 'column row'", count=2)
-    is_wall, is_door = grid == "#", grid == "+"
     room = np.full(grid.shape, -1)
     for index, letter in enumerate(letters):
         room[grid == letter] = index
-    layout = _assemble(tuple(name for _, name in rooms), is_wall, is_door, room, pieces, start)
+    names = tuple(name for _, name in rooms)
+    _check_pieces(pieces, grid == "#", room, names)
+    pieces.sort(key=lambda piece: room[piece.row, piece.column])
+    furniture_at = np.full(grid.shape, -1)
+    for index, piece in enumerate(pieces):
+        for x, y in piece.cells:
+            furniture_at[y, x] = index
+    layout = GridLayout(
+        rooms=names,
+        is_wall=grid == "#",
+        is_door=grid == "+",
+        room=room,
+        furniture=tuple(pieces),
+        furniture_room=np.array([room[own.row, own.column] for own in pieces], dtype=np.int64),
+        furniture_at=furniture_at,
+        start=(start[0], start[1]),
+    )
     check_layout(layout)
     return layout
 
 
-def _assemble(
-    rooms: tuple[str, ...],
-    is_wall: np.ndarray,
-    is_door: np.ndarray,
-    room: np.ndarray,
-    pieces: list[GridFurniture],
-    start: tuple[int, ...],
-) -> GridLayout:
-    """Put furniture on its cells and order it room after room."""
+def _check_pieces(
+    pieces: list[GridFurniture], is_wall: np.ndarray, room: np.ndarray, rooms: tuple[str, ...]
+) -> None:
+    """Check that each piece of furniture has its cells on the floor of one room to itself."""
     num_rows, num_columns = room.shape
     owner: dict[tuple[int, int], GridFurniture] = {}
-    home: list[int] = []
     for piece in pieces:
         what = f"furniture '{piece.label}'"
         # Before its cells are listed, of which there may be billions.
@@ -121,23 +130,6 @@ def _assemble(
                     f"and, at column {x}, row {y}, {rooms[room[y, x]]}. Move it."
                 )
             owner[x, y] = piece
-        home.append(int(room[piece.row, piece.column]))
-    order = np.argsort(home, kind="stable")
-    furniture = tuple(pieces[index] for index in order)
-    furniture_at = np.full(room.shape, -1)
-    for index, piece in enumerate(furniture):
-        for x, y in piece.cells:
-            furniture_at[y, x] = index
-    return GridLayout(
-        rooms=rooms,
-        is_wall=is_wall,
-        is_door=is_door,
-        room=room,
-        furniture=furniture,
-        furniture_room=np.array(home, dtype=np.int64)[order],
-        furniture_at=furniture_at,
-        start=(start[0], start[1]),
-    )
 
 
 def _split_sections(text: str) -> dict[str, list[tuple[int, str]]]:
@@ -153,12 +145,12 @@ def _split_sections(text: str) -> dict[str, list[tuple[int, str]]]:
     for number, line in enumerate(lines[1:], start=2):
         if line in SECTIONS:
             current = sections.setdefault(line, [])
-        elif line and current is None:
-            raise ValueError(
-                f"line must belong to a section ({', '.join(SECTIONS)}), got {shorten(line)} in "
-                f"line {number}. Begin a section first."
-            )
-        elif line and current is not None:
+        elif line:
+            if current is None:
+                raise ValueError(
+                    f"line must belong to a section ({', '.join(SECTIONS)}), got {shorten(line)} "
+                    f"in line {number}. Begin a section first."
+                )
             current.append((number, line))
     for name in SECTIONS:
         if not sections.get(name):

@@ -54,13 +54,7 @@ class ByTravel(SearchOrder):
         look_cost: float = LOOK_COST,
         num_places: int = 7,
     ) -> None:
-        """Keep the agents' positions.
-
-        Args:
-            walk: where the agents stand.
-            score_kind: the policy's.
-            look_cost: the price of one look, in steps.
-            num_places: places that a tour is planned over.
+        """Keep the agents' positions; the class says what the numbers mean.
 
         Raises:
             ValueError: if the look cost is negative or `num_places` is not in 1 to 12.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -99,19 +100,15 @@ def check_format(path: Path) -> None:
 
 def _save_gif(frames: list[np.ndarray], path: Path) -> None:
     """Write a looping GIF; frames that repeat become one of longer duration."""
-    kept: list[np.ndarray] = []
-    counts: list[int] = []
-    for frame in frames:
-        if kept and np.array_equal(kept[-1], frame):
-            counts[-1] += 1
-        else:
-            kept.append(frame)
-            counts.append(1)
+    is_new = [not np.array_equal(*pair) for pair in pairwise(frames)]
+    first = np.flatnonzero([True, *is_new])  # of each run of equal frames
+    kept = [frames[number] for number in first]
     palette = _make_palette(kept)
     images = [
         Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in kept
     ]
-    durations = [round(1000 / _FRAMES_PER_SECOND) * count for count in counts]
+    counts = np.diff([*first, len(frames)])
+    durations = (round(1000 / _FRAMES_PER_SECOND) * counts).tolist()
     images[0].save(path, save_all=True, append_images=images[1:], duration=durations, loop=0)
 
 
