@@ -82,9 +82,8 @@ class FloorPlan:
         if positions is None:
             boxes, corner, size = *_lay_out(len(rooms), furniture_room), 1.0
         else:
-            boxes, corner, size = _place(
-                len(rooms), furniture_room, np.asarray(positions, float), footprints
-            )
+            at = np.asarray(positions, float)
+            boxes, corner, size = _place(len(rooms), furniture_room, at, footprints)
         return cls(
             tuple(rooms), tuple(furniture), tuple(ids), furniture_room, boxes, corner, size,
             positions is not None, footprints, stands,
@@ -97,25 +96,23 @@ class FloorPlan:
         index = {room: number for number, room in enumerate(layout.rooms)}
         nodes = list(layout.furniture.values())
         places = [node.position if node.box is None else node.box.center[:2] for node in nodes]
-        positions = [place for place in places if place is not None]
+        has_positions = bool(nodes) and None not in places
         footprints = stands = None
-        if nodes and len(positions) == len(nodes) and any(node.box for node in nodes):
+        if has_positions and any(node.box for node in nodes):
             most = max(4 if node.box is None else len(node.box.corners) for node in nodes)
             footprints = np.full((len(nodes), most, 2), np.nan)
-            stands = np.full((len(nodes), 2), np.nan)
-            for number, (node_id, node) in enumerate(layout.furniture.items()):
-                stand = memory.get_position(node_id)
+            for number, node in enumerate(nodes):
                 if node.box is not None:
                     corners = node.box.corners
                     footprints[number] = corners[np.minimum(np.arange(most), len(corners) - 1)]
-                if stand is not None:
-                    stands[number] = stand
+            unknown = (np.nan, np.nan)
+            stands = np.array([memory.get_position(n) or unknown for n in layout.furniture])
         return cls.make(
-            list(layout.room_labels),
+            layout.room_labels,
             [node.description for node in nodes],
             np.array([index[node.room] for node in nodes], dtype=np.int64),
             list(layout.furniture),
-            np.array(positions) if nodes and len(positions) == len(nodes) else None,
+            np.array(places) if has_positions else None,
             footprints,
             stands,
         )
@@ -188,10 +185,7 @@ def _lay_out(num_rooms: int, furniture_room: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _place(
-    num_rooms: int,
-    furniture_room: np.ndarray,
-    at: np.ndarray,
-    footprints: np.ndarray | None = None,
+    num_rooms: int, furniture_room: np.ndarray, at: np.ndarray, footprints: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Put furniture where it is; a room is the box around what stands in it."""
     apart = np.abs(at[:, None] - at[None]).max(axis=2)  # of squares, not of discs

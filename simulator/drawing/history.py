@@ -52,15 +52,10 @@ class History:
         """List where it truly was: place, from and until which hour."""
         if self.truth is None:
             return []
-        stays = []
-        edges = self.edges
-        for place in range(len(self.places)):
-            change = np.diff(np.concatenate([[0], self.truth[:, place].astype(int), [0]]))
-            for begin, end in zip(
-                np.flatnonzero(change > 0), np.flatnonzero(change < 0), strict=True
-            ):
-                stays.append((place, float(edges[begin]), float(edges[end])))
-        return stays
+        change = np.diff(self.truth.T.astype(int), axis=1, prepend=0, append=0)  # (P, T + 1)
+        (place, begin), (_, end) = np.nonzero(change > 0), np.nonzero(change < 0)
+        hours = self.edges[begin].tolist(), self.edges[end].tolist()
+        return list(zip(place.tolist(), *hours, strict=True))
 
 
 def draw_history(axes: Axes, history: History) -> Axes:

@@ -43,15 +43,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
         queries_per_home: int = 100,
         max_furniture: int | None = None,
     ) -> None:
-        """Set up the spaces.
-
-        Args:
-            num_envs: homes, H.
-            homes: where homes come from, as for `FindObjectEnv`.
-            policy: who answers `compute_scores`: a name of `POLICIES`, or what makes one.
-            max_looks: looks allowed per search; None for as many as there is furniture.
-            queries_per_home: searches before new homes are drawn, if there are as many steps.
-            max_furniture: furniture nodes of the largest home, F; None for that of the first.
+        """Set up the spaces for `num_envs` homes, H; other arguments are those of `FindObjectEnv`.
 
         Raises:
             ValueError: if a count is below 1, there is no policy of that name, or there are not so
@@ -104,10 +96,8 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
         """
         actions = np.asarray(actions)
         num_furniture = self.searches.num_furniture
-        if (
-            actions.shape != (self.num_envs,)
-            or not ((actions >= 0) & (actions < num_furniture)).all()
-        ):
+        is_shaped = actions.shape == (self.num_envs,)
+        if not (is_shaped and ((actions >= 0) & (actions < num_furniture)).all()):
             raise ValueError(
                 f"actions must be {self.num_envs} furniture indices from 0 to {num_furniture - 1}, "
                 f"got {shorten(actions)}. Choose what info['action_mask'] allows."

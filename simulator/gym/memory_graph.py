@@ -92,15 +92,14 @@ def _make_nodes(snapshots: Snapshots, graph: SnapshotGraph, description: np.ndar
     column["label"][:] = graph.label
     for name in ("description", "steps_since_observed", "steps_since_moved"):
         column[name][:] = NEVER
-    column["num_observed"][furniture] = snapshots.furniture_num_observed
-    column["steps_since_observed"][furniture] = _count_since(
-        time[furniture], snapshots.furniture_last_observed
-    )
     column["description"][objects] = description
-    for name in ("observed", "moved"):
-        last = getattr(snapshots, f"object_last_{name}")
-        column[f"num_{name}"][objects] = getattr(snapshots, f"object_num_{name}")
-        column[f"steps_since_{name}"][objects] = _count_since(time[objects], last)
+    for kind, rows, name in (
+        ("furniture", furniture, "observed"), ("object", objects, "observed"),
+        ("object", objects, "moved"),
+    ):  # fmt: skip
+        last = getattr(snapshots, f"{kind}_last_{name}")
+        column[f"num_{name}"][rows] = getattr(snapshots, f"{kind}_num_{name}")
+        column[f"steps_since_{name}"][rows] = _count_since(time[rows], last)
     column["is_query"][objects.start + snapshots.query_object] = 1
     return nodes
 
@@ -140,11 +139,11 @@ def _make_edges(
     for name in ("observed", "changed"):
         last = getattr(snapshots, f"edge_last_{name}")[edge]
         of_joined[f"steps_since_{name}"][known] = _count_since(time, last)
-    kind, rank = np.zeros(len(edges), dtype=np.int64), np.arange(len(edges))
-    kind[graph.num_layout :] = np.where(graph.remembered >= 0, 1, 2)
-    place = 2 * graph.furniture + is_on_top
-    rank[graph.num_layout :] = np.where(graph.remembered >= 0, graph.remembered, place)
-    return edges, (kind, rank)
+    is_known = graph.remembered >= 0
+    rank = np.where(is_known, graph.remembered, 2 * graph.furniture + is_on_top)
+    own = np.arange(graph.num_layout)
+    kind = np.concatenate([np.zeros_like(own), np.where(is_known, 1, 2)])
+    return edges, (kind, np.concatenate([own, rank]))
 
 
 def _count_since(time: np.ndarray, stamp: np.ndarray) -> np.ndarray:

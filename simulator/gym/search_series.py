@@ -42,7 +42,7 @@ class SearchSeries:
         queries_per_home: int,
         max_furniture: int | None,
     ) -> None:
-        """Set up; nothing is played before `start`. Arguments are those of `FindObjectVectorEnv`.
+        """Set up; nothing is played before `start`. Arguments are those of `FindObjectEnv`.
 
         Raises:
             ValueError: if a count is below 1, there is no policy of that name, or there are not so

@@ -154,56 +154,38 @@ def _draw_band(
     axis: Axes, prior: PriorGraph, name: str, rows: Sequence[Placement], widest: int
 ) -> None:
     """Draw one room: itself on top, its furniture below, their objects at the bottom."""
+    from matplotlib import colormaps
+
     rooms = [name] if name in prior.rooms else list(prior.rooms)
     furniture, objects = _order_nodes(prior, name, rows)
     width = max(float(len(objects)), len(furniture) * 5.0)
     x_room, x_furniture, x_object = (
         _spread(labels, width) for labels in (rooms, furniture, objects)
     )
-    nodes = {(node.room, node.label): node.prob for node in prior.furniture}
-    _draw_edges(
-        axis,
-        {
-            (x_room[place], 2.0, x_furniture[label], 1.0): nodes[place, label]
-            for place in rooms
-            for label in furniture
-            if (place, label) in nodes
-        },
-    )
+    upper = {
+        (x_room[node.room], 2.0, x_furniture[node.label], 1.0): node.prob
+        for node in prior.furniture
+        if node.room in x_room and node.label in x_furniture
+    }
+    _draw_edges(axis, upper)
     lower: dict[tuple[float, float, float, float], float] = defaultdict(float)
     for row in rows:
         lower[x_furniture[row.furniture], 1.0, x_object[row.object], 0.0] += row.prob
     _draw_edges(axis, lower)
-    palette = _make_palette(len(objects))
+    palette = colormaps["tab20"](np.arange(len(objects)) % 20)  # so that an eye can follow each
     axis.scatter(
-        [x_object[label] for label in objects],
-        np.zeros(len(objects)),
-        s=NODE_SIZE,
-        c=palette,
-        edgecolors="#444444",
-        linewidths=0.4,
-        zorder=3,
-    )
+        list(x_object.values()), np.zeros(len(objects)), s=NODE_SIZE, c=palette,
+        edgecolors="#444444", linewidths=0.4, zorder=3,
+    )  # fmt: skip
     for label in objects:
         axis.text(x_object[label], -0.09, label, rotation=90, ha="center", va="top", fontsize=7.5)
+    middle: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 4}
     box = {"boxstyle": "round,pad=0.25", "fc": "#f2ede0", "ec": "#777777", "lw": 0.6}
     for label in furniture:
-        axis.text(
-            x_furniture[label], 1.0, label, ha="center", va="center", fontsize=8, bbox=box, zorder=4
-        )
+        axis.text(x_furniture[label], 1.0, label, fontsize=8, bbox=box, **middle)
     for place in rooms:
-        colour = ROOM_COLOURS.get(place, "#555555")
-        axis.text(
-            x_room[place],
-            2.0,
-            place,
-            ha="center",
-            va="center",
-            fontsize=11,
-            color="white",
-            bbox={"boxstyle": "round,pad=0.35", "fc": colour, "ec": "none"},
-            zorder=4,
-        )
+        box = {"boxstyle": "round,pad=0.35", "fc": ROOM_COLOURS.get(place, "#555555"), "ec": "none"}
+        axis.text(x_room[place], 2.0, place, fontsize=11, color="white", bbox=box, **middle)
     axis.set_xlim(-1.5, max(widest, len(furniture) * 5, 20) + 0.5)
     axis.set_ylim(-1.15, 2.2)
     axis.axis("off")
@@ -225,10 +207,3 @@ def _draw_edges(axis: Axes, edges: Mapping[tuple[float, float, float, float], fl
     colours = [(0.92 * (1 - value),) * 3 for value in strength]
     lines = [((x0, y0), (x1, y1)) for (x0, y0, x1, y1), _ in ordered]
     axis.add_collection(LineCollection(lines, colors=colours, linewidths=0.5 + 1.0 * strength))
-
-
-def _make_palette(count: int) -> list[tuple[float, ...]]:
-    """One colour per object, so that an eye can follow it."""
-    from matplotlib import colormaps
-
-    return [tuple(colormaps["tab20"](index % 20)) for index in range(count)]

@@ -16,7 +16,7 @@ from sgm.checks import check_at_least
 from sgm.files import read_file
 from sgm.messages import shorten
 from sgm.names.words import read_words
-from sgm.prior.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
+from sgm.prior.prior_graph import ObjectType, Placement, PriorGraph
 from sgm.text import TextVectors, load_text
 
 # Of the softmax over places. Of .05, .1, .15, .2, .3, .5 and 1 the one whose places of the things
@@ -47,7 +47,7 @@ Things:
 
 
 def make_word_prior(
-    base: PriorGraph | None = None,
+    base: PriorGraph,
     text: TextVectors | None = None,
     temperature: float = TEMPERATURE,
     num_places: int = NUM_PLACES,
@@ -60,7 +60,7 @@ def make_word_prior(
 
     Args:
         base: whose rooms, furniture and things it has; what it says of placements is not read, but
-            for whether things are in or on a piece of furniture. None for the household prior.
+            for whether things are in or on a piece of furniture.
         text: vectors; None for those that ship.
         temperature: of the softmax.
         num_places: kept of each thing.
@@ -71,7 +71,6 @@ def make_word_prior(
     check_at_least(1, num_places=num_places)
     if not temperature > 0:
         raise ValueError(f"temperature must be above 0, got {temperature}. Take one like .2.")
-    base = PriorGraph.household() if base is None else base
     text = load_text() if text is None else text
     nodes = [(row.room, row.label) for row in base.furniture]
     names = [row.label for row in base.objects]
@@ -118,7 +117,7 @@ def read_filled(path: Path, base: PriorGraph | None = None) -> PriorGraph:
     for row in base.furniture:
         rooms_of[row.label].append(row.room)
     usual = find_relations(base)
-    found: dict[str, dict[tuple[str, str, str], float]] = {}
+    found: dict[str, dict[tuple[str, str, str], float]] = defaultdict(lambda: defaultdict(float))
     for number, cells in _read_rows(path):
         where = f"at {path.name}:{number}"
         room, furniture, name, relation, weight = (cell.strip() for cell in cells)
@@ -149,8 +148,7 @@ def read_filled(path: Path, base: PriorGraph | None = None) -> PriorGraph:
         rooms = [room] if room else rooms_of[furniture]
         where_put = _RELATIONS[relation.lower()] if relation else usual[furniture]
         for one in rooms:
-            places = found.setdefault(thing, defaultdict(float))
-            places[one, furniture, where_put] += value / len(rooms)
+            found[thing][one, furniture, where_put] += value / len(rooms)
     known = {row.label: row for row in base.objects}
     placements = [
         Placement(
@@ -170,15 +168,14 @@ def read_filled(path: Path, base: PriorGraph | None = None) -> PriorGraph:
     return make_prior(base, objects, placements, metadata)
 
 
-def make_prompt(base: PriorGraph | None = None, things: Sequence[str] = ()) -> str:
+def make_prompt(base: PriorGraph, things: Sequence[str] = ()) -> str:
     """Return what to ask a language model for a table that `read_filled` reads.
 
     Args:
-        base: whose places are offered; None for the household prior. Furniture that is the same
-            under another name is offered once.
+        base: whose places are offered; furniture that is the same under another name is offered
+            once.
         things: to be placed; those of `base` if none are given.
     """
-    base = PriorGraph.household() if base is None else base
     by_room: dict[str, list[str]] = defaultdict(list)
     for row in base.furniture:
         if row.prob > 0:
@@ -206,11 +203,8 @@ def find_relations(base: PriorGraph) -> dict[str, str]:
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     for row in base.placements:
         counts[row.furniture][row.relation] += 1
-    labels: list[FurnitureType] = list(base.furniture)
-    return {
-        row.label: counts[row.label].most_common(1)[0][0] if counts[row.label] else "onTop"
-        for row in labels
-    }
+    usual = {label: relations.most_common(1)[0][0] for label, relations in counts.items()}
+    return {row.label: usual.get(row.label, "onTop") for row in base.furniture}
 
 
 def _scale(vectors: np.ndarray) -> np.ndarray:

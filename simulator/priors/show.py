@@ -82,18 +82,11 @@ def print_prior(
         for node in prior.furniture:
             if room is not None and node.room != room:
                 continue
-            rows = [
-                *on_furniture.get((node.room, node.label), []),
-                *on_furniture.get((None, node.label), []),
-            ]
+            rows = on_furniture[node.room, node.label] + on_furniture[None, node.label]
             typical = sorted(rows, key=lambda row: -row.prob)[:top]
-            table.add_row(
-                node.room,
-                node.label,
-                f"{node.prob:.3f}",
-                str(len({row.object for row in rows})),
-                ", ".join(f"{row.object} {row.prob:.2f}" for row in typical),
-            )
+            names = ", ".join(f"{row.object} {row.prob:.2f}" for row in typical)
+            number = str(len({row.object for row in rows}))
+            table.add_row(node.room, node.label, f"{node.prob:.3f}", number, names)
     Console().print(table)
 
 
