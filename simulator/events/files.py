@@ -17,7 +17,7 @@ import numpy as np
 from sgm.files import read_file, read_json, write_whole
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten, shorten_text
-from simulator.events.table import KINDS, EventQuestions, Events, EventTable, Nodes
+from simulator.events.table import KINDS, EventQuestions, Events, EventTable, Nodes, Rows
 
 MANIFEST = "events.json"
 EVENTS, NODES, QUESTIONS = "events.csv", "nodes.csv", "questions.csv"
@@ -30,7 +30,7 @@ _CHOICES: Mapping[str, Sequence[str]] = {
     "kind": KINDS, "relation": RELATIONS, "is_seen": ("0", "1"),
 }  # fmt: skip
 _TEXTS = ("label", "description", "room")
-_IDS = ("thing", "place")
+_IDS = ("thing", "place", "places")
 
 
 def save_events(table: EventTable, folder: str | Path, settings: Mapping[str, Any]) -> list[str]:
@@ -78,15 +78,13 @@ def load_events(folder: str | Path) -> EventTable:
     folder = Path(folder)
     manifest = read_manifest(folder)
     path = folder / NODES
-    found = _read_columns(path, ("node", *(row.name for row in fields(Nodes))))
+    found = _read_columns(path, Nodes, ("node",))
     if found.pop("node").tolist() != list(range(len(found["kind"]))):
         raise _make_error("node ids must be 0, 1, 2 and so on", "others", path)
     nodes = Nodes(**found)
-    events, questions = (
-        _read_columns(folder / name, tuple(row.name for row in fields(rows)), len(nodes.kind))
-        for name, rows in ((EVENTS, Events), (QUESTIONS, EventQuestions))
-    )
+    events = _read_columns(folder / EVENTS, Events, num_nodes=len(nodes.kind))
     events["is_seen"] = events["is_seen"].astype(bool)
+    questions = _read_columns(folder / QUESTIONS, EventQuestions, num_nodes=len(nodes.kind))
     seconds = manifest["step_seconds"]
     return EventTable(Events(**events), nodes, EventQuestions(**questions), seconds)
 
@@ -173,13 +171,16 @@ def _make_parquet(table: EventTable) -> bytes:
     return out.getvalue()
 
 
-def _read_columns(path: Path, names: Sequence[str], num_nodes: int | None = None) -> dict[str, Any]:
-    """Read the columns of a file; ids of nodes are below `num_nodes`."""
+def _read_columns(
+    path: Path, kind: type[Rows], more: Sequence[str] = (), num_nodes: int | None = None
+) -> dict[str, Any]:
+    """Read `more` columns of a file, then the fields; ids of nodes are below `num_nodes`."""
+    names = (*more, *(row.name for row in fields(kind)))
     try:
         rows = list(csv.reader(io.StringIO(read_file(path, _MOST_BYTES).decode()), strict=True))
     except (OSError, ValueError, csv.Error) as error:
         raise _make_error("events must be CSV files that can be read", error, path) from None
-    if not rows or tuple(rows[0]) != tuple(names):
+    if not rows or tuple(rows[0]) != names:
         found = ", ".join(rows[0]) if rows else "nothing"
         raise _make_error(f"columns must be {', '.join(names)}", found, path)
     for number, row in enumerate(rows[1:], 2):
@@ -194,18 +195,15 @@ def _read_columns(path: Path, names: Sequence[str], num_nodes: int | None = None
             columns[name] = _read_choices(cells, name, path)
         elif name == "places":
             words = [cell.split() for cell in cells]
-            ids = _read_numbers([word for row in words for word in row], name, path).tolist()
-            _check_ids(np.array(ids, dtype=np.int64), num_nodes, name, path)
-            each = iter(ids)
+            all_words = [word for row in words for word in row]
+            each = iter(_read_numbers(all_words, name, path, num_nodes).tolist())
             columns[name] = tuple(tuple(islice(each, len(row))) for row in words)
         else:
-            columns[name] = _read_numbers(cells, name, path)
-        if name in _IDS:
-            _check_ids(columns[name], num_nodes, name, path)
+            columns[name] = _read_numbers(cells, name, path, num_nodes)
     return columns
 
 
-def _read_numbers(cells: Sequence[str], name: str, path: Path) -> np.ndarray:
+def _read_numbers(cells: Sequence[str], name: str, path: Path, num_nodes: int | None) -> np.ndarray:
     is_share = name in _SHARES
     try:
         values = np.array(cells, dtype=float if is_share else np.int64)
@@ -217,6 +215,8 @@ def _read_numbers(cells: Sequence[str], name: str, path: Path) -> np.ndarray:
         first = int(np.flatnonzero(is_wrong)[0])
         bound = "lie in [0, 1]" if is_share else "be at least 0"
         raise _make_error(f"{name} of row {first + 2} must {bound}", cells[first], path)
+    if name in _IDS and num_nodes is not None and values.max(initial=-1) >= num_nodes:
+        raise _make_error(f"{name} must be a node id below {num_nodes}", int(values.max()), path)
     return values
 
 
@@ -229,18 +229,10 @@ def _read_choices(cells: Sequence[str], name: str, path: Path) -> np.ndarray:
     return np.array([known[value] for value in cells], dtype=np.int64)
 
 
-def _check_ids(ids: np.ndarray, num_nodes: int | None, name: str, path: Path) -> None:
-    if num_nodes is not None and len(ids) and ids.max() >= num_nodes:
-        raise _make_error(f"{name} must be a node id below {num_nodes}", int(ids.max()), path)
-
-
-def _show(found: object) -> str:
-    """Return a value for a message; what another error says as it is."""
-    return shorten_text(str(found)) if isinstance(found, Exception) else shorten(found)
-
-
 def _make_error(rule: str, found: object, path: Path) -> ValueError:
+    """Return an error; what another error says stands in it as it is."""
+    shown = shorten_text(str(found)) if isinstance(found, Exception) else shorten(found)
     return ValueError(
-        f"{rule}, got {_show(found)} in {path}. Collect again with "
+        f"{rule}, got {shown} in {path}. Collect again with "
         "`python -m simulator.collect --format events`."
     )

@@ -28,9 +28,10 @@ class EventRecorder:
         self._memory = task.rollout.memory
         self._num_looks = np.zeros(len(numbers), dtype=np.int64)  # of each home
         self._change: Change | None = None
-        self._rows: list[np.ndarray] = []  # integer columns of events, (n, 8)
-        self._shares: list[np.ndarray] = []  # coverage and confidence, (n, 2)
-        self._asked: list[np.ndarray] = []  # home, time, look, object row, (q, 4)
+        self._rows = [np.zeros((0, 8), dtype=np.int64)]  # integer columns of events, (n, 8)
+        self._shares = [np.zeros((0, 2))]  # coverage and confidence, (n, 2)
+        # home, time, look, object row, (q, 4)
+        self._asked = [np.zeros((0, 4), dtype=np.int64)]
         self._places: list[tuple[int, ...]] = []
         task.on_answer = self._note_answer
         task.rollout.on_change = self._note_change
@@ -39,9 +40,8 @@ class EventRecorder:
     def finish(self) -> EventTable:
         """Return the events of all homes so far."""
         memory, tables = self._memory, []
-        rows = np.concatenate(self._rows) if self._rows else np.zeros((0, 8), dtype=np.int64)
-        shares = np.concatenate(self._shares) if self._shares else np.zeros((0, 2))
-        asked = np.concatenate(self._asked) if self._asked else np.zeros((0, 4), dtype=np.int64)
+        rows, shares = np.concatenate(self._rows), np.concatenate(self._shares)
+        asked = np.concatenate(self._asked)
         labels = np.array([*memory.labels, ""], dtype=object)
         things_of = memory.objects["home"]
         text = self._task.rollout.homes.object_descriptions.text
@@ -53,6 +53,7 @@ class EventRecorder:
             new_id[things] = num_places + np.arange(len(things))
             place_label = labels[memory.furniture_label[home, :num_places]]
             rooms = memory.room_label[home, memory.furniture_room[home, :num_places]]
+            names = [text(int(code)) for code in memory.objects["key"][things]]
             own = rows[:, 0] == home
             _, time, look, order, thing, place, relation, is_seen = rows[own].T
             events = Events(
@@ -63,12 +64,7 @@ class EventRecorder:
                 np.full(num_places + len(things), number),
                 np.repeat([PLACE, THING], [num_places, len(things)]),
                 np.concatenate([place_label, labels[memory.objects["label"][things]]]),
-                np.concatenate(
-                    [
-                        place_label,
-                        np.array([text(int(k)) for k in memory.objects["key"][things]], object),
-                    ]
-                ),
+                np.concatenate([place_label, np.array(names, dtype=object)]),
                 np.concatenate([labels[rooms], np.full(len(things), "", dtype=object)]),
             )
             chosen = np.flatnonzero(asked[:, 0] == home)
@@ -77,7 +73,9 @@ class EventRecorder:
                 np.full(len(time), number), time, look, new_id[thing],
                 tuple(self._places[row] for row in chosen),
             )  # fmt: skip
-            seconds = None if clock is None else _get_step_seconds(clock[home])
+            seconds = None
+            if clock is not None and not np.isnan(clock[home]).any():
+                seconds = float(clock[home, 1])
             tables.append(EventTable(events, nodes, questions, seconds))
         return EventTable.join(tables)
 
@@ -130,8 +128,3 @@ class EventRecorder:
         )  # fmt: skip
         self._shares.append(np.column_stack([coverage[home], confidence]))
         self._num_looks[change.home] += 1
-
-
-def _get_step_seconds(clock: np.ndarray) -> float | None:
-    """Return the length of a step of a row of `MemoryBatch.clock`, None where it is unknown."""
-    return None if np.isnan(clock).any() else float(clock[1])

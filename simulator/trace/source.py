@@ -67,6 +67,7 @@ class RecordedSource(HomeSource):
         """
         if not folders:
             raise ValueError("traces must be one or more folders, got none. Name a folder.")
+        check_step_seconds(step_seconds)
         traces = [load_trace(folder) for folder in find_traces(folders)]
         self._folders = tuple(str(Path(folder).absolute()) for folder in folders)
         self._prepare(traces, prior, home, step_seconds, by_day, replays)
@@ -82,6 +83,7 @@ class RecordedSource(HomeSource):
         replays: int = 1,
     ) -> RecordedSource:
         """Cut traces that are loaded already into steps; see the constructor."""
+        check_step_seconds(step_seconds)
         source = cls.__new__(cls)
         source._folders = ()
         source._prepare(traces, prior, home, step_seconds, by_day, replays)
@@ -97,7 +99,6 @@ class RecordedSource(HomeSource):
         replays: int,
     ) -> None:
         super().__init__(prior, home)
-        check_step_seconds(step_seconds)
         check_at_least(1, replays=replays)
         self._options = (step_seconds, by_day, replays)
         self.traces = list(traces)
