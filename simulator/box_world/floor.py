@@ -69,12 +69,10 @@ class BoxFloor:
 
 @dataclass(slots=True)
 class _Piece:
-    """Furniture in the axes of its room: x, y of its corners, and of the free space before it."""
+    """Furniture in the axes of its room, and free space before it: low and high x, y, (2, 2)."""
 
-    low: np.ndarray
-    high: np.ndarray
-    front_low: np.ndarray
-    front_high: np.ndarray
+    area: np.ndarray
+    front: np.ndarray
     yaw: float
 
 
@@ -108,7 +106,7 @@ def sample_floor(
         low, high = (start, min(near, far)), (start + width, max(near, far))
         rooms.append(BoxRoom(low, high, (start + door, sign * (CORRIDOR + WALL) / 2)))
         for number, piece in zip(own, pieces, strict=True):
-            size, middle = sizes[number], (piece.low + piece.high) / 2
+            size, middle = sizes[number], piece.area.mean(axis=0)
             boxes[number] = Box(
                 (start + middle[0], near + sign * middle[1], size.bottom + size.height / 2),
                 (size.depth, size.width, size.height),
@@ -147,22 +145,18 @@ def _arrange(
     rng: np.random.Generator,
 ) -> list[_Piece] | None:
     """Place furniture, the largest first; None if something found no place."""
-    behind_door = (np.array([door - DOOR, 0.0]), np.array([door + DOOR, _DOOR_DEPTH]))
+    behind_door = np.array([[door - DOOR, 0.0], [door + DOOR, _DOOR_DEPTH]])
     room = np.array([width, depth])
     placed: dict[int, _Piece] = {}
     for number in sorted(range(len(sizes)), key=lambda n: -sizes[n].width * sizes[n].depth):
         for _ in range(_TRIES):
             piece = _draw_piece(sizes[number], frees[number], room, rng)
-            if (piece.low < 0).any() or (piece.high > room).any():
+            if any((own < 0).any() or (own > room).any() for own in (piece.area, piece.front)):
                 continue
-            if (piece.front_low < 0).any() or (piece.front_high > room).any():
-                continue
-            if _overlaps(piece.low, piece.high, *behind_door):
-                continue
-            if all(
-                not _overlaps(piece.low - _GAP, piece.high + _GAP, other.low, other.high)
-                and not _overlaps(piece.low, piece.high, other.front_low, other.front_high)
-                and not _overlaps(piece.front_low, piece.front_high, other.low, other.high)
+            if not _overlaps(piece.area, behind_door) and not any(
+                _overlaps(_grow(piece.area, _GAP), other.area)
+                or _overlaps(piece.area, other.front)
+                or _overlaps(piece.front, other.area)
                 for other in placed.values()
             ):
                 placed[number] = piece
@@ -191,11 +185,15 @@ def _draw_piece(
     half = across * max(size.width, _LEAST_FRONT) / 2
     ends = np.stack([front - half, front + half + ahead * _FREE_FRONT, front + ahead * _FREE_FRONT])
     ends[2] -= half
-    return _Piece(low, high, ends.min(axis=0), ends.max(axis=0), yaw)
+    return _Piece(np.stack([low, high]), np.stack([ends.min(axis=0), ends.max(axis=0)]), yaw)
 
 
-def _overlaps(low: np.ndarray, high: np.ndarray, to_low: np.ndarray, to_high: np.ndarray) -> bool:
-    return bool((low < to_high).all() and (to_low < high).all())
+def _grow(area: np.ndarray, metres: float) -> np.ndarray:
+    return np.stack([area[0] - metres, area[1] + metres])
+
+
+def _overlaps(area: np.ndarray, other: np.ndarray) -> bool:
+    return bool((area[0] < other[1]).all() and (other[0] < area[1]).all())
 
 
 def _is_reachable(pieces: Sequence[_Piece], width: float, depth: float, door: float) -> bool:
@@ -206,7 +204,7 @@ def _is_reachable(pieces: Sequence[_Piece], width: float, depth: float, door: fl
     margin = ROBOT_RADIUS + cell / 2
     is_free = ((y > margin) & (y < depth - margin))[:, None] & ((x > margin) & (x < width - margin))
     for piece in pieces:
-        low, high = piece.low - margin, piece.high + margin
+        low, high = _grow(piece.area, margin)
         is_free &= ~(((y > low[1]) & (y < high[1]))[:, None] & ((x > low[0]) & (x < high[0])))
     is_free[y <= depth / 2] |= (np.abs(x - door) < cell) & (y[y <= depth / 2, None] <= 2 * margin)
     from scipy.ndimage import label  # only a generator needs it
@@ -215,8 +213,8 @@ def _is_reachable(pieces: Sequence[_Piece], width: float, depth: float, door: fl
     start = region[0, min(int(door / cell), columns - 1)]
     for piece in pieces:
         ahead = np.array([math.cos(piece.yaw), math.sin(piece.yaw)])
-        middle = (piece.low + piece.high) / 2
-        stand = middle + ahead * (np.abs((piece.high - piece.low) @ np.abs(ahead)) / 2 + STANDOFF)
+        length = float(np.ptp(piece.area, axis=0) @ np.abs(ahead))
+        stand = piece.area.mean(axis=0) + ahead * (length / 2 + STANDOFF)
         column, row = (stand / cell).astype(int)
         if region[min(row, rows - 1), min(column, columns - 1)] != start or not start:
             return False
@@ -229,12 +227,8 @@ def _list_walls(rooms: Sequence[BoxRoom], end: float) -> list[Box]:
 
     def build(x0: float, y0: float, x1: float, y1: float) -> None:
         if x1 - x0 > 1e-3 and y1 - y0 > 1e-3:
-            walls.append(
-                Box(
-                    ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT / 2),
-                    (x1 - x0, y1 - y0, WALL_HEIGHT),
-                )
-            )
+            middle = ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT / 2)
+            walls.append(Box(middle, (x1 - x0, y1 - y0, WALL_HEIGHT)))
 
     for x in (-WALL, end - WALL):  # both ends of the corridor
         build(x, -CORRIDOR / 2 - WALL, x + WALL, CORRIDOR / 2 + WALL)

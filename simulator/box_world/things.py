@@ -34,13 +34,7 @@ class ThingBoxes:
     """
 
     def __init__(self, homes: Homes, floor: BoxFloor, rng: np.random.Generator) -> None:
-        """Lay out all things of the one home.
-
-        Args:
-            homes: of one home.
-            floor: of it.
-            rng: of the spots.
-        """
+        """Lay out all things of the one home; `rng` draws their spots."""
         self._homes, self._floor, self._rng = homes, floor, rng
         num_slots = homes.num_slots
         self.center, self.half = np.zeros((num_slots, 3)), np.full((num_slots, 3), 0.01)
@@ -74,10 +68,9 @@ class ThingBoxes:
         """Return the place of every slot, "onTop" where there is no inside, (C,)."""
         places = self._homes.object_place[0].astype(np.int64)
         has_inside = np.array([box.interior != "none" for box in self._floor.furniture])
-        furniture = np.maximum(places, 0) // NUM_RELATIONS
-        return np.where(
-            (places >= 0) & ~has_inside[furniture], furniture * NUM_RELATIONS + 1, places
-        )
+        furniture = places // NUM_RELATIONS  # -1 where there is none
+        is_moved = (places >= 0) & ~has_inside[furniture]
+        return np.where(is_moved, furniture * NUM_RELATIONS + 1, places)
 
     def _put(self, slot: int, place: int) -> None:
         """Give a thing a spot at a place."""

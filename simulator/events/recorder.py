@@ -17,12 +17,7 @@ class EventRecorder:
     """Listens to a task in H homes: every look, and every question before its look."""
 
     def __init__(self, task: Task, numbers: Sequence[int]) -> None:
-        """Follow a task from its start on.
-
-        Args:
-            task: that is played.
-            numbers: of its homes, (H,).
-        """
+        """Follow a task from its start on, in homes of these numbers, (H,)."""
         self._task = task
         self._numbers = np.asarray(numbers)
         self._memory = task.rollout.memory

@@ -19,12 +19,9 @@ HELP = "arrow keys: turn and walk; space: look; n: next object; h: new home; q: 
 
 
 def play(env: IGridsonEnv, seed: int, searcher: Searcher | None = None) -> None:
-    """Let a person search, until the window is closed.
+    """Let a person search in an environment of `render_mode` "human", until its window is closed.
 
-    Args:
-        env: with `render_mode` "human".
-        seed: of the first home.
-        searcher: a policy whose belief is shown, from a memory of what the person has seen.
+    A searcher's belief is shown, from a memory of what the person has seen.
     """
     agent = None if searcher is None else GridAgent(env, searcher)
     env.reset(seed=seed)

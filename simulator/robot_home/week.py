@@ -98,16 +98,7 @@ class Week:
         body: BodyRules,
         log: Path | None = None,
     ) -> None:
-        """Make the home for each robot.
-
-        Args:
-            source: of the home.
-            home: its number.
-            seed: of everything random.
-            rules: what the robots do.
-            body: how they move and see.
-            log: file for the log of the memory of the robot that sees; None for none.
-        """
+        """Make the home of this number for each robot; `log` is of the robot that sees."""
         self._rules = rules
 
         def make(kind: Callable[..., Robot], log: Path | None = None) -> Robot:

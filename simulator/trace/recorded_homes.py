@@ -56,14 +56,7 @@ class RecordedHomes(Homes):
         configs: Sequence[HomeConfig],
         streams: Streams,
     ) -> None:
-        """Start at t = 0.
-
-        Args:
-            episodes: one per home, (H,).
-            types: names of objects, over all homes that are ever compared.
-            configs: the rules of each, (H,).
-            streams: random streams of the H homes.
-        """
+        """Start at t = 0, with names of objects over all homes that are ever compared."""
         layouts = [episode.trace.layout for episode in episodes]
         spell = types.spell
         self.prior: PriorGraph = types.prior
