@@ -191,9 +191,7 @@ def bring_bag(arguments: Sequence[str]) -> int:
         raise ValueError(f"log must be a new file, got {options.log}. Name another one.")
     home = load_home_map(options.map)
     with TemporaryDirectory() as folder:
-        log = options.log
-        if log is None and options.out is not None:
-            log = Path(folder) / "looks.jsonl"
+        log = options.log or (options.out and Path(folder) / "looks.jsonl")
         own = BagOptions(**pick(options, BagOptions))
         looks = read_bag(options.folder, home, own, prior=load_prior(options.prior), log=log)
         print(looks.summarise())
@@ -202,7 +200,7 @@ def bring_bag(arguments: Sequence[str]) -> int:
         if options.memory is not None:
             looks.memory.save(options.memory)
             print(f"memory: {options.memory}")
-        if options.out is not None and log is not None:
+        if options.out is not None:
             save_trace(make_trace(read_log(log), options.folder.name), options.out)
             print(f"trace: {options.out}")
     return 0

@@ -31,16 +31,11 @@ def load_label_names(path: Path) -> dict[int, str]:
     names: dict[int, str] = {}
     for index, row in enumerate(rows):
         number, name = (row.get("label"), row.get("name")) if isinstance(row, dict) else (None, row)
-        if (
-            not isinstance(number, int)
-            or isinstance(number, bool)
-            or not isinstance(name, str)
-            or not name.strip()
-            or number in names
-        ):
+        is_named = isinstance(name, str) and name.strip()
+        if type(number) is not int or not is_named or number in names:
             raise ValueError(
                 f"label_names[{index}] must have a label, a number of its own, and a name, got "
                 f"{shorten(row, 60)} in {path}. Write entries like {{label: 5, name: chair}}."
             )
-        names[number] = name
+        names[number] = str(name)
     return names

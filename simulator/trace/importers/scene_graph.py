@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -32,18 +31,6 @@ MAX_DISTANCE = 1.0
 """Metres from furniture beyond which an object is not taken to be on it."""
 MAX_PLACE_DISTANCE = 3.0
 """Metres from a place beyond which furniture is not taken to be in its room."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Box:
-    """Where a node is: an axis-aligned box, or a point if it has none."""
-
-    low: np.ndarray
-    high: np.ndarray
-
-    def compute_distance(self, point: np.ndarray) -> float:
-        """Metres from a point to the box, 0 inside."""
-        return float(np.linalg.norm(np.maximum(np.maximum(self.low - point, point - self.high), 0)))
 
 
 def read_scene_graph(
@@ -110,7 +97,7 @@ class _GraphReader:
         self._names = names
         self._graph = graph
         self._layers = spark_dsg.DsgLayers
-        self._boxes: dict[int, _Box] = {}
+        self._extents: dict[int, np.ndarray] = {}  # low and high x, y, z of each node, (2, 3)
         self._rooms: dict[int, int] = {}  # index by node id
         self._furniture: dict[int, int] = {}
         self._room_of_furniture: dict[int, int] = {}
@@ -127,13 +114,11 @@ class _GraphReader:
             label = self._find_label(node, self._layers.OBJECTS)
             if label is None:
                 number = node.attributes.semantic_label
-                is_numbered = number != node.attributes.NO_SEMANTIC_LABEL
-                self.builder.leave_out(
-                    "no name for the number of its label (give --labels)"
-                    if is_numbered
-                    else "neither a semantic label nor a name",
-                    str(number) if is_numbered else str(node.id),
-                )
+                if number == node.attributes.NO_SEMANTIC_LABEL:
+                    self.builder.leave_out("neither a semantic label nor a name", str(node.id))
+                else:
+                    reason = "no name for the number of its label (give --labels)"
+                    self.builder.leave_out(reason, str(number))
             elif self._is_furniture(node, label):
                 self._add_furniture(node, label)
             else:
@@ -162,21 +147,21 @@ class _GraphReader:
             turned = np.asarray(bounds.world_R_center, dtype=float)
             yaw = float(np.arctan2(turned[1, 0], turned[0, 0]))
             corners = np.asarray(bounds.corners(), dtype=float)  # (8, 3)
-            own = Box((0, 0, 0), (1, 1, 1), yaw).to_own(corners)
+            at_yaw = Box((0, 0, 0), (1, 1, 1), yaw)
+            own = at_yaw.to_own(corners)
             size, middle = np.ptp(own, axis=0), (own.min(axis=0) + own.max(axis=0)) / 2
             usual = "open" if self.builder.get_relation(label) == "in" else "none"
             if size.min() >= LEAST_METRES:
-                center = Box((0, 0, 0), (1, 1, 1), yaw).to_map(middle)
+                center = at_yaw.to_map(middle)
                 box = Box(tuple(center), tuple(size), yaw, about.get(INTERIOR, usual))
         return box, about.get(OPEN_COST)
 
     def _add_object(self, node: Any, label: str) -> None:
         name = self._find_name(node)
-        point = np.asarray(node.attributes.position, dtype=float)
         found = self._search(node, self._furniture, climbs_only=False)
         if found is not None:
             holder, num_links = found
-            inside = self._boxes[holder].compute_distance(point) == 0
+            inside = self._compute_distance(node, holder) == 0
             link = self._graph.find_edge(node.id.value, holder)
             relation = None if link is None else link.info.metadata.get().get(RELATION)
             self.builder.add_object(
@@ -185,7 +170,7 @@ class _GraphReader:
             return
         room = self._find_room(node)
         distances = {
-            holder: self._boxes[holder].compute_distance(point)
+            holder: self._compute_distance(node, holder)
             for holder, index in self._furniture.items()
             if room is None or self._room_of_furniture[index] == room
         }
@@ -203,15 +188,14 @@ class _GraphReader:
         found = self._search(node, self._rooms, climbs_only=True)
         if found is not None:
             return self._rooms[found[0]]
-        point = np.asarray(node.attributes.position, dtype=float)
         for room, index in self._rooms.items():
-            box = self._boxes[room]
-            if (box.high > box.low).any() and box.compute_distance(point) == 0:
+            has_extent = np.ptp(self._extents[room], axis=0).any()
+            if has_extent and self._compute_distance(node, room) == 0:
                 return index
         points, rooms = self._places
         if not len(points):
             return None
-        distance = np.linalg.norm(points - point, axis=1)
+        distance = np.linalg.norm(points - node.attributes.position, axis=1)
         nearest = int(distance.argmin())
         return rooms[nearest] if distance[nearest] <= MAX_PLACE_DISTANCE else None
 
@@ -249,7 +233,7 @@ class _GraphReader:
                 reached |= links
             hits = [name for name in following if name in targets]
             if hits:
-                return self._choose_nearest(node, hits), num_links
+                return min(hits, key=lambda name: self._compute_distance(node, name)), num_links
             edge = [name for name in following if name not in self._rooms]
         return None
 
@@ -257,21 +241,22 @@ class _GraphReader:
     def _object_layer(self) -> int:
         return int(self._graph.get_layer_key(self._layers.OBJECTS).layer)
 
-    def _choose_nearest(self, node: Any, names: list[int]) -> int:
+    def _compute_distance(self, node: Any, other: int) -> float:
+        """Metres from the position of a node to the extents of another one, 0 inside."""
+        low, high = self._extents[other]
         point = np.asarray(node.attributes.position, dtype=float)
-        return min(names, key=lambda name: self._boxes[name].compute_distance(point))
+        return float(np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0)))
 
     def _list_nodes(self, layer: str) -> Iterator[Any]:
-        """Nodes of a layer in order of id; their boxes are kept."""
+        """Nodes of a layer in order of id; extents are kept, points of those without a box."""
         if not self._graph.has_layer(layer):
             return
         for node in sorted(self._graph.get_layer(layer).nodes, key=lambda node: node.id.value):
             box = getattr(node.attributes, "bounding_box", None)
-            point = np.asarray(node.attributes.position, dtype=float)
-            self._boxes[node.id.value] = _Box(point, point)
+            points = np.array([node.attributes.position], dtype=float)
             if box is not None and box.is_valid():
-                corners = np.asarray(box.corners(), dtype=float)  # (8, 3); it may be rotated
-                self._boxes[node.id.value] = _Box(corners.min(axis=0), corners.max(axis=0))
+                points = np.asarray(box.corners(), dtype=float)  # (8, 3); it may be rotated
+            self._extents[node.id.value] = np.stack([points.min(axis=0), points.max(axis=0)])
             yield node
 
     def _is_furniture(self, node: Any, label: str) -> bool:
