@@ -2,21 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
-
-
-class HasPlaces(Protocol):
-    """What both environments have."""
-
-    num_furniture: int
-    place_columns: tuple[str, ...]
-
-    def compute_place_rows(self) -> np.ndarray:
-        """Return the features of every place, float32 (F, D)."""
 
 
 class FlatPlaces(gymnasium.ObservationWrapper[np.ndarray, Any, Any]):
@@ -30,13 +20,14 @@ class FlatPlaces(gymnasium.ObservationWrapper[np.ndarray, Any, Any]):
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
         """Wrap an environment."""
         super().__init__(env)
-        self._places = cast(HasPlaces, env.unwrapped)
+        self._places = cast(Any, env.unwrapped)  # of ours: both have `compute_place_rows`
         size = self._places.num_furniture * len(self._places.place_columns)
         self.observation_space = Box(-np.inf, np.inf, (size,), np.float32)
 
     def observation(self, observation: Any) -> np.ndarray:
         """Return the features of now, whatever the environment shows."""
-        return self._places.compute_place_rows().ravel()
+        rows: np.ndarray = self._places.compute_place_rows()
+        return rows.ravel()
 
     def action_masks(self) -> np.ndarray:
         """Return which actions make sense, bool (A,)."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from sgm.prior.prior_graph import PriorGraph
 from simulator.igridson.find_object import RunConfig, make_homes
 from simulator.igridson.floor_plan import make_plan
@@ -15,28 +13,19 @@ from simulator.tasks.find_object import FindObject
 from simulator.world.streams import Streams
 
 
-def record_searches(
-    num_searches: int,
-    *,
-    seed: int = 0,
-    policy: str = "bayesian",
-    prior: PriorGraph | None = None,
-    layout: str | Path | None = None,
-) -> Replay:
-    """Search one home again and again, a step of time between searches.
+def record_searches(num_searches: int, *, seed: int = 0, policy: str = "bayesian") -> Replay:
+    """Search the shipped home again and again, a step of time between searches.
 
     Args:
         num_searches: how many.
         seed: of everything random.
         policy: who says where to look next.
-        prior: what homes look like; None for the shipped prior.
-        layout: of the home; None for the shipped one.
 
     Raises:
-        ValueError: if the layout is broken or there is no such policy.
+        ValueError: if there is no such policy.
     """
-    grid = load_layout(layout)
-    homes = make_homes(prior or PriorGraph.default(), grid, Streams(seed, "test", [0]))
+    grid = load_layout()
+    homes = make_homes(PriorGraph.default(), grid, Streams(seed, "test", [0]))
     game = FindObject(homes, make_policy(policy, homes), max_looks=RunConfig().attempts)
     recorder = RunRecorder(game)
     for _ in game.run(num_searches):

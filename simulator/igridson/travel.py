@@ -11,6 +11,7 @@ from simulator.igridson.walk import Walk
 from simulator.tasks.search import SearchOrder
 
 LOOK_COST = 5.0  # opening a fridge and scanning it takes as long as walking some cells
+MOST_PLACES = 7  # of a tour; work grows as 2 ** MOST_PLACES
 
 
 def compute_belief(
@@ -36,7 +37,7 @@ class ByTravel(SearchOrder):
 
     A tour that visits places k_1, k_2, ... costs, in steps, the sum over its legs of
     (distance of the leg + look_cost) x P(not found before the leg). The tour over the
-    `num_places` most promising open places that minimises this is found exactly, by dynamic
+    `MOST_PLACES` most promising open places that minimises this is found exactly, by dynamic
     programming over sets of places visited; only its first place is looked at, then the policy
     is asked again. Legs between furniture nodes take the shortest way from beside one to the
     other.
@@ -48,27 +49,18 @@ class ByTravel(SearchOrder):
     _floor = 0.01  # a policy may be wrong about places that it rules out
 
     def __init__(
-        self,
-        walk: Walk,
-        score_kind: ScoreKind = "weights",
-        look_cost: float = LOOK_COST,
-        num_places: int = 7,
+        self, walk: Walk, score_kind: ScoreKind = "weights", look_cost: float = LOOK_COST
     ) -> None:
-        """Keep the agents' positions; the class says what the numbers mean.
+        """Keep where agents stand, the kind of the policy's scores, and the price of a look, steps.
 
         Raises:
-            ValueError: if the look cost is negative or `num_places` is not in 1 to 12.
+            ValueError: if the look cost is negative.
         """
         if look_cost < 0:
             raise ValueError(f"look_cost must be non-negative, got {look_cost}. Raise it.")
-        if not 1 <= num_places <= 12:
-            raise ValueError(
-                f"num_places must lie in 1 to 12, got {num_places}. Work grows as 2^num_places."
-            )
         self._walk = walk
         self._score_kind = score_kind
         self._look_cost = look_cost
-        self._num_places = min(num_places, len(walk.routes.layout.furniture))
 
     def choose(
         self, homes: np.ndarray, scores: np.ndarray, is_open: np.ndarray, uniform: np.ndarray
@@ -78,7 +70,7 @@ class ByTravel(SearchOrder):
         prob = compute_belief(scores, self._score_kind, is_open, self._floor)
         cost = routes.to_furniture[self._walk.cell[homes]] + self._look_cost  # (n, F)
         promise = np.where(is_open, prob / np.maximum(cost, 1e-9), -1.0)
-        places = np.argsort(-promise, axis=1, kind="stable")[:, : self._num_places]  # (n, K)
+        places = np.argsort(-promise, axis=1, kind="stable")[:, :MOST_PLACES]  # (n, K)
         rows = np.arange(len(homes))[:, None]
         legs = routes.between[places[:, :, None], places[:, None, :]] + self._look_cost
         tour = plan_tour(prob[rows, places], cost[rows, places], legs, is_open[rows, places])

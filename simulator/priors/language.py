@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from sgm.checks import check_at_least
 from sgm.files import read_file
 from sgm.messages import shorten
 from sgm.names.words import read_words
@@ -47,10 +46,7 @@ Things:
 
 
 def make_word_prior(
-    base: PriorGraph,
-    text: TextVectors | None = None,
-    temperature: float = TEMPERATURE,
-    num_places: int = NUM_PLACES,
+    base: PriorGraph, text: TextVectors | None = None, temperature: float = TEMPERATURE
 ) -> PriorGraph:
     """Return a prior whose placements come from word vectors alone.
 
@@ -63,12 +59,10 @@ def make_word_prior(
             for whether things are in or on a piece of furniture.
         text: vectors; None for those that ship.
         temperature: of the softmax.
-        num_places: kept of each thing.
 
     Raises:
-        ValueError: if a number is out of range.
+        ValueError: if the temperature is not above 0.
     """
-    check_at_least(1, num_places=num_places)
     if not temperature > 0:
         raise ValueError(f"temperature must be above 0, got {temperature}. Take one like .2.")
     text = load_text() if text is None else text
@@ -79,7 +73,7 @@ def make_word_prior(
         for labels in (names, [label for _, label in nodes], [name for name, _ in nodes])
     )
     cosine = (thing @ (furniture + room).T).astype(np.float64)  # (O, K)
-    kept = np.argsort(-cosine, axis=1, kind="stable")[:, :num_places]
+    kept = np.argsort(-cosine, axis=1, kind="stable")[:, :NUM_PLACES]
     logits = np.take_along_axis(cosine, kept, axis=1) / temperature
     weights = np.exp(logits - logits.max(axis=1, keepdims=True))
     weights /= weights.sum(axis=1, keepdims=True)

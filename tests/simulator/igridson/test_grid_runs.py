@@ -167,5 +167,3 @@ def test_bad_travel_settings_are_refused(small_text):
     walk = Walk(Routes(parse_layout(small_text)), 1)
     with pytest.raises(ValueError, match=r"look_cost must be non-negative, got -1"):
         ByTravel(walk, look_cost=-1.0)
-    with pytest.raises(ValueError, match="num_places must lie in 1 to 12, got 20"):
-        ByTravel(walk, num_places=20)

@@ -43,7 +43,7 @@ class Vectors:
         return np.array([self.known[label] for label in labels], dtype=float)
 
 
-def test_word_prior_by_hand():
+def test_word_prior_by_hand(monkeypatch):
     """Cosine of milk: fridge 1 + kitchen 0, shelf 0 + 0, shelf of the bedroom 0 - 1."""
     prior = make_word_prior(BASE, Vectors(), temperature=0.5)
     weights = {(row.room, row.furniture): row.prob for row in prior.placements}
@@ -56,7 +56,8 @@ def test_word_prior_by_hand():
         "fridge": "in", "shelf": "onTop"
     }  # fmt: skip
     assert prior.objects == BASE.objects
-    two = make_word_prior(BASE, Vectors(), temperature=0.5, num_places=2)
+    monkeypatch.setattr("simulator.priors.language.NUM_PLACES", 2)
+    two = make_word_prior(BASE, Vectors(), temperature=0.5)
     assert [row.furniture for row in two.placements] == ["fridge", "shelf"]
     with pytest.raises(ValueError, match="temperature must be above 0, got 0"):
         make_word_prior(BASE, Vectors(), temperature=0)
