@@ -22,7 +22,6 @@ class FloorRoutes:
     """
 
     def __init__(self, floor: BoxFloor) -> None:
-        """Work out the ways to all furniture."""
         self._low = np.array(floor.low)
         columns, rows = np.ceil((np.array(floor.high) - self._low) / CELL).astype(int)
         y, x = np.indices((rows, columns)).reshape(2, -1)

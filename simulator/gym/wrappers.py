@@ -18,7 +18,6 @@ class FlatPlaces(gymnasium.ObservationWrapper[np.ndarray, Any, Any]):
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
-        """Wrap an environment."""
         super().__init__(env)
         self._places = cast(Any, env.unwrapped)  # of ours: both have `compute_place_rows`
         size = self._places.num_furniture * len(self._places.place_columns)

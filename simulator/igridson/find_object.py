@@ -63,11 +63,7 @@ class RunConfig:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Check every value.
-
-        Raises:
-            ValueError: if a count is below 1, the seed negative, or homes come out uneven.
-        """
+        """Raise ValueError if a count is below 1, the seed negative, or homes come out uneven."""
         check_at_least(
             1, runs=self.runs, queries_per_home=self.queries_per_home, attempts=self.attempts
         )
@@ -128,11 +124,7 @@ def make_homes(prior: PriorGraph, layout: GridLayout, streams: Streams) -> Sampl
 
 
 def check_attempts(config: RunConfig, layout: GridLayout) -> None:
-    """Check that there are as many places as attempts: no place is offered twice.
-
-    Raises:
-        ValueError: if not.
-    """
+    """Raise ValueError unless there are as many places as attempts: none is offered twice."""
     if config.attempts > len(layout.furniture):
         raise ValueError(
             f"attempts must be at most the {len(layout.furniture)} furniture nodes, got "
@@ -141,10 +133,7 @@ def check_attempts(config: RunConfig, layout: GridLayout) -> None:
 
 
 def run_searches(
-    searcher: Searcher,
-    prior: PriorGraph,
-    layout: GridLayout,
-    config: RunConfig,
+    searcher: Searcher, prior: PriorGraph, layout: GridLayout, config: RunConfig
 ) -> Runs:
     """Search for objects in fresh homes; the same config gives every searcher the same homes.
 
@@ -170,10 +159,7 @@ def run_searches(
     ]
     parts = [
         _run_homes(
-            searcher,
-            make_homes(prior, layout, Streams(config.seed, "test", homes)),
-            routes,
-            config,
+            searcher, make_homes(prior, layout, Streams(config.seed, "test", homes)), routes, config
         )
         for homes in chunks
     ]
@@ -182,12 +168,7 @@ def run_searches(
     )
 
 
-def _run_homes(
-    searcher: Searcher,
-    homes: SampledHomes,
-    routes: Routes,
-    config: RunConfig,
-) -> Runs:
+def _run_homes(searcher: Searcher, homes: SampledHomes, routes: Routes, config: RunConfig) -> Runs:
     """Run the searches of some homes in lockstep."""
     walk = Walk(routes, homes.num_homes)
     policy = searcher.make(homes)

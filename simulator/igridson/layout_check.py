@@ -9,11 +9,7 @@ from simulator.igridson.layout import GridLayout
 
 
 def check_layout(layout: GridLayout) -> None:
-    """Check that the home is closed, every room has a door, and all furniture can be reached.
-
-    Raises:
-        ValueError: if not; the message names the cell, the room or the furniture.
-    """
+    """Raise ValueError unless the home is closed, every room has a door, and all is in reach."""
     if len(set(layout.rooms)) < len(layout.rooms):
         raise ValueError(
             f"rooms must have different names, got {', '.join(layout.rooms)}. Rename one."

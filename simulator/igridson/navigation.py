@@ -28,7 +28,6 @@ class Routes:
     """
 
     def __init__(self, layout: GridLayout) -> None:
-        """Work out all shortest paths."""
         self.layout = layout
         rows, columns = np.nonzero(layout.is_free)
         self.cells = np.stack([columns, rows], axis=1)

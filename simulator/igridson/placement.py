@@ -20,7 +20,6 @@ class GridPlacement:
     """
 
     def __init__(self, layout: GridLayout, homes: Homes) -> None:
-        """Place the objects of the first home."""
         self._cells = [np.array(piece.cells) for piece in layout.furniture]
         self.cell = np.full((homes.num_slots, 2), -1)
         self.furniture = np.full(homes.num_slots, -1)

@@ -20,7 +20,6 @@ class GoAndLook(gymnasium.Wrapper[Any, Any, Any, Any]):
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
-        """Wrap an `IGridsonEnv`."""
         super().__init__(env)
         self._grid = cast(IGridsonEnv, env.unwrapped)
         self.action_space = Discrete(self._grid.num_furniture)

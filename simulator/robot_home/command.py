@@ -26,11 +26,7 @@ USUAL_HOMES = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command.
-
-    Returns:
-        The exit status: 0 if all is well, 1 on bad input.
-    """
+    """Run one command, and return the exit status: 0 if all is well, 1 on bad input."""
     return choose(PROG, {"play": play}, arguments, moved=_MOVED)
 
 

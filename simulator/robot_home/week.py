@@ -46,11 +46,7 @@ class WeekRules:
     most_looks: int = 10
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ValueError: if one is too small.
-        """
+        """Raise ValueError if a number is too small."""
         check_at_least(
             1, steps=self.steps, errands_per_step=self.errands_per_step, most_looks=self.most_looks
         )

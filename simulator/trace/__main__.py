@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 from sgm.checks import check_at_least
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
@@ -24,15 +25,14 @@ from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import SPLITS, Streams
 
+if TYPE_CHECKING:
+    from jsonargparse import ArgumentParser
+
 PROG = "python -m simulator.trace"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command.
-
-    Returns:
-        The exit status: 0 if all is well, 1 on bad input.
-    """
+    """Run one command, and return the exit status: 0 if all is well, 1 on bad input."""
     return choose(
         PROG, {"record": record, "check": check, "import": bring, "from-log": bring_log}, arguments
     )
@@ -119,7 +119,7 @@ def bring(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("format", choices=list(IMPORTERS), metavar="FORMAT", help="see above")
     parser.add_argument("file", type=Path, help="the file to read")
-    parser.add_argument("--out", type=Path | None, help="folder for the trace")
+    _add_outputs(parser)
     parser.add_argument(
         "--furniture",
         type=tuple[str, ...],
@@ -132,17 +132,7 @@ def bring(arguments: Sequence[str]) -> int:
         help="of spark-dsg: names of the numbers of labels, a label space of Hydra (YAML)",
     )
     parser.add_argument(
-        "--start",
-        type=str | None,
-        help="local date and time of the file's state: 2024-05-06T07:30",
-    )
-    parser.add_argument(
-        "--memory", type=Path | None, help="file for a memory that has seen all of it"
-    )
-    parser.add_argument(
-        "--prior",
-        default="household",
-        help="of the memory: default or household, which ship, or a prior file",
+        "--start", type=str | None, help="local date and time of the file's state: 2024-05-06T07:30"
     )
     options = parse(parser, arguments)
     if options.out is None and options.memory is None:
@@ -162,6 +152,15 @@ def bring(arguments: Sequence[str]) -> int:
     return 0
 
 
+def _add_outputs(parser: ArgumentParser) -> None:
+    """Add the options of what an import makes."""
+    parser.add_argument("--out", type=Path | None, help="folder for the trace")
+    memory = "file for a memory that has seen all of it"
+    parser.add_argument("--memory", type=Path | None, help=memory)
+    prior = "of the memory: default or household, which ship, or a prior file"
+    parser.add_argument("--prior", default="household", help=prior)
+
+
 def bring_bag(arguments: Sequence[str]) -> int:
     """Make a log of looks, a memory or a trace of a recording of ROS 2."""
     from simulator.trace.importers.bag import BagOptions, load_home_map, read_bag
@@ -177,11 +176,7 @@ def bring_bag(arguments: Sequence[str]) -> int:
     )
     parser.add_class_arguments(BagOptions)
     parser.add_argument("--log", type=Path | None, help="new file for the log of the looks")
-    parser.add_argument("--memory", type=Path | None, help="file for the memory")
-    parser.add_argument("--out", type=Path | None, help="folder for the trace")
-    parser.add_argument(
-        "--prior", default="household", help="of the memory: default, household, or a prior file"
-    )
+    _add_outputs(parser)
     options = parse(parser, arguments)
     if options.out is None and options.memory is None and options.log is None:
         raise ValueError(

@@ -11,13 +11,7 @@ import numpy as np
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.sighting import RELATIONS
 from sgm.names.words import read_words
-from sgm.prior.prior_graph import (
-    Adjectives,
-    FurnitureType,
-    ObjectType,
-    Placement,
-    PriorGraph,
-)
+from sgm.prior.prior_graph import Adjectives, FurnitureType, ObjectType, Placement, PriorGraph
 from simulator.priors.types import FurnitureRow, ObjectRow, load_types
 from simulator.trace.episode import Episode
 from simulator.trace.source import RecordedSource

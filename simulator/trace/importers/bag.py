@@ -81,11 +81,7 @@ class BagOptions:
     utc_hours: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ValueError: if one is out of range.
-        """
+        """Raise ValueError if a number is out of range."""
         check_at_least(0, position_sd=self.position_sd, angle_sd=self.angle_sd)
         check_at_least(1, step_seconds=self.step_seconds)
         if not -24 <= self.utc_hours <= 24:
@@ -97,13 +93,7 @@ class BagOptions:
 
 @dataclass(frozen=True, slots=True)
 class BagLooks:
-    """A bag that was read.
-
-    Attributes:
-        memory: that has seen all of it.
-        num_looks: made of its frames.
-        counts: of messages and frames, by what became of them.
-    """
+    """A bag that was read: a memory that has seen it, and what became of messages and frames."""
 
     memory: SceneGraphMemory
     num_looks: int
@@ -126,13 +116,12 @@ def load_home_map(path: Path) -> HomeMap:
         ValueError: if it cannot be read, or something is missing or malformed.
     """
     try:
-        data = read_yaml(path)
+        return HomeMap.from_values(read_yaml(path), str(path))
     except OSError as error:
         raise ValueError(
             f"map must be a file that can be read, got {shorten(error.strerror)} for {path}. Check "
             "the path."
         ) from error
-    return HomeMap.from_values(data, str(path))
 
 
 def read_bag(
