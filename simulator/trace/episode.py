@@ -118,7 +118,7 @@ def make_episode(
         name or trace.name, trace, start, step_seconds, num_steps, tuple(resolver.descriptions),
         step, slot, place, description, is_move.astype(bool), is_new.astype(bool),
         np.bincount(step[is_move > 0], minlength=num_steps + 1)[1:], num_present,
-        resolver.is_dynamic, resolver.crosses_rooms,
+        bool((step[(is_new > 0) | (place < 0)] > 0).any()), resolver.crosses_rooms,
     )  # fmt: skip
 
 
@@ -211,7 +211,6 @@ class _Resolver:
         self._free = list(range(trace.num_slots))
         self.descriptions: dict[str, int] = {}
         self.rows: list[tuple[int, int, int, int, bool, bool]] = []
-        self.is_dynamic = False
         self.crosses_rooms = False
 
     @property
@@ -229,21 +228,18 @@ class _Resolver:
             del self._place[name]
             heapq.heappush(self._free, slot)
             emptied.add(slot)
-            self.is_dynamic |= step > 0
         for name, event in last.items():
-            if event.furniture == GONE:
-                continue
             place = event.furniture * NUM_RELATIONS + event.relation
             before = self._place.get(name)
+            if event.furniture == GONE or before == place:
+                continue
+            is_move = False
             if before is None:
                 self._slot[name] = heapq.heappop(self._free)
-                self.is_dynamic |= step > 0
-            elif before == place:
-                continue
-            is_move = before is not None and before // NUM_RELATIONS != event.furniture
-            if before is not None:
-                came_from = self._rooms[before // NUM_RELATIONS]
-                self.crosses_rooms |= came_from != self._rooms[event.furniture]
+            else:
+                came_from = before // NUM_RELATIONS
+                is_move = came_from != event.furniture
+                self.crosses_rooms |= self._rooms[came_from] != self._rooms[event.furniture]
             number = self.descriptions.setdefault(event.description, len(self.descriptions))
             self._place[name] = place
             filled[self._slot[name]] = (place, number, is_move, before is None)

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from sgm.files import make_read_error, read_file
 from sgm.layout.layout import Layout
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.messages import shorten, shorten_values
 from sgm.names.words import read_words
-from simulator.trace.layout import LAYOUT_FILE, get_label, read_start
+from simulator.trace.layout import LAYOUT_FILE, get_label, read_part, read_start
 
 EVENTS_FILE = "events.csv"
 COLUMNS = ("time_s", "object", "furniture", "relation", "description")
@@ -55,13 +54,7 @@ def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tu
         ValueError: if it is missing or broken; names the file and the row.
     """
     try:
-        text = read_file(path).decode("utf-8-sig")
-    except OSError as error:
-        raise make_read_error(
-            error,
-            f"events must be a file that can be read, got {shorten(error.strerror)} for {path}. A "
-            "trace is a folder with layout.json and events.csv.",
-        ) from error
+        text = read_part("events", path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ValueError(
             f"events must be UTF-8, got {error} in {path}. Save it as UTF-8."

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from sgm.checks import is_number
-from sgm.files import make_read_error, read_json
+from sgm.files import make_read_error, parse_json, read_file
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
 from sgm.layout.layout import Layout
@@ -61,20 +61,27 @@ def read_start(start: Any) -> datetime:
     return time
 
 
+def read_part(what: str, path: Path) -> bytes:
+    """Read a file of a trace; ValueError if it cannot be read."""
+    try:
+        return read_file(path)
+    except OSError as error:
+        raise make_read_error(
+            error,
+            f"{what} must be a file that can be read, got {shorten(error.strerror)} for {path}. A "
+            "trace is a folder with layout.json and events.csv.",
+        ) from error
+
+
 def load_layout(path: Path) -> tuple[Layout, datetime | None, float | None]:
     """Read a `layout.json`: rooms and furniture, and `start` and `until_s` of the trace.
 
     Raises:
         ValueError: if it is missing or broken; names the file and the entry.
     """
+    content = read_part("layout", path)
     try:
-        data = read_json(path)
-    except OSError as error:
-        raise make_read_error(
-            error,
-            f"layout must be a file that can be read, got {shorten(error.strerror)} for {path}. A "
-            "trace is a folder with layout.json and events.csv.",
-        ) from error
+        data = parse_json(content)
     except ValueError as error:
         raise ValueError(f"layout must be JSON in UTF-8, got {error} in {path}. Mend it.") from None
     try:

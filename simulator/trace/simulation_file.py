@@ -18,6 +18,9 @@ from simulator.world.config import HomeConfig
 TRUTH_FILE = "simulation.json"
 TRUTH_VERSION = 1
 MAX_SLOTS = 100_000  # of a home
+_BROKEN = (
+    OSError, ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError,
+)  # fmt: skip
 
 # Weights of places by the text of what lies there: {"mug": {"3": 0.25, ...}, ...}
 Weights = Mapping[str, Mapping[int, float]]
@@ -68,11 +71,7 @@ def make_truth_json(truth: Truth) -> str:
 
 
 def load_truth(path: Path, num_places: int) -> Truth | None:
-    """Read a `simulation.json`; None if there is none.
-
-    Args:
-        path: the file.
-        num_places: of the layout beside it, P.
+    """Read a `simulation.json` beside a layout of P places; None if there is none.
 
     Raises:
         ValueError: if the file is broken; it is named.
@@ -96,15 +95,7 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
             raise ValueError(
                 f"num_slots {shorten(truth.num_slots)}, which must lie in 1 to {MAX_SLOTS}"
             )
-    except (
-        OSError,
-        ValueError,
-        TypeError,
-        KeyError,
-        AttributeError,
-        OverflowError,
-        RecursionError,
-    ) as error:
+    except _BROKEN as error:
         raise ValueError(
             f"{path}: simulation must be whole, got {type(error).__name__}: "
             f"{shorten_values(str(error))}. Record the home again, or delete the file to replay it "
