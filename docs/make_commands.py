@@ -21,7 +21,7 @@ COMMANDS = {
     "simulator.priors": "simulator.priors.__main__",
     "simulator.test_sets": "simulator.test_sets.__main__",
     "simulator.igridson": "simulator.igridson.command",
-    "simulator.robot_home": "simulator.robot_home.command",
+    "simulator.robot_home": "simulator.robot_home.__main__",
     "nep.fit": "nep.fit",
     "nep.evaluate": "nep.evaluate",
     "nep.compare": "nep.compare",

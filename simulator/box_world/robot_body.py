@@ -97,7 +97,6 @@ class RobotBody:
         self._forward = np.array([1.0, 0.0, 0.0])
         self._error = self._rng.normal(0.0, 1.0, 3)  # of x, y, yaw, in standard deviations
         self._guessed = 0.0  # time of that error
-        self._solids = world.solids
 
     def go_to(self, furniture: int) -> None:
         """Drive to before furniture and take no pictures."""
@@ -106,7 +105,6 @@ class RobotBody:
 
     def drive(self, furniture: int) -> Iterator[RobotFrame]:
         """Drive to before furniture; yields the pictures on the way."""
-        self._solids = self.world.solids
         path = self.routes.find_path(self.position, furniture)
         left = self.rules.metres_per_frame
         for end in path[1:]:
@@ -132,7 +130,6 @@ class RobotBody:
         box = self.world.floor.furniture[furniture]
         if box.has_door:
             self.world.open_doors.add(furniture)
-        self._solids = self.world.solids
         middle = np.array(box.center)
         for stand in self._list_stands(furniture):
             start = np.array(self.position)
@@ -146,7 +143,6 @@ class RobotBody:
                     yield self._take(target - at)
                     self.time += self.rules.frame_seconds
         self.world.open_doors.discard(furniture)
-        self._solids = self.world.solids
 
     def list_aims(self, furniture: int) -> list[np.ndarray]:
         """Return the points at which the robot looks to see all of a piece of furniture."""
@@ -180,7 +176,7 @@ class RobotBody:
         at = np.array([*self.position, self.rules.camera_height])
         true_pose = Pose.look_at(at.tolist(), (at + forward).tolist())
         shot = self.rules.camera.shoot(
-            self._solids, self.world.homes.num_slots, true_pose, rng=self._rng
+            self.world.solids, self.world.homes.num_slots, true_pose, rng=self._rng
         )
         detected = self.rules.detector.detect(self.world, shot, rng=self._rng)
         return RobotFrame(self.time, self._guess_pose(true_pose), true_pose, shot, detected)

@@ -25,7 +25,7 @@ class FloorRoutes:
         self._low = np.array(floor.low)
         columns, rows = np.ceil((np.array(floor.high) - self._low) / CELL).astype(int)
         y, x = np.indices((rows, columns)).reshape(2, -1)
-        middles = self._low + (np.stack([x, y], axis=1) + 0.5) * CELL
+        self._middles = middles = self._low + (np.stack([x, y], axis=1) + 0.5) * CELL
         is_free = np.ones(len(middles), dtype=bool)
         points = np.column_stack([middles, np.zeros(len(middles))])
         for box in (*floor.furniture, *floor.walls):
@@ -66,17 +66,14 @@ class FloorRoutes:
         cells = [cell]
         while cells[-1] != self._stands[furniture]:
             cells.append(int(self._towards[furniture, cells[-1]]))
-        points = self._get_middles(np.array(cells))
-        kept, at = [points[0]], 0
-        while at < len(points) - 1:  # straight on as far as all is free
-            following = at + 1
-            for further in range(min(at + 60, len(points) - 1), at, -1):
-                if self.is_free_between(points[at], points[further]):
-                    following = further
-                    break
-            kept.append(points[following])
-            at = following
-        return np.array(kept)
+        points = self._middles[cells]
+        kept = [0]
+        while kept[-1] < len(points) - 1:  # straight on as far as all is free
+            at = kept[-1]
+            further = range(min(at + 60, len(points) - 1), at + 1, -1)
+            is_free = (n for n in further if self.is_free_between(points[at], points[n]))
+            kept.append(next(is_free, at + 1))
+        return points[kept]
 
     def is_free_between(self, start: np.ndarray, end: np.ndarray) -> bool:
         """Tell whether the robot can drive straight from one position to another, (2,) each."""
@@ -97,10 +94,6 @@ class FloorRoutes:
         free_rows, free_columns = np.nonzero(self.is_free)
         nearest = np.argmin((free_rows - row) ** 2 + (free_columns - column) ** 2)
         return int(free_rows[nearest] * columns + free_columns[nearest])
-
-    def _get_middles(self, cells: np.ndarray) -> np.ndarray:
-        rows, columns = np.divmod(cells, self.is_free.shape[1])
-        return self._low + (np.stack([columns, rows], axis=1) + 0.5) * CELL
 
     def _make_graph(self) -> coo_array:
         """Return the distances between free cells that touch."""

@@ -13,7 +13,7 @@ from sgm.files import write_whole
 from simulator.command_line import add_home_arguments, make_parser, one_line_errors, parse, pick
 from simulator.home_options import HomeOptions
 from simulator.process import run_main
-from simulator.robot_home.command import USUAL_HOMES
+from simulator.robot_home.__main__ import USUAL_HOMES
 from tools.eyes.results import MeasureRules, format_results, measure_homes
 
 _HEADING = """# Eyes, held against the truth of homes of boxes

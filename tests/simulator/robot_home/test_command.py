@@ -2,7 +2,7 @@ import pytest
 
 from sgm import SceneGraphMemory
 from sgm.memory.look_log import read_log
-from simulator.robot_home.command import main
+from simulator.robot_home.__main__ import main
 
 SMALL = (
     "--home.furniture_per_room", "2", "--home.objects_per_furniture", "2", "--dynamics", "paper",
