@@ -25,25 +25,17 @@ Place = tuple[str, str, str]  # room, furniture, relation
 
 @dataclass(slots=True)
 class TypeCounts:
-    """What was counted of one object type over all homes.
+    """What was counted of one object type over all homes."""
 
-    Attributes:
-        object_steps: steps, summed over its objects.
-        home_steps: steps of the homes that ever held one.
-        moves, additions, removals: how often that happened.
-        most: most of them in one home at once.
-        arrivals: by home, how often one was put at a place.
-        adjectives: words before the type in descriptions, in order of appearance.
-    """
-
-    object_steps: int = 0
-    home_steps: int = 0
+    object_steps: int = 0  # summed over its objects
+    home_steps: int = 0  # of the homes that ever held one
     moves: int = 0
     additions: int = 0
     removals: int = 0
-    most: int = 0
+    most: int = 0  # in one home at once
+    # By home, how often one was put at a place.
     arrivals: dict[int, Counter[Place]] = field(default_factory=lambda: defaultdict(Counter))
-    adjectives: dict[str, None] = field(default_factory=dict)
+    adjectives: dict[str, None] = field(default_factory=dict)  # words before it, as they appear
 
 
 def count_prior(

@@ -29,43 +29,26 @@ Name = tuple[str, ...]  # of a thing: `read_name` of what it is called
 
 @dataclass(frozen=True, slots=True)
 class LoggedLook:
-    """What was seen at a piece of furniture, or that one thing was not.
-
-    Attributes:
-        time_s: when.
-        place: index into the furniture of the trace.
-        coverage: share that was in view of what is "in" and "onTop" of it; 1 where it was removed.
-        seen: relations of the sightings by name of the thing.
-        sought: the one thing that was looked for; None if all that was there would have been seen.
-        hidden: things whose spots were out of view.
-    """
+    """What was seen at a piece of furniture, or that one thing was not."""
 
     time_s: float
-    place: int
-    coverage: tuple[float, float]
-    seen: dict[Name, list[int]]
-    sought: Name | None = None
-    hidden: frozenset[Name] = frozenset()
+    place: int  # index into the furniture of the trace
+    coverage: tuple[float, float]  # share of "in" and "onTop" in view; 1 where it was removed
+    seen: dict[Name, list[int]]  # relations of the sightings of each thing
+    sought: Name | None = None  # the one thing that would have been seen; None for all
+    hidden: frozenset[Name] = frozenset()  # things whose spots were out of view
 
 
 @dataclass(slots=True)
 class LoggedThing:
-    """One object of the trace.
-
-    Attributes:
-        name, description: as in `Event`.
-        place: where it was last seen; `GONE` since it was seen absent there.
-        relation: of the last sighting.
-        time_s: of the last sighting.
-        unseen: parts of looks at its place that did not show it since.
-    """
+    """One object of the trace, as it was last seen."""
 
     name: str
     description: str
-    place: int = GONE
+    place: int = GONE  # also since it was seen absent there
     relation: int = 0
     time_s: float = -math.inf
-    unseen: float = 0.0
+    unseen: float = 0.0  # parts of looks at its place that did not show it since
 
 
 def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:

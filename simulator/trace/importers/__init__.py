@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import Protocol, cast
+from pkgutil import resolve_name
+from typing import Protocol
 
 from simulator.trace.importers.procthor import read_procthor
 from simulator.trace.importers.scene_graph import read_scene_graph
@@ -22,7 +22,7 @@ class Summary(Protocol):
 
 # Gets the file or folder and labels that are furniture besides those of the type table; returns the
 # home and what was left out.
-Reader = Callable[[Path, Collection[str]], tuple[Trace, Summary]]
+Reader = Callable[..., tuple[Trace, Summary]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Importer:
     """
 
     help: str
-    reader: Callable[..., tuple[Trace, Summary]] | str
+    reader: Reader | str
     has_numbers: bool = False
 
     def read(
@@ -55,10 +55,7 @@ class Importer:
                 f"labels must come with a format whose labels are numbers, got {labels}. Leave it "
                 "out."
             )
-        read = self.reader
-        if isinstance(read, str):
-            module, _, function = read.partition(":")
-            read = cast("Reader", getattr(import_module(module), function))
+        read = resolve_name(self.reader) if isinstance(self.reader, str) else self.reader
         return read(path, furniture_labels, *[labels] * self.has_numbers)
 
 

@@ -137,9 +137,7 @@ class HomeBuilder:
             )
             lines.append(f"labels taken for: {numbers}")
         for reason, names in self.left_out.items():
-            counts = ", ".join(
-                name if count == 1 else f"{name} x {count}"
-                for name, count in Counter(names).most_common()
-            )
+            counted = Counter(names).most_common()
+            counts = ", ".join(name if n == 1 else f"{name} x {n}" for name, n in counted)
             lines.append(f"not placed, {reason}: {counts}")
         return "\n".join(lines)

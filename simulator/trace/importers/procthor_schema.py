@@ -37,14 +37,12 @@ class HouseRooms:
         number = find_room_number(str(item.get("id", "")))
         if number in self.names:
             return number
-        position = item.get("position")
-        if not isinstance(position, Mapping):
+        at = read_point(item.get("position"))
+        if at is None:
             return None
-        x, z = position.get("x"), position.get("z")
-        if not is_number(x) or not is_number(z):
-            return None
-        at = np.array([x, z])
-        holds = (n for n, own in self._polygons.items() if own and contains_points(own, at))
+        holds = (
+            n for n, own in self._polygons.items() if own and contains_points(own, np.array(at))
+        )
         return next(holds, None)
 
 
@@ -108,16 +106,17 @@ def _load_squashed_types() -> dict[str, str]:
     known = {label.replace(" ", ""): label.title().replace(" ", "") for label in labels}
     for name in (*names.furniture, *names.objects, *names.outside):
         known[name.lower()] = name
-    return known | {word: kind for word, kind in names.assets.items()}
+    return known | dict(names.assets)
 
 
 def read_polygon(points: Any) -> Outline:
     """Corners (x, z); empty if there is no usable polygon."""
-    if not isinstance(points, list):
-        return ()
-    corners = tuple(
-        (float(point["x"]), float(point["z"]))
-        for point in points
-        if isinstance(point, Mapping) and is_number(point.get("x")) and is_number(point.get("z"))
-    )
-    return corners if len(corners) == len(points) >= 3 else ()
+    found = [read_point(point) for point in points] if isinstance(points, list) else []
+    corners = tuple(point for point in found if point is not None)
+    return corners if len(corners) == len(found) >= 3 else ()
+
+
+def read_point(point: Any) -> tuple[float, float] | None:
+    """(x, z) of a position; None if there is no usable one."""
+    x, z = (point.get("x"), point.get("z")) if isinstance(point, Mapping) else (None, None)
+    return (float(x), float(z)) if is_number(x) and is_number(z) else None
