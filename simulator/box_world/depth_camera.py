@@ -56,14 +56,7 @@ class DepthCamera:
     def shoot(
         self, solids: Solids, num_things: int, pose: Pose, *, rng: np.random.Generator
     ) -> Shot:
-        """Take a picture.
-
-        Args:
-            solids: what there is.
-            num_things: the first owners, C.
-            pose: true one of the camera.
-            rng: of noise and holes.
-        """
+        """Take a picture from a true pose; the first owners of the solids are things, C."""
         camera = self.intrinsics
         depth, owner, num_alone = cast_rays(
             solids, np.ascontiguousarray(pose.position), np.ascontiguousarray(pose.rotation),

@@ -55,13 +55,7 @@ class BoxDetector:
         return self.best * (1 - np.exp(-num_visible / self.usual_pixels)) * by_share
 
     def detect(self, world: BoxWorld, shot: Shot, *, rng: np.random.Generator) -> list[Detected]:
-        """Return what is seen in a picture.
-
-        Args:
-            world: of the picture.
-            shot: the picture.
-            rng: of misses, names, scores and boxes; it draws as many numbers whatever is seen.
-        """
+        """Return what is seen in a picture; `rng` draws as many numbers whatever that is."""
         num_slots = world.homes.num_slots
         is_measured = np.isfinite(shot.true_depth)
         of_thing = (shot.owner >= 0) & (shot.owner < num_slots) & is_measured

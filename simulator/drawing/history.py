@@ -64,10 +64,6 @@ def draw_history(axes: Axes, history: History) -> Axes:
     Example:
         >>> draw_history(plt.subplots()[1], replay.trace_object("red mug", finder))
 
-    Args:
-        axes: where to draw.
-        history: what to draw.
-
     Returns:
         The axes.
     """

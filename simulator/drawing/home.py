@@ -70,14 +70,7 @@ def draw_plan(
     is_known: np.ndarray | None = None,
     colours: np.ndarray | None = None,
 ) -> None:
-    """Draw rooms and furniture.
-
-    Args:
-        axes: where to draw.
-        plan: where they stand.
-        is_known: as in `draw_home`.
-        colours: of the furniture, RGB (F, 3); None for white.
-    """
+    """Draw rooms and furniture, of colours RGB (F, 3) or white; `is_known` as in `draw_home`."""
     for name, (x, y, width, height) in zip(plan.rooms, plan.room_box, strict=True):
         colour = get_room_colour(name)
         pad = 0.08 * plan.size

@@ -41,11 +41,8 @@ def make_graphs(memory: MemoryBatch, queries: Queries) -> list[GraphInstance]:
 
     Nodes come in this order: house, floor, R rooms, F furniture nodes (so that furniture f is node
     2 + R + f), then the objects that were ever seen or are asked for; R and F are the home's own.
-    Edges of the layout come first, then those remembered, then the hypothetical ones.
-
-    Args:
-        memory: the memories.
-        queries: what is asked, one query per graph, (Q,).
+    Edges of the layout come first, then those remembered, then the hypothetical ones. There are as
+    many graphs as queries, Q.
     """
     snapshots = take_snapshots(memory, queries)
     num_graphs = snapshots.num_snapshots

@@ -82,11 +82,7 @@ class SearchSeries:
         return mask
 
     def start(self, home_seed: int | None) -> None:
-        """Let the homes evolve by one step and ask for an object in each.
-
-        Args:
-            home_seed: to draw new homes first; None to go on in the same.
-        """
+        """Let the homes, new ones of a seed or the same, evolve by one step, and ask in each."""
         if home_seed is not None:
             self._draw(home_seed)
         self.search = Search(self.rollout, *self.rollout.ask(), self._max_looks)

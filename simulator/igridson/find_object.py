@@ -138,13 +138,8 @@ def run_searches(
     """Search for objects in fresh homes; the same config gives every searcher the same homes.
 
     Homes, queries and their order do not depend on the searcher. An agent starts its first
-    search on the start cell of the layout, and every other one where the last one ended.
-
-    Args:
-        searcher: who searches.
-        prior: what homes look like, beyond their furniture.
-        layout: the grid.
-        config: how many searches.
+    search on the start cell of the layout, and every other one where the last one ended. The prior
+    says what homes look like, beyond their furniture.
 
     Raises:
         ValueError: if there are more attempts than furniture nodes.

@@ -16,13 +16,8 @@ from simulator.world.streams import Streams
 def record_searches(num_searches: int, *, seed: int = 0, policy: str = "bayesian") -> Replay:
     """Search the shipped home again and again, a step of time between searches.
 
-    Args:
-        num_searches: how many.
-        seed: of everything random.
-        policy: who says where to look next.
-
     Raises:
-        ValueError: if there is no such policy.
+        ValueError: if there is no policy of that name.
     """
     grid = load_layout()
     homes = make_homes(PriorGraph.default(), grid, Streams(seed, "test", [0]))

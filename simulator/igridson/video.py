@@ -33,14 +33,9 @@ _HOLD_END = 14  # and the end of a search
 def film_searches(
     env: IGridsonEnv, searcher: Searcher, seed: int, num_searches: int, warm_up: int
 ) -> list[np.ndarray]:
-    """Film an agent in one home.
+    """Film an agent in one home, in an environment of `render_mode` "rgb_array".
 
-    Args:
-        env: with `render_mode` "rgb_array".
-        searcher: who searches.
-        seed: of the home.
-        num_searches: searches that are filmed.
-        warm_up: searches before them that are not, so that the memory is not empty.
+    Some searches before are not filmed (`warm_up`), so that the memory is not empty.
 
     Returns:
         Frames of equal duration, uint8 (height, width, 3) each.

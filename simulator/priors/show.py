@@ -45,14 +45,8 @@ def print_prior(
     """Print a prior as a table.
 
     With an object: its places, the likeliest first, with count and source. Without: the furniture
-    of the rooms, and on each piece the objects that are most typical of it.
-
-    Args:
-        prior: the graph.
-        placements: its rows to print, from `select_rows`.
-        room: only this room.
-        label: only this object type.
-        top: objects listed per furniture.
+    of the rooms, and on each piece the `top` objects that are most typical of it. The rows are
+    those that `select_rows` chose for the room and the object.
 
     Raises:
         ModuleNotFoundError: if `rich` is not installed.

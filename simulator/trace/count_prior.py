@@ -206,11 +206,10 @@ def _weigh_placements(
     num_nodes = [Counter(layout) for layout in layouts]
     for label, own in counts.items():
         share: dict[Place, float] = defaultdict(float)
-        total: Counter[Place] = Counter()
         for home, arrivals in own.arrivals.items():
             for place, number in arrivals.items():
                 share[place] += number / num_nodes[home][place[:2]]
-                total[place] += number
+        total = sum(own.arrivals.values(), Counter[Place]())
         weights = {}
         for place, value in share.items():
             at_hand = sum(

@@ -43,12 +43,7 @@ class Event:
 
 
 def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tuple[Event, ...]:
-    """Read an `events.csv`.
-
-    Args:
-        path: of the file.
-        layout: rooms and furniture of the trace.
-        start: of the trace, for rows with a date and time; None if it is unknown.
+    """Read an `events.csv`; rows may have dates if the start of the trace is known.
 
     Raises:
         ValueError: if it is missing or broken; names the file and the row.

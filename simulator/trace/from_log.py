@@ -68,10 +68,6 @@ def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
     stands where it stood last; what lay on furniture that was removed is gone. What was taken out
     of the memory (`remove_object`) was never there. A sighting of less than one half is none.
 
-    Args:
-        lines: from `read_log`.
-        name: of the trace.
-
     Raises:
         ValueError: if nothing was seen, or a line names a room or furniture that there is not.
     """

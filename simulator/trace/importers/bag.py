@@ -155,7 +155,6 @@ def read_bag(
     try:
         topics = _find_topics(reader, path, options)
         names = _read_names(options.class_names)
-        memory: SceneGraphMemory | None = None
         live: LiveMemory | None = None
         looks = Counter[str]()
         for topic, message, seconds in _list_messages(reader, path, topics, counts):
@@ -185,7 +184,7 @@ def read_bag(
                 feed.take_transforms(message, is_still=topic == options.tf_static)
     finally:
         reader.close()
-    if live is None or memory is None:
+    if live is None:
         raise ValueError(
             f"bag must have messages of {', '.join(topics)}, got none that can be read in {path}. "
             "Record them, or name other topics."
@@ -193,7 +192,7 @@ def read_bag(
     live.finish()
     counts.update(live.feed.counts)
     counts.update({f"frames: {name}": number for name, number in live.builder.counts.items()})
-    return BagLooks(memory, looks["looks"], counts)
+    return BagLooks(live.memory, looks["looks"], counts)
 
 
 def _open(path: Path) -> Any:
