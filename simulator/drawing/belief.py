@@ -41,7 +41,11 @@ def draw_belief(
         The axes.
     """
     plan = home if isinstance(home, FloorPlan) else FloorPlan.of_memory(home)
-    probability = list_probabilities(plan, belief) if isinstance(belief, Ranking) else belief
+    if isinstance(belief, Ranking):
+        found = {place.furniture: place.probability for place in belief}
+        probability = np.array([found.get(number, 0.0) for number in plan.furniture_ids])
+    else:
+        probability = belief
     draw_plan(axes, plan, colours=mix("#ffffff", BELIEF, compute_shade(probability)))
     box = plan.furniture_box
     at = {number: node for node, number in enumerate(plan.furniture_ids)}
@@ -70,9 +74,3 @@ def draw_belief(
             va="top",
         )  # fmt: skip
     return axes
-
-
-def list_probabilities(plan: FloorPlan, ranking: Ranking) -> np.ndarray:
-    """Return the probability of each furniture node of a plan, (F,)."""
-    found = {place.furniture: place.probability for place in ranking}
-    return np.array([found.get(number, 0.0) for number in plan.furniture_ids], dtype=float)

@@ -92,7 +92,6 @@ class IGridsonEnv(MiniGridEnv):
         placement: the cell of every object.
         belief: probability per furniture node that pictures show, or None, (F,).
         looked_at: furniture looked at in this episode, in order.
-        path_length: steps walked in this episode.
         trail: cells walked over in this episode.
 
     Source: paper section 4.1 "iGridson" and appendix F.
@@ -145,7 +144,6 @@ class IGridsonEnv(MiniGridEnv):
         self._wants_new_home = True
         self._is_moving = False
         self._pose = (self.layout.start, 0)
-        self.path_length = 0
         self.trail = [self.layout.start]
         self.looked_at: list[int] = []
         self._window: pygame.Surface | None = None
@@ -209,7 +207,6 @@ class IGridsonEnv(MiniGridEnv):
             observation, *_ = super().step(action)
             self._is_moving = False
         if self.position != before:
-            self.path_length += 1
             self.trail.append(self.position)
         self._pose = (self.position, int(self.agent_dir))
         if self.render_mode == "human":
@@ -233,6 +230,11 @@ class IGridsonEnv(MiniGridEnv):
     def is_found(self) -> bool:
         """Whether a look of this episode went to furniture that holds the object."""
         return bool(self.search.is_found[0])
+
+    @property
+    def path_length(self) -> int:
+        """Steps walked in this episode."""
+        return len(self.trail) - 1
 
     @property
     def is_looking(self) -> bool:
@@ -344,7 +346,6 @@ class IGridsonEnv(MiniGridEnv):
         self.agent_pos, self.agent_dir = self._pose
         self.trail = [self.position]
         self.looked_at = []
-        self.path_length = 0
         self._looked = -1
         self._seen_at: dict[int, Observation] = {}  # by furniture
         self.grid = Grid(width, height)

@@ -69,7 +69,7 @@ def parse_layout(text: str) -> GridLayout:
             f"start must be one line 'column row', got {len(sections['start'])} lines. "
             "Name one free cell."
         )
-    start = _parse_numbers(*sections["start"][0], what="start", rule="be 'column row'", count=2)
+    start = _parse_numbers(*sections["start"][0], what="start", rule="be 'column row'")
     room = np.full(grid.shape, -1)
     for index, letter in enumerate(letters):
         room[grid == letter] = index
@@ -88,7 +88,7 @@ def parse_layout(text: str) -> GridLayout:
         furniture=tuple(pieces),
         furniture_room=np.array([room[own.row, own.column] for own in pieces], dtype=np.int64),
         furniture_at=furniture_at,
-        start=(start[0], start[1]),
+        start=start,
     )
     check_layout(layout)
     return layout
@@ -197,9 +197,9 @@ def _parse_furniture(number: int, line: str) -> GridFurniture:
     """Read '1 1  1x2  fridge'."""
     rule = "be 'column row  width x height  label'"
     words = line.replace(" x ", "x").split()
-    column, row = _parse_numbers(number, " ".join(words[:2]), "furniture", rule, 2)
+    column, row = _parse_numbers(number, " ".join(words[:2]), "furniture", rule)
     size = " ".join(words[2:3]).replace("x", " ")
-    width, height = _parse_numbers(number, size, "furniture", rule, 2)
+    width, height = _parse_numbers(number, size, "furniture", rule)
     label = " ".join(words[3:])
     if not label or width < 1 or height < 1:
         raise ValueError(
@@ -209,12 +209,12 @@ def _parse_furniture(number: int, line: str) -> GridFurniture:
     return GridFurniture(label, column, row, width, height)
 
 
-def _parse_numbers(number: int, text: str, what: str, rule: str, count: int) -> tuple[int, ...]:
-    """Read some non-negative integers."""
+def _parse_numbers(number: int, text: str, what: str, rule: str) -> tuple[int, int]:
+    """Read two non-negative integers."""
     words = text.split()
-    if len(words) != count or not all(word.isdecimal() and len(word) < 10 for word in words):
+    if len(words) != 2 or not all(word.isdecimal() and len(word) < 10 for word in words):
         raise ValueError(
             f"{what} must {rule}, got {shorten(text)} in line {number}. Write non-negative numbers "
             "of at most 9 digits."
         )
-    return tuple(int(word) for word in words)
+    return int(words[0]), int(words[1])
