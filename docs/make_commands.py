@@ -38,6 +38,7 @@ COMMANDS = {
     "tools.eyes": "tools.eyes.__main__",
     "tools.claims": "tools.claims.__main__",
     "tools.searches": "tools.searches.__main__",
+    "tools.elsewhere": "tools.elsewhere.__main__",
     "tools.headlines": "tools.headlines",
 }
 

@@ -1,7 +1,9 @@
-"""`python -m nep.bench elsewhere`, by a name of its own."""
+"""`python -m nep.bench elsewhere`, by a name of its own; in a checkout."""
 
-from nep.bench.suites.elsewhere import main
+import sys
+
+from nep.bench.__main__ import main
 from simulator.process import run_main
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(lambda: main(["elsewhere", *sys.argv[1:]]))

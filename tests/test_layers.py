@@ -42,11 +42,12 @@ ORDER = """
     nep.setting_groups
     nep.model nep.players nep.report nep.robot nep.callbacks nep.view nep.fit
     nep.evaluate nep.export nep.compare nep.event_networks nep.bench nep.igridson nep.recorded
-    nep.any_home nep.own_home nep.elsewhere nep.temporal nep.reproduce
+    nep.any_home nep.own_home nep.temporal nep.reproduce
     nep
-    nep.__main__
+    nep.__main__ nep.elsewhere
     tools.priors tools.text_training tools.realism tools.names tools.eyes tools.searches
-    tools.claims tools.measure_design tools.headlines tools.make_paper_homes tools tools.__main__
+    tools.elsewhere tools.claims tools.measure_design tools.headlines tools.make_paper_homes
+    tools tools.__main__
 """.split()
 # Plug-ins of packages above, which a registry names and imports only where they are asked for.
 PLUGINS = {("simulator.trace.importers", "nep.importers.homer")}  # its files need torch

@@ -2,6 +2,7 @@
 
 `priors` counts packages and data sets into prior files, `text_training` trains the text vectors.
 `realism` compares how homes behave, `claims` settles what the paper claims, `names` counts how
-questions are understood, `eyes` what robots' eyes are right about. `measure_design` measures
+questions are understood, `eyes` what robots' eyes are right about, `searches` how soon searches
+find things, `elsewhere` what finders know of things that are out. `measure_design` measures
 rulings of docs/design.md.
 """

@@ -15,11 +15,14 @@ SUITES = {
     "any_home": ("nep.bench.suites.any_home", "networks and policies in every kind of home"),
     "recorded": ("nep.bench.suites.recorded", "networks and policies in recorded homes"),
     "own_home": ("nep.bench.suites.own_home", "what the looks of a home gain there"),
-    "elsewhere": ("nep.bench.suites.elsewhere", "how well finders know what is out of the home"),
     "paper": ("nep.bench.suites.paper", "the tables and the figure of the paper"),
     "temporal": ("nep.bench.suites.temporal", "temporal graph networks"),
     "igridson": ("nep.bench.suites.igridson", "searches in the home on a grid"),
     "searches": ("tools.searches.__main__", "how soon searches find things; in a checkout"),
+    "elsewhere": (
+        "tools.elsewhere.__main__",
+        "what finders know is out; in a checkout",
+    ),
     "claims": ("tools.claims.__main__", "what the paper claims; in a checkout"),
 }
 

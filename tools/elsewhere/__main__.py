@@ -1,4 +1,4 @@
-"""How well finders know what is out of the home."""
+"""How well finders know what is out of the home: `python -m tools.elsewhere --help`."""
 
 from __future__ import annotations
 
@@ -11,9 +11,6 @@ from typing import Any, ClassVar
 import numpy as np
 from jsonargparse import Namespace
 
-from nep.bench.elsewhere.homes import KINDS, RECORDED, STEP_SECONDS, list_recorded, list_simulated
-from nep.bench.elsewhere.questions import Answers, ask
-from nep.bench.elsewhere.summary import make_tables, summarise
 from nep.bench.robot_life import LifeGame
 from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import Option, count, describe_made, list_table_options
@@ -23,6 +20,10 @@ from sgm.finder.finder import Finder
 from sgm.memory.asking import Asked
 from sgm.memory.clock import DAY_SECONDS
 from sgm.policies import Adaptive, Bayesian
+from simulator.process import run_main
+from tools.elsewhere.homes import KINDS, RECORDED, STEP_SECONDS, list_recorded, list_simulated
+from tools.elsewhere.questions import Answers, ask
+from tools.elsewhere.summary import make_tables, summarise
 
 _STEPS_PER_DAY = int(DAY_SECONDS / STEP_SECONDS)
 _ASKED = ("days", "play_days", "looks", "questions")
@@ -61,8 +62,9 @@ class ElsewhereGame(LifeGame):
     steps_per_day: int = _STEPS_PER_DAY
 
     scored_by: ClassVar[tuple[str, ...]] = (
-        "nep.bench.elsewhere.questions", "nep.bench.elsewhere.summary",
+        "tools.elsewhere.questions", "tools.elsewhere.summary",
     )  # fmt: skip
+    was_called: ClassVar[Mapping[str, str]] = {"tools.elsewhere": "nep.bench.elsewhere"}
 
     def tell(self) -> dict[str, Any]:
         """Return title, unit, and kind of the home."""
@@ -162,3 +164,6 @@ class Elsewhere(TableSuite[ElsewhereGame]):
 
 
 main = Elsewhere().main
+
+if __name__ == "__main__":
+    run_main(main)

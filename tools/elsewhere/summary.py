@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from nep.bench.elsewhere.questions import Answers
+from tools.elsewhere.questions import Answers  # isort: skip (first, as in the stored checksum)
 from nep.report.statistics import FEWEST_RESAMPLED
 from nep.report.tables import Difference, format_difference, format_number, join_table
 

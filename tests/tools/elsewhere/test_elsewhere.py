@@ -1,23 +1,27 @@
 """What is known of things that are out: the sums by hand, homes, questions, and the command."""
 
+import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from nep.bench.elsewhere.homes import KINDS, leave_out, list_recorded, list_simulated
-from nep.bench.elsewhere.questions import Answers, ask
-from nep.bench.elsewhere.summary import (
+from nep.bench.scoring_code import checksum_code
+from simulator.trace.events import GONE
+from simulator.trace.trace import load_trace
+from tools.elsewhere.__main__ import ElsewhereGame, main
+from tools.elsewhere.homes import KINDS, leave_out, list_recorded, list_simulated
+from tools.elsewhere.questions import Answers, ask
+from tools.elsewhere.summary import (
     NUM_BINS,
     compute_calibration_error,
     compute_chance_error,
     make_tables,
     summarise,
 )
-from nep.bench.suites.elsewhere import ElsewhereGame, main
-from simulator.trace.events import GONE
-from simulator.trace.trace import load_trace
+
+ROOT = Path(__file__).parents[3]
 
 
 def make_answers(said, right, is_out, goes_out):
@@ -137,6 +141,13 @@ def test_what_stands_outside_is_out(tmp_path):
     assert found == moves
     (home,) = list_recorded([str(tmp_path / "flat")], ["lawn"], 2, tmp_path / "copies", 0)
     assert (home.unit, home.source.episodes[0].num_steps) == ("flat", 96)
+
+
+def test_scores_that_are_stored_were_scored_by_this_code():
+    stored = json.loads((ROOT / "results" / "elsewhere.json").read_text("utf-8"))
+    assert {*stored["code"].values()} == {
+        checksum_code(ElsewhereGame.scored_by, ElsewhereGame.was_called)
+    }
 
 
 @pytest.mark.slow
