@@ -151,13 +151,7 @@ def evaluate(
 def summarise(
     scores: Scores, homes: HomeSource, more: Mapping[str, Metric] | None = None
 ) -> Summaries:
-    """Compute what tables and figures need of what was scored in the first homes of a source.
-
-    Args:
-        scores: by task and policy.
-        homes: the source.
-        more: metrics besides those of every table.
-    """
+    """Compute what tables and figures need of what was scored in the first homes of a source."""
     return {
         task: {
             name: ScoreSummary.of(own, homes.list_units(range(len(own.values))), more)
@@ -175,15 +169,7 @@ def compute_tables(summaries: Summaries) -> Tables:
 def save_results(
     config: EvaluateConfig, summaries: Summaries, tables: Tables, out: Path, command: str
 ) -> None:
-    """Write `results.json`, `table.md`, `table.csv` and a figure per task, each whole or not.
-
-    Args:
-        config: what was played.
-        summaries: what came of it.
-        tables: its rows.
-        out: folder; made if needed.
-        command: the command line that makes these files again.
-    """
+    """Write `results.json`, `table.md`, `table.csv` and a figure per task, each whole or not."""
     classes = {task: find_task(task) for task in summaries}
     titles = {task: TaskTitle(own.title, own.metric) for task, own in classes.items()}
     stored = Results(command, config.describe(), list_versions(), summaries, titles)

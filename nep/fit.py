@@ -209,11 +209,7 @@ class FitCLI(LightningCLI):
 
 
 class Began(Callback):
-    """Notes that a training has begun: its checkpoint, if it had one, was restored.
-
-    Attributes:
-        has_begun: whether it has.
-    """
+    """Notes that a training has begun: its checkpoint, if it had one, was restored."""
 
     has_begun = False
 
@@ -341,11 +337,7 @@ def keep_start(
 ) -> None:
     """Let the best checkpoint be where the training started, unless an epoch was better.
 
-    Args:
-        trainer: after the training.
-        start: the network that it started from.
-        start_score: its hits@1 in the validation homes.
-        log: of the home, if the best epoch must be better there, too (`compare_in_log`).
+    With the log of the home, an epoch must be better there, too (`compare_in_log`).
     """
     for callback in trainer.checkpoint_callbacks:
         if not isinstance(callback, ModelCheckpoint) or callback.monitor != _BEST:

@@ -45,10 +45,6 @@ def list_groups(cls: type[Any]) -> dict[str, str]:
 def name_groups(arguments: Sequence[str], groups: Mapping[str, Mapping[str, str]]) -> list[str]:
     """Write options of a command line, and its configs, with the groups of settings.
 
-    Args:
-        arguments: as they were typed.
-        groups: of `list_groups`, for "model" and "data".
-
     Raises:
         ValueError: if a config has a setting twice, with and without its group.
     """

@@ -221,11 +221,7 @@ def _count(
 ) -> tuple[int, int]:
     """Return how large a value is, each part as often as it stands there, and its levels.
 
-    Args:
-        value: of a pickle, in which a list may stand in many places, or within itself.
-        most: size that it may have: bytes of tensors, and one for any other part.
-        known: what was counted, by identity; no levels of what is being counted.
-        depth: of the value.
+    Values are those of a pickle, in which a list may stand in many places, or within itself.
 
     Raises:
         ValueError: if it is larger, nested too deeply, or one is not plain.

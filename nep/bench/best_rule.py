@@ -70,10 +70,7 @@ def compare_with_rules(
 ) -> list[RuleComparison]:
     """Compare a network with the best rule in every kind of homes, by every column.
 
-    Args:
-        about: of each kind, by name: "units", what each score is of.
-        scores: of all players, by kind.
-        network: which one.
+    `about` has the units of each kind, see `Game.tell`.
     """
     found: list[RuleComparison] = []
     for column in map(COLUMNS.__getitem__, COMPARED):
@@ -130,13 +127,7 @@ def count_decided(about: Mapping[str, Mapping[str, Any]], rows: Sequence[RuleCom
 
 
 def make_overview(about: Mapping[str, Mapping[str, Any]], scores: GameScores, network: str) -> str:
-    """Return Markdown tables with one row per kind, a table per column, and what is decided.
-
-    Args:
-        about: of each kind, by name: "title", "units", and "is_recorded".
-        scores: of all players, by kind.
-        network: which one is compared with the best rule.
-    """
+    """Return Markdown tables with one row per kind, a table per column, and what is decided."""
     rows = compare_with_rules(about, scores, network)
     parts = [_ABOUT, count_decided(about, rows).strip()]
     for column in map(COLUMNS.__getitem__, COMPARED):

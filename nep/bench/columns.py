@@ -39,13 +39,7 @@ def format_mean(name: str, values: Sequence[float] | np.ndarray) -> str:
 def make_network_table(
     titles: Mapping[str, str], scores: GameScores, networks: Sequence[str]
 ) -> str:
-    """Return a Markdown table with one row per kind: networks beside each other.
-
-    Args:
-        titles: of the kinds, by name.
-        scores: of all players.
-        networks: which ones.
-    """
+    """Return a Markdown table with one row per kind: networks beside each other."""
     rows = []
     for kind, title in titles.items():
         own = [scores[kind][network] for network in networks]
@@ -84,13 +78,7 @@ def find_best_rule(
     column: Metric,
     rules: Sequence[str] = RULES,
 ) -> str:
-    """Return the rule that does best in a column.
-
-    Args:
-        scores: of all players of a kind.
-        column: which one.
-        rules: names of rules; those that have not played are left out.
-    """
+    """Return the rule that does best in a column, of those that have played."""
     played = [player for player in scores if player in rules]
     sign = 1 if column.is_higher_better else -1
     return max(played, key=lambda player: sign * float(np.mean(scores[player][column.name])))

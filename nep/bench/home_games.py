@@ -78,12 +78,6 @@ def list_recorded(
 ) -> Mapping[str, TaskGame]:
     """List the kinds that are recorded, by name: with both shipped priors and with a counted one.
 
-    Args:
-        folders: traces, or folders of traces.
-        num_searches: searches of Find Object in each home.
-        seeds: of questions and misses.
-        called: what these homes are, in titles.
-
     Raises:
         ValueError: if there is no trace, one is broken, or there is only one.
     """

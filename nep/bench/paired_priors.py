@@ -57,13 +57,9 @@ def compare_priors(
     further: Sequence[str],
     players: Sequence[str],
 ) -> list[PriorDifference]:
-    """Compare each further prior with every other one that was played in the same homes.
+    """Compare each further prior with every other one that a player had in the same homes.
 
-    Args:
-        about: of each kind, by name: "units", what each score is of. A name ends with its prior.
-        scores: of all players, by kind.
-        further: names of the priors.
-        players: who are compared with themselves; left out where they have not played.
+    The name of a kind ends with its prior. A player that has not played there is left out.
     """
     by_homes: dict[str, dict[str, str]] = {}
     for kind in about:

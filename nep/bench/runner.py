@@ -193,16 +193,7 @@ def play_all(
 ) -> ScoreCache:
     """Let all play what has not been played yet, and say which are done.
 
-    Args:
-        games: by name.
-        list_players: returns what makes each player of a game, by name.
-        path: file of scores, written after every play.
-        networks: checksums of the networks among the players, by name.
-        workers: plays at a time.
-        backend: where they are played, see `fan_out`.
-
-    Returns:
-        All that has been played, of these games and of others.
+    The file of scores is written after every play; what is returned has those of other games, too.
 
     Raises:
         ValueError: if the file is damaged, or has scores of other games.

@@ -103,11 +103,6 @@ class ScoreCache:
         """Add scores of a game, by player, and write the file.
 
         What other commands have written since it was read stays.
-
-        Args:
-            game: its name.
-            scores: by player.
-            made: version and commit that they were played with.
         """
         self.scores[game].update(scores)
         self.made[game] = made
@@ -142,10 +137,7 @@ class ScoreCache:
     ) -> ScoreCache:
         """Read all that has been played, without the homes and networks themselves.
 
-        Args:
-            path: the file.
-            names: of games; None for all.
-            players: who must have played them.
+        Each of these games, None for all, must have been played by each of the players.
 
         Raises:
             ValueError: if the file is missing or damaged, does not say what a game is, or lacks a

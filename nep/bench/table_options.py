@@ -88,13 +88,7 @@ def count(name: str, default: int, text: str, low: int = 1) -> Option:
 def list_table_options(
     out: str, checkpoints: tuple[str, ...], about: str = ""
 ) -> tuple[Option, ...]:
-    """List the options of the table and of the networks in it.
-
-    Args:
-        out: name of the table, if none is given.
-        checkpoints: networks, if none are given.
-        about: what else is to be said of the networks.
-    """
+    """List the options of the table and of the networks in it."""
     played = "false: write the table of what has been played; homes and networks are only named"
     called = "what recorded homes are, in the words of the table: 'Scripted households (HOMER)'"
     networks = f"[NAME=]SOURCE of networks{about}; may be given several times"
@@ -113,13 +107,7 @@ def list_names(sources: Sequence[str]) -> list[str]:
 
 
 def describe_made(played: ScoreCache, kinds: Sequence[str], networks: Sequence[str]) -> str:
-    """Say what the scores of a table were played with, as far as it was kept.
-
-    Args:
-        played: the scores.
-        kinds: names of the games in the table.
-        networks: names of the networks in it.
-    """
+    """Say what the scores of a table were played with, as far as it was kept."""
     code: dict[str, list[str]] = {}
     for kind in kinds:
         code.setdefault(played.made.get(kind, _NOT_KEPT), []).append(kind)

@@ -11,19 +11,10 @@ class MessageStore:
 
     Rows lie in the order in which they came; what has been replaced is dropped when there is no
     room left, so that a look costs as much as it has events.
-
-    Attributes:
-        num_nodes: N.
     """
 
     def __init__(self, num_nodes: int, raw_dim: int, dtype: torch.dtype) -> None:
-        """Start empty.
-
-        Args:
-            num_nodes: N.
-            raw_dim: columns of a message.
-            dtype: of a message.
-        """
+        """Start empty, with `raw_dim` columns of a message."""
         self.num_nodes = num_nodes
         self._first = torch.zeros(num_nodes, dtype=torch.long)
         self._count = torch.zeros(num_nodes, dtype=torch.long)

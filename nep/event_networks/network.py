@@ -56,12 +56,7 @@ class TemporalNetwork(nn.Module, ABC):
         self._text = torch.zeros(1, TEXT_DIM)
 
     def reset(self, stream: EventStream, text: np.ndarray) -> None:
-        """Start with a stream of new homes.
-
-        Args:
-            stream: without events.
-            text: vectors of the labels that its nodes name, (L, 96).
-        """
+        """Start with an empty stream of new homes, and vectors (L, 96) of the labels there."""
         self.stream = stream
         self._text = torch.from_numpy(np.asarray(text, dtype=np.float32)).to(self.dtype)
 
@@ -121,12 +116,7 @@ class PairDecoder(nn.Module):
     """Scores pairs of a thing and a place: an MLP of both, their product and the prior."""
 
     def __init__(self, units: int, more: int = 0) -> None:
-        """Set the widths.
-
-        Args:
-            units: D of things and places.
-            more: further columns of every pair.
-        """
+        """Set the width of things and places, and how many further columns every pair has."""
         super().__init__()
         self.layers = nn.Sequential(
             nn.Linear(3 * units + 2 + more, 2 * units), nn.ReLU(), nn.Linear(2 * units, 1)

@@ -196,14 +196,9 @@ class EventStream:
         return numbers
 
     def find_latest(self, nodes: np.ndarray, count: int) -> np.ndarray:
-        """Return the numbers of the latest events of nodes, the last one last, -1 for none.
+        """Return the numbers of the latest K events of nodes, the last one last, -1 for none.
 
-        Args:
-            nodes: (n,) or (n, m).
-            count: K, at most `NUM_KEPT`.
-
-        Returns:
-            (n, K) or (n, m, K).
+        (n,) or (n, m) -> (n, K) or (n, m, K), with K at most `NUM_KEPT`.
         """
         return self._latest[nodes][..., NUM_KEPT - count :]
 

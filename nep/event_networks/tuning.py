@@ -28,13 +28,8 @@ def tune(
 
     Every network is tried equally often, in the same space.
 
-    Args:
-        name: of the network.
-        sightings_alone: whether it is not told that things were not seen.
-        train: what trials learn from.
-        val: where they are compared.
-        num_trials: how many; 0 for the settings of the constructor.
-        epochs: of a trial that is not pruned.
+    Without trials they are those of the constructor. Epochs are those of a trial that is not
+    pruned.
 
     Returns:
         `settings`, with the learning rate among them, and `trials`, what was tried.

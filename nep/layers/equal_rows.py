@@ -24,9 +24,6 @@ def equal_rows(on: bool = True) -> Iterator[None]:
 
     Products with weights are computed in blocks of 32 rows, sums of rows in whole numbers. It is
     for networks in float32 on a CPU that compute with the functions of this module.
-
-    Args:
-        on: whether; without, products are as large as they come.
     """
     token = _is_on.set(on)
     try:
@@ -51,15 +48,9 @@ class Linear(nn.Linear):
 
 
 def multiply(rows: Tensor, weight: Tensor, bias: Tensor | None = None) -> Tensor:
-    """Multiply rows by weights, within `equal_rows` in blocks of rows.
+    """Multiply rows by weights and add a bias, within `equal_rows` in blocks of rows.
 
-    Args:
-        rows: (N, C).
-        weight: (C, D).
-        bias: (D,) or (N, D), which is added.
-
-    Returns:
-        (N, D).
+    (N, C), (C, D), (D,) or (N, D) -> (N, D).
     """
     if not _is_on.get():
         return rows @ weight if bias is None else torch.addmm(bias, rows, weight)

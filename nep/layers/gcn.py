@@ -35,15 +35,7 @@ class GCNConv(nn.Module):
         nn.init.xavier_uniform_(self.weight.weight)
 
     def forward(self, batch: Batch, node: Tensor) -> Tensor:
-        """Convolve once.
-
-        Args:
-            batch: the batch.
-            node: (N, in_units).
-
-        Returns:
-            (N, out_units).
-        """
+        """Convolve once: (N, in_units) -> (N, out_units)."""
         # The edge weight is a product of a part of the source and a part of the destination:
         # scaling the nodes before and after the sum needs no weight per edge.
         degree = batch.degree if self.normalize else torch.zeros_like(batch.degree)

@@ -61,15 +61,7 @@ class HANConv(nn.Module):
             nn.init.uniform_(weight, -bound, bound)
 
     def forward(self, batch: Batch, node: Tensor) -> Tensor:
-        """Convolve once.
-
-        Args:
-            batch: the batch.
-            node: (N, units).
-
-        Returns:
-            (N, units).
-        """
+        """Convolve once: (N, units) -> (N, units)."""
         hidden = project_per_node_type(batch, node, self.node_weight, self.node_bias).unflatten(
             1, (self.heads, -1)
         )  # (N, K, d)

@@ -4,16 +4,7 @@ from __future__ import annotations
 
 
 def check_heads(owner: str, heads: int, units: int) -> None:
-    """Check that units can be shared out among the heads.
-
-    Args:
-        owner: the layer, for the error.
-        heads: how many there are.
-        units: width of a node, all heads together.
-
-    Raises:
-        ValueError: if not.
-    """
+    """Raise ValueError unless the units of a layer can be shared out among its heads."""
     if heads < 1 or units % heads:
         raise ValueError(
             f"heads of {owner} must divide its units, got {heads} heads for {units} units. Choose "

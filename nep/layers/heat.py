@@ -119,16 +119,7 @@ class HEATConv(nn.Module):
             nn.init.uniform_(part, *_glorot_range(out_units + edge_units, head_units))
 
     def forward(self, batch: Batch, node: Tensor, edge: Tensor) -> Tensor:
-        """Convolve once.
-
-        Args:
-            batch: the batch.
-            node: (N, in_units).
-            edge: (E, edge_units).
-
-        Returns:
-            (N, out_units).
-        """
+        """Convolve once: (N, in_units), (E, edge_units) -> (N, out_units)."""
         message, logit_src, logit_dst = self._project_nodes(batch, node)
         attribute = F.leaky_relu(self.edge_attribute(edge), _NEGATIVE_SLOPE)  # (E, A)
         edge_type = F.leaky_relu(self.edge_type, _NEGATIVE_SLOPE)

@@ -62,15 +62,7 @@ class HGTConv(nn.Module):
             nn.init.uniform_(weight, -bound, bound)
 
     def forward(self, batch: Batch, node: Tensor) -> Tensor:
-        """Convolve once.
-
-        Args:
-            batch: the batch.
-            node: (N, units).
-
-        Returns:
-            (N, units).
-        """
+        """Convolve once: (N, units) -> (N, units)."""
         query = project_per_node_type(batch, node, self.query).unflatten(
             1, (self.heads, -1)
         )  # (N, K, d)

@@ -9,15 +9,9 @@ from nep.layers.equal_rows import apply_to_each, needs_equal_rows, sum_rows
 
 
 def segment_sum(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
-    """Sum the rows of each segment.
+    """Sum the rows of each segment, in any order: (E, D), (E,) -> (S, D).
 
-    Args:
-        values: (E, D).
-        segment: (E,) int64, the segment of each row, in any order.
-        num_segments: S.
-
-    Returns:
-        (S, D); zero for a segment without rows. Numbers of 16 bits are summed as float32.
+    Zero for a segment without rows. Numbers of 16 bits are summed as float32.
     """
     if needs_equal_rows():
         return sum_rows(values, segment, num_segments)
@@ -49,15 +43,9 @@ def attend(
 
 
 def segment_softmax(logits: Tensor, segment: Tensor, num_segments: int) -> Tensor:
-    """Softmax over the rows of each segment, each column on its own.
+    """Softmax over the rows of each segment, each column on its own: (E, H), (E,) -> (E, H).
 
-    Args:
-        logits: (E, H).
-        segment: (E,) int64, the segment of each row, in any order.
-        num_segments: S.
-
-    Returns:
-        (E, H), summing to one over each segment that has rows; of logits of 16 bits as float32.
+    Each segment that has rows sums to one. Numbers of 16 bits give float32.
     """
     logits = _widen(logits)
     index = segment.unsqueeze(1).expand_as(logits)
@@ -70,15 +58,9 @@ def segment_softmax(logits: Tensor, segment: Tensor, num_segments: int) -> Tenso
 
 
 def segment_max(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:
-    """Return the largest value of each segment, each column on its own.
+    """Return the largest value of each segment, each column on its own: (E, D), (E,) -> (S, D).
 
-    Args:
-        values: (E, D).
-        segment: (E,) int64, the segment of each row, in any order.
-        num_segments: S.
-
-    Returns:
-        (S, D); zero for a segment without rows.
+    Zero for a segment without rows.
     """
     index, still = segment.unsqueeze(1).expand_as(values), values.detach()
     peak = still.new_zeros(num_segments, values.shape[1])

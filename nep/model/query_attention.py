@@ -103,11 +103,7 @@ def choose_keys(query: Tensor) -> tuple[Tensor, Tensor]:
     A quarter are those furthest from the mean, such as places where the object was seen. The others
     are evenly spread over the rest, and each counts for as many as it stands for.
 
-    Args:
-        query: (Q, D), Q above `MOST_KEYS`.
-
-    Returns:
-        Rows, (MOST_KEYS,) int64, and for how many each counts, (MOST_KEYS,).
+    (Q, D), with Q above `MOST_KEYS`, -> rows and for how many each counts, (MOST_KEYS,) each.
     """
     distance = (query - query.mean(dim=0)).square().sum(dim=1).float()
     order = torch.sort(distance, descending=True, stable=True).indices
@@ -189,15 +185,7 @@ class QueryAttentionLayer(nn.Module):
 
 
 class QueryAttention(nn.Module):
-    """Transformer encoder over each snapshot's query edges, which are a set: no positions.
-
-    Args:
-        units: width D.
-        layers: number of encoder layers.
-        heads: attention heads.
-        feed_forward_units: hidden width of the feed-forward networks.
-        dropout: probability.
-    """
+    """Transformer encoder over each snapshot's query edges, which are a set: no positions."""
 
     def __init__(
         self, units: int, layers: int, heads: int, feed_forward_units: int, dropout: float
@@ -208,16 +196,7 @@ class QueryAttention(nn.Module):
         )
 
     def forward(self, query: Tensor, query_snapshot: Tensor, num_snapshots: int) -> Tensor:
-        """Let the query edges of each snapshot attend to each other.
-
-        Args:
-            query: (Q, D).
-            query_snapshot: (Q,) int64 in 0..B-1, in any order.
-            num_snapshots: B.
-
-        Returns:
-            (Q, D).
-        """
+        """Let the query edges of each snapshot attend to each other: (Q, D), (Q,) -> (Q, D)."""
         if len(query) == 0:
             return query
         count = torch.bincount(query_snapshot, minlength=num_snapshots)

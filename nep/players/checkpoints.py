@@ -169,10 +169,7 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
     A network that reads evidence alone is written as ONNX, too. The config names the checksums of
     both, so that other weights are not taken for them.
 
-    Args:
-        folder: made if needed.
-        model: the network.
-        notes: JSON values about it, which `load_exported` does not read.
+    Notes are JSON values about it, which `load_exported` does not read.
     """
     folder.mkdir(parents=True, exist_ok=True)
     hyperparameters = dict(model.module.hparams)
@@ -238,10 +235,6 @@ def load_exported(folder: Path) -> TrainedModel:
 def find_weights(folder: Path, config: dict[str, Any]) -> Path:
     """Return the weights that a config names: new ones, if an export was stopped after it.
 
-    Args:
-        folder: of an export.
-        config: what `load_config` returns of it.
-
     Raises:
         OSError: if new ones cannot be read.
     """
@@ -305,8 +298,7 @@ def load_config(folder: Path) -> dict[str, Any]:
 def make_schema(builder: GraphBuilder | None = None) -> dict[str, Any]:
     """Return what a network takes for granted about its input, as JSON values.
 
-    Args:
-        builder: names the text vectors; left out, they are not named.
+    Without a builder its text vectors are not named.
     """
     text = {} if builder is None else {"text": builder.text_name}
     return {

@@ -149,11 +149,7 @@ def list_contestants(
 ) -> dict[str, MakePolicy]:
     """Return what makes each player of a task, by name; networks come last.
 
-    Args:
-        task: name of the task.
-        policies: names of policies.
-        checkpoints: networks; those for other tasks are left out.
-        threads: CPU threads that networks set wherever they play; None to leave them.
+    Networks for other tasks are left out. Wherever they play they set `threads`, unless it is None.
     """
     make = _make_policy_beside_networks if checkpoints else make_policy
     players: dict[str, MakePolicy] = {name: partial(make, name) for name in policies}

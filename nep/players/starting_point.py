@@ -28,13 +28,7 @@ def make_settings(start: TrainedModel) -> dict[str, Any]:
 def take_weights(
     start: TrainedModel, source: str | Path, module: NEPModule, builder: GraphBuilder
 ) -> None:
-    """Copy the weights of a network into one that is to be trained.
-
-    Args:
-        start: where the weights are from.
-        source: its name, for errors.
-        module: gets the weights.
-        builder: of what the module will be trained on.
+    """Copy the weights of a network, of the name `source`, into one that is to be trained.
 
     Raises:
         ValueError: if features, text vectors, or the parts of the network differ.

@@ -33,11 +33,6 @@ def build_network(
     Nothing is allocated before the weights are known to fit: the network is built without memory
     first, and no number in the hyper-parameters may be above what the weights can show.
 
-    Args:
-        hyperparameters: of `NEPModule`, as a file has kept them.
-        weights: of the same file, by name.
-        where: the file, for the message.
-
     Raises:
         ValueError: if they are of the wrong kind, the encoder's class is not loaded, or the
             weights are those of another network.
@@ -155,11 +150,6 @@ def check_weights(
     weights: Mapping[str, Tensor], wanted: Mapping[str, torch.Size], where: str | Path
 ) -> None:
     """Check that weights are those of a network.
-
-    Args:
-        weights: of a file.
-        wanted: shapes of the network's.
-        where: the file, for the message.
 
     Raises:
         ValueError: if one is missing, unknown, of another shape, or not finite everywhere.

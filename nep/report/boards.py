@@ -38,16 +38,7 @@ def log_table(
     text: str,
     step: int,
 ) -> None:
-    """Show a table.
-
-    Args:
-        boards: where.
-        name: of the table.
-        header: names of the columns, (C,).
-        cells: rows of C cells.
-        text: the same as Markdown, with all that belongs to it, for boards that have texts alone.
-        step: of the training.
-    """
+    """Show a table: header and rows of cells, or `text` on boards that have texts alone."""
     for board in boards:
         if isinstance(board, TensorBoardLogger):
             board.experiment.add_text(name, text, global_step=step)

@@ -186,10 +186,8 @@ def draw_by_hour(accuracy: Mapping[str, Mapping[str, Sequence[float]]]) -> Figur
 def draw_calibration(confidence: np.ndarray, is_correct: np.ndarray, title: str) -> Figure:
     """Draw how often answers of each confidence are right; the diagonal is a perfect calibration.
 
-    Args:
-        confidence: probability that was given to the choice of each answer, in [0, 1], (n,).
-        is_correct: whether it was right, bool (n,).
-        title: of the figure.
+    The confidence is the probability of the choice of each answer, (n,), beside whether it was
+    right.
     """
     figure = Figure(figsize=(4.6, 4.6), dpi=110, layout="constrained")
     axes = figure.subplots()

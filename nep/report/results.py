@@ -46,13 +46,7 @@ class ScoreSummary:
         units: tuple[str, ...] | None = None,
         more: Mapping[str, Metric] | None = None,
     ) -> ScoreSummary:
-        """Compute every metric of what a policy scored in homes that are plays of `units`.
-
-        Args:
-            scores: what it scored.
-            units: what each home is a play of.
-            more: metrics besides `METRICS`, by name.
-        """
+        """Compute every metric of what a policy scored in homes that are plays of `units`."""
         metrics = {**METRICS, **(more or {})}
         found = {name: float(metric.compute(scores)) for name, metric in metrics.items()}
         return cls(scores.values, found, units=units)

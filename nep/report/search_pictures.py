@@ -45,12 +45,6 @@ def play_search_stories(
     """Let a policy search the first home of a source, and return its last searches.
 
     There are three, or fewer where the home was recorded for fewer steps.
-
-    Args:
-        make: of the policy.
-        source: of the homes.
-        seed: of the homes.
-        split: "train", "val" or "test".
     """
     homes = source.make(Streams(seed, split, [0]))
     policy = make(homes)

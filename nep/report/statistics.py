@@ -1,7 +1,8 @@
 """Means over what was drawn independently: intervals, tests, what could have been detected.
 
 The unit of all of them is a home or a household. Steps and replays of one are averaged first, so
-that they never count as further units.
+that they never count as further units. Values are one per unit, (U,), or, of several trainings, one
+per training and unit, (S, U).
 """
 
 from __future__ import annotations
@@ -76,9 +77,6 @@ def compute_error(values: np.ndarray) -> tuple[float, float]:
     the mean squares A, B and E, and the variance of the mean is (A + B - E) / SU,
     but at least that of any of the three alone.
 
-    Args:
-        values: one value per unit, (U,), or per training and unit, (S, U); two units or more.
-
     Source: Satterthwaite 1946, two crossed random factors.
     """
     if values.ndim == 1 or len(values) == 1:
@@ -103,11 +101,7 @@ def compute_error(values: np.ndarray) -> tuple[float, float]:
 
 
 def compute_p_value(values: np.ndarray) -> float:
-    """Return the two-sided p of the t test that a mean over units is zero; nan of a single unit.
-
-    Args:
-        values: one value per unit, (U,), or per training and unit, (S, U).
-    """
+    """Return the two-sided p of the t test that a mean over units is zero; nan of a single unit."""
     if values.shape[-1] < 2:
         return float("nan")
     error, freedom = compute_error(values)
@@ -121,9 +115,6 @@ def compute_detectable(values: np.ndarray) -> float:
     """Return the smallest true mean that the t test would find with `POWER`; nan of a single unit.
 
     It is (t of (1 + LEVEL) / 2 + t of POWER) x standard error.
-
-    Args:
-        values: one value per unit, (U,), or per training and unit, (S, U).
     """
     if values.shape[-1] < 2:
         return float("nan")

@@ -114,13 +114,7 @@ def compute_difference(own: ScoreSummary, other: ScoreSummary) -> Difference:
 def compute_rows(
     task: type[Task], scores: Mapping[str, ScoreSummary], references: Sequence[str] = REFERENCES
 ) -> list[Row]:
-    """Summarise what every policy scored in the same homes, worst first.
-
-    Args:
-        task: what was played.
-        scores: by policy.
-        references: whom every policy is compared with, home by home, where they played.
-    """
+    """Summarise what every policy scored in the same homes, worst first."""
     rows = []
     for name, own in scores.items():
         values = own.home_values  # (H,)
@@ -251,13 +245,7 @@ def make_csv(
     key: str = "task",
     more: Mapping[str, Metric] | None = None,
 ) -> str:
-    """Make one CSV of all tables, numbers unrounded; empty where there is none.
-
-    Args:
-        tables: rows by task, or by what else `key` says.
-        key: name of the first column.
-        more: metrics besides `METRICS`.
-    """
+    """Make one CSV of all tables, numbers unrounded; `key` names the first column."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     differences = [f"minus_{name}{part}" for name in REFERENCES for part in ("", "_low", "_high")]

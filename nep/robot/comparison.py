@@ -16,11 +16,6 @@ def compare_in_log(start: TrainedModel, own: TrainedModel, log: str | Path) -> t
     Other than in a trace of the log, the memory is the robot's own and goes on, and a thing is
     asked for where a look showed it, not where it is taken to be.
 
-    Args:
-        start: a network.
-        own: what became of it.
-        log: of the home; what is asked is not in the part that `own` was trained on.
-
     Returns:
         Whether `own` makes them likelier and guesses no fewer, and a line that says so.
     """

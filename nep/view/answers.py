@@ -109,11 +109,6 @@ class Desk:
     def answer(self, step: int, words: str, judge: str = "bayesian") -> dict[str, Any]:
         """Ask one judge where something is.
 
-        Args:
-            step: of the story.
-            words: what is looked for.
-            judge: name of the finder.
-
         Returns:
             The ranking and a search plan; `problem` alone where the words are no name.
 

@@ -14,11 +14,6 @@ def make_cone(shapes: PlanShapes, node: int, viewpoint: Viewpoint | None) -> np.
     A look that says from where it was has the cone of its camera, as far as the furniture reaches.
     Else the cone is that from where one stands to look at furniture with a footprint, and the angle
     that the furniture fills.
-
-    Args:
-        shapes: where everything stands.
-        node: furniture that was looked at, by number in the plan.
-        viewpoint: of the look.
     """
     corners = shapes.outlines[node] if shapes.is_to_scale[node] else None
     if viewpoint is not None:

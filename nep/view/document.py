@@ -16,13 +16,10 @@ _FOLDER = "page"  # beside this file
 
 
 def make_document(data: Mapping[str, Any]) -> str:
-    """Return the page.
+    """Return the page, which begins with some data, JSON values.
 
     Its security policy names the style and the script by their checksums: nothing else runs, also
     where a name of a thing would bring it in.
-
-    Args:
-        data: what the page begins with, JSON values.
     """
     style = _read("page.css")
     script = "".join(_read(f"{name}.js") for name in SCRIPTS)

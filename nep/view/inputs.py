@@ -30,14 +30,7 @@ CALLS: Mapping[str, tuple[tuple[str, ...], Callable[..., Any]]] = {
 
 
 def read_request(content: bytes, desk: Desk) -> tuple[str, dict[str, Any]]:
-    """Check a request: a JSON object with a call and its arguments, all of them and no other.
-
-    Args:
-        content: of the request.
-        desk: whose judges the page offers.
-
-    Returns:
-        The call, and its arguments by name.
+    """Return the call of a request and its arguments by name: a JSON object of all of them alone.
 
     Raises:
         ValueError: if a value breaks its rule.

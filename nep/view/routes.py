@@ -19,10 +19,6 @@ def list_ways(shapes: PlanShapes, stops: Sequence[int]) -> list[list[list[float]
 
     Where doors join the rooms of two places, these are those of the shortest way; else there are
     none, and the way is drawn straight.
-
-    Args:
-        shapes: where everything stands.
-        stops: furniture, by number in the plan.
     """
     joined = _join_rooms(shapes)
     return [np.round(_go(shapes, joined, start, end), 3).tolist() for start, end in pairwise(stops)]

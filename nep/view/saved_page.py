@@ -20,11 +20,6 @@ def save_page(desk: Desk, asked: Sequence[str], path: Path) -> None:
     It holds the answers of the first judge to what is asked, at up to `MOST_FRAMES` steps, those
     with statements and looks first; furniture is described as of the last step.
 
-    Args:
-        desk: answers.
-        asked: questions to choose from.
-        path: such as "page.html".
-
     Raises:
         ValueError: if something that is asked is no name.
         OSError: if the file cannot be written.

@@ -82,11 +82,6 @@ class PageServer(ThreadingHTTPServer):
     def __init__(self, desk: Desk, port: int = DEFAULT_PORT, asked: str = "") -> None:
         """Listen at the first free port from a number on.
 
-        Args:
-            desk: answers.
-            port: of this machine.
-            asked: what is asked at first.
-
         Raises:
             OSError: if no port is free.
         """
@@ -117,15 +112,7 @@ class PageServer(ThreadingHTTPServer):
     def respond(
         self, method: str, path: str, headers: Mapping[str, str], content: bytes, client: str = HOST
     ) -> tuple[int, str, bytes]:
-        """Answer a request: status, type and content.
-
-        Args:
-            method: GET for the page, POST for what it asks.
-            path: only "/".
-            headers: by name in lower case.
-            content: of a POST.
-            client: address of who asks.
-        """
+        """Answer GET of the page, or POST of what it asks, at "/": status, type and content."""
         try:
             self.guard.check(client, path, headers)
             if path != "/" or method not in ("GET", "HEAD", "POST"):

@@ -67,16 +67,7 @@ def open_source(
     robot: str = "bayesian",
     doors: Sequence[Sequence[Any]] = (),
 ) -> Stage:
-    """Open what a page shows.
-
-    Args:
-        source: as `list_options` takes it.
-        homes: which homes are played, where some are.
-        steps: how long; None for a week, or all that was recorded.
-        number: of the home.
-        seed: of everything random.
-        robot: policy of the robot that is played.
-        doors: x, y of doors between rooms, beside those that the source knows.
+    """Open what a page shows: a source as `list_options` takes it, for a week if no steps are said.
 
     Raises:
         ValueError: if a file is broken, or a number out of range.

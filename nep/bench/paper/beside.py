@@ -20,12 +20,7 @@ _CLOSE = 1e-6  # between scores of one rule in the same home; files round them
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """What `temporal.json` says of networks that were trained.
-
-    Attributes:
-        content: of the file.
-        path: of the file, for messages.
-    """
+    """What `temporal.json` says of networks that were trained."""
 
     content: Mapping[str, Any]
     path: Path

@@ -201,11 +201,6 @@ def list_claims(setting: Setting, rows: Sequence[Row], scores: Scores) -> list[C
 
     Where they were trained several times, all pairs of models are compared, not only neighbours.
     Networks that are no part of Table 1 are compared with each of those that the paper orders.
-
-    Args:
-        setting: where.
-        rows: its table, worst first.
-        scores: of all players.
     """
     claimed = [title for title in list_claimed_order() if title in scores]
     is_several = any(len(scores[title].by_training) > 1 for title in claimed)
@@ -229,13 +224,7 @@ def list_claims(setting: Setting, rows: Sequence[Row], scores: Scores) -> list[C
 def make_table_1(
     results: Mapping[Setting, Scores], provenance: Provenance, page: str = "table_1"
 ) -> dict[str, bytes]:
-    """Return the files of Table 1 by name: Markdown, CSV and the means of every home as JSON.
-
-    Args:
-        results: scores of every setting.
-        provenance: what to write under it.
-        page: name of the files.
-    """
+    """Return the files of Table 1 by name: Markdown, CSV and the means of every home as JSON."""
     tables = {setting: compute_table(setting, scores) for setting, scores in results.items()}
     claims = correct_claims(
         [

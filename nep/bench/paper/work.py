@@ -22,12 +22,7 @@ _LOG_WIDTH = 100
 
 
 def list_work_options(runs: str, made: str) -> tuple[Option, ...]:
-    """List the options of folders.
-
-    Args:
-        runs: folder of networks and scores, if none is given.
-        made: what is made of them.
-    """
+    """List the options of folders; `runs` is the default, `made` what is made of its scores."""
     return (
         Option("out", Path("results"), f"folder for {made}", type=Path),
         Option("runs", Path(runs), "folder for networks and scores", type=Path),

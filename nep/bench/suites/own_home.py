@@ -112,13 +112,7 @@ def tune(source: str, log: Path, folder: Path) -> Path:
 def list_players(
     checkpoints: Sequence[Checkpoint], learns: Sequence[str], asks_moved: float
 ) -> dict[str, Callable[[Path], Finder]]:
-    """List what makes each finder of a home, from a folder with the log of its looks.
-
-    Args:
-        checkpoints: networks.
-        learns: how the networks learn from the log, of `ADAPTED` and `TUNED`.
-        asks_moved: share of the questions that are about what has just moved.
-    """
+    """List what makes each finder of a home, from a folder with the log of its looks."""
 
     def load(source: Path, folder: Path) -> object_finder.ObjectFinder:
         return ObjectFinder.load(source, asks_moved=asks_moved)
@@ -155,10 +149,7 @@ def make_tables(
 
     The first has the means over homes, the second differences home by home.
 
-    Args:
-        scores: of all homes; the same players in each.
-        networks: names of the networks, as they were.
-        units: what each home is a play of; None if all differ.
+    `units` says what each home is a play of, None if all differ.
     """
     players = list(next(iter(scores.values())))
     titles = [COLUMNS[name].title for name in COMPARED]

@@ -60,17 +60,7 @@ _TINY_COST = (
 def make_files(
     plan: Plan, cache: ScoreCache, page: str = "table_1", beside: Beside | None = None
 ) -> dict[str, bytes]:
-    """Make tables and figure from kept scores; the same scores give the same bytes.
-
-    Args:
-        plan: what has been played.
-        cache: its scores.
-        page: name of the files of Table 1.
-        beside: networks of `nep.temporal` for its columns.
-
-    Returns:
-        contents by file name.
-    """
+    """Make files, by name, from kept scores; the same scores give the same bytes."""
     results = {}
     for setting in plan.list_settings():
         networks = [enter(model, setting) for model in plan.models]

@@ -61,14 +61,7 @@ def make_content(
 ) -> dict[str, Any]:
     """Return what has been played so far, as JSON values; rows without a training are left out.
 
-    Args:
-        workshop: where it was played.
-        entries: the networks that were asked for.
-        seeds: trainings of each that were asked for; more are in the table where there are more.
-        references: rules that have played.
-        checkpoints: names of graph memories that have played.
-        command: makes it again.
-        note: for the page.
+    Further trainings than those that were asked for are in it, too.
     """
     missing, kinds = [], {}
     made: dict[str, None] = {}  # code that played, each once

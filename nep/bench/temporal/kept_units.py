@@ -19,11 +19,7 @@ def keep_unit(
 ) -> Any:
     """Return what a file keeps of a unit of work, or do it and keep it.
 
-    Args:
-        path: the file; its folder is made if needed.
-        about: everything that the work depends on, as JSON values.
-        work: returns what came of it, as JSON values.
-        on_done: called when it has been done now.
+    What came of it, and `about`, everything that it depends on, are JSON values.
     """
     found = read_unit(path, about)
     if found is not None:

@@ -83,11 +83,7 @@ class TableRow:
 
 
 def read_scores(path: Path, what: str) -> dict[str, Any]:
-    """Read stored scores, of which a report can be made.
-
-    Args:
-        path: of `temporal.json`.
-        what: the option that names it, for the message.
+    """Read stored scores, of which a report can be made; `what` is the option that names the file.
 
     Raises:
         ValueError: if it is no such file.
