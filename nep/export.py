@@ -25,8 +25,8 @@ from nep.players.checkpoints import (
     load_trained,
     save_exported,
 )
-from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
+from nep.players.stored_network import import_encoders
 from nep.report.code_version import list_versions
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
 from sgm.checks import check_at_least

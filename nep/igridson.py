@@ -15,7 +15,7 @@ import torch
 
 from nep.bench.suites import igridson
 from nep.players.contestants import load_player
-from nep.players.own_encoders import import_encoders
+from nep.players.stored_network import import_encoders
 from sgm.checks import check_at_least
 from simulator.igridson import command
 from simulator.igridson.find_object import Searcher

@@ -17,6 +17,7 @@ MOVED = {
     "nep.event_networks.report": "nep.bench.temporal.report",
     "nep.paper": "nep.bench.paper",
     "nep.players.calibration": "nep.players.calibration_searches",
+    "nep.players.own_encoders": "nep.players.stored_network",
     "nep.players.searches": "nep.players.calibration_searches",
     "nep.bench.paper.readings": "tools.claims.readings",
     "nep.bench.elsewhere": "tools.elsewhere",

@@ -8,18 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from nep.bench.columns import COLUMNS, COMPARED, find_best_rule
+from nep.bench.columns import (
+    COLUMNS,
+    COMPARED,
+    find_best_rule,
+    lay_out_by_column,
+    list_difference_columns,
+)
 from nep.bench.task_game import GameScores
 from nep.report.statistics import LEVEL, correct_holm
-from nep.report.tables import (
-    Difference,
-    TableColumn,
-    format_difference,
-    format_number,
-    format_p,
-    join_table,
-    lay_out,
-)
+from nep.report.tables import Difference, TableColumn, format_p, join_table
 from simulator.tasks.metrics import Metric
 
 _ABOUT = """\
@@ -129,24 +127,6 @@ def count_decided(about: Mapping[str, Mapping[str, Any]], rows: Sequence[RuleCom
 def make_overview(about: Mapping[str, Mapping[str, Any]], scores: GameScores, network: str) -> str:
     """Return Markdown tables with one row per kind, a table per column, and what is decided."""
     rows = compare_with_rules(about, scores, network)
-    parts = [_ABOUT, count_decided(about, rows).strip()]
-    for column in map(COLUMNS.__getitem__, COMPARED):
-        own = [row for row in rows if row.column == column]
-        better = "more" if column.is_higher_better else "less"
-        title = column.title[:1].upper() + column.title[1:]
-        table = lay_out(own, _list_columns(about, network, column.format))
-        parts.append(f"### {title} ({better} is better)\n\n{table}")
-    return "\n\n".join(part.strip() for part in parts) + "\n"
-
-
-def _list_columns(
-    about: Mapping[str, Mapping[str, Any]], network: str, form: str
-) -> list[TableColumn]:
-    """List the columns of a table of comparisons."""
-
-    def write_difference(row: RuleComparison) -> str:
-        mark = "**" if row.corrected < 1 - LEVEL else ""
-        return f"{mark}{format_difference(row.difference, form)}{mark}"
 
     def write_p(row: RuleComparison) -> str:
         return "the same plays" if row.same_as else format_p(row.difference.p)
@@ -154,13 +134,16 @@ def _list_columns(
     def write_corrected(row: RuleComparison) -> str:
         return f"as {about[row.same_as]['title']}" if row.same_as else format_p(row.corrected)
 
-    return [
-        TableColumn("homes", lambda row: about[row.kind]["title"]),
-        TableColumn("units", lambda row: str(row.num_units)),
-        TableColumn(network, lambda row: format(row.own, form)),
-        TableColumn("best rule", lambda row: f"{row.other:{form}} {row.rule}"),
-        TableColumn("difference [95 %]", write_difference),
-        TableColumn("detectable", lambda row: format_number(row.difference.detectable, form)),
-        TableColumn("p", write_p),
-        TableColumn("Holm", write_corrected),
-    ]
+    def list_columns(form: str) -> list[TableColumn]:
+        return [
+            TableColumn("homes", lambda row: about[row.kind]["title"]),
+            TableColumn("units", lambda row: str(row.num_units)),
+            TableColumn(network, lambda row: format(row.own, form)),
+            TableColumn("best rule", lambda row: f"{row.other:{form}} {row.rule}"),
+            *list_difference_columns(form),
+            TableColumn("p", write_p),
+            TableColumn("Holm", write_corrected),
+        ]
+
+    tables = lay_out_by_column(rows, COMPARED, list_columns)
+    return "\n\n".join([_ABOUT, count_decided(about, rows).strip(), *tables]) + "\n"

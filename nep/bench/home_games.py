@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from nep.bench.robot_life import LivedHome
 from nep.bench.task_game import TaskGame
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS
 from sgm.messages import shorten
@@ -217,3 +218,36 @@ def _count_in_others(paths: Sequence[str]) -> list[PriorGraph]:
         count_prior([trace for trace in traces if trace is not own], HOUR_SECONDS)[0]
         for own in traces
     ]
+
+
+def list_lived_homes(
+    sizes: Sequence[int], num_homes: int, folders: Sequence[str], rules: HomeConfig, seed: int
+) -> list[LivedHome]:
+    """List the homes: people with routines, or recordings.
+
+    Args:
+        sizes: furniture nodes of each room, of one simulated home after the other, in turn.
+        num_homes: simulated homes, or plays of each recording.
+        folders: traces, or folders of traces, where a robot's memory uses the household prior,
+            as it does by default; none for simulated homes.
+        rules: of looking.
+        seed: of the first play, or of all simulated homes.
+    """
+    if folders:
+        prior = PriorGraph.household()
+        return [
+            LivedHome(
+                f"{path.name}-{own}", RecordedSource(prior, rules, [str(path)]), 0, own, path.name
+            )
+            for path in find_traces(folders)
+            for own in range(seed, seed + num_homes)
+        ]
+    homes = []
+    for number in range(num_homes):
+        size = sizes[number % len(sizes)]
+        own = replace(
+            rules, furniture_per_room=size, objects_per_furniture=3, dynamics=RoutineDynamics()
+        )
+        name = f"{size * len(rules.rooms)} places-{number}"
+        homes.append(LivedHome(name, SampledSource(None, own), number, seed, name))
+    return homes

@@ -9,17 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from nep.bench.columns import COLUMNS, COMPARED
+from nep.bench.columns import COLUMNS, COMPARED, lay_out_by_column, list_difference_columns
 from nep.bench.task_game import GameScores
-from nep.report.statistics import LEVEL, correct_holm
-from nep.report.tables import (
-    Difference,
-    TableColumn,
-    format_difference,
-    format_number,
-    format_p,
-    lay_out,
-)
+from nep.report.statistics import correct_holm
+from nep.report.tables import Difference, TableColumn, format_p
 from simulator.tasks.metrics import Metric
 
 _ABOUT = """\
@@ -87,27 +80,17 @@ def compare_priors(
 
 def make_comparison(rows: Sequence[PriorDifference]) -> str:
     """Return Markdown: what is compared, and a table for each column."""
-    parts = [_ABOUT.format(number=len(rows))]
-    for column in dict.fromkeys(row.column for row in rows):
-        own = [row for row in rows if row.column == column]
-        better = "more" if column.is_higher_better else "less"
-        title = column.title[:1].upper() + column.title[1:]
-        table = lay_out(own, _list_columns(column.format), num_text=3)
-        parts.append(f"### {title} ({better} is better)\n\n{table.strip()}")
-    return "\n\n".join(parts)
 
+    def list_columns(form: str) -> list[TableColumn]:
+        return [
+            TableColumn("homes", lambda row: row.homes),
+            TableColumn("player", lambda row: f"`{row.player}`"),
+            TableColumn("prior", lambda row: f"{row.first} minus {row.second}"),
+            *list_difference_columns(form),
+            TableColumn("p", lambda row: format_p(row.difference.p)),
+            TableColumn("Holm", lambda row: format_p(row.corrected)),
+        ]
 
-def _list_columns(form: str) -> list[TableColumn]:
-    def write_difference(row: PriorDifference) -> str:
-        mark = "**" if row.corrected < 1 - LEVEL else ""
-        return f"{mark}{format_difference(row.difference, form)}{mark}"
-
-    return [
-        TableColumn("homes", lambda row: row.homes),
-        TableColumn("player", lambda row: f"`{row.player}`"),
-        TableColumn("prior", lambda row: f"{row.first} minus {row.second}"),
-        TableColumn("difference [95 %]", write_difference),
-        TableColumn("detectable", lambda row: format_number(row.difference.detectable, form)),
-        TableColumn("p", lambda row: format_p(row.difference.p)),
-        TableColumn("Holm", lambda row: format_p(row.corrected)),
-    ]
+    columns = dict.fromkeys(row.column.name for row in rows)
+    tables = lay_out_by_column(rows, columns, list_columns, num_text=3)
+    return "\n\n".join([_ABOUT.format(number=len(rows)), *tables])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -110,7 +112,11 @@ def load_checkpoint(path: Path) -> TrainedModel:
     Raises:
         ValueError: if it cannot be read, is no such checkpoint, or does not fit this package.
     """
-    try:
+    with _read_checkpoint(
+        path,
+        "Train one with `python -m nep.fit`, or check the path.",
+        "Train again, or check the path.",
+    ):
         content = _load_content(path)
         data = content["datamodule_hyper_parameters"]
         # Checkpoints from before the schema was written down have the first one.
@@ -120,17 +126,6 @@ def load_checkpoint(path: Path) -> TrainedModel:
         text, training = data["text"], data.get("training")
         if training is not None:
             training = {**training}
-    except OSError as error:
-        raise make_read_error(
-            error,
-            f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
-            f"{path}. Train one with `python -m nep.fit`, or check the path.",
-        ) from error
-    except (LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError) as error:
-        raise ValueError(
-            f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
-            "Train again, or check the path."
-        ) from error
     builder = _make_builder(features, module, text, path)
     if training is not None and "houses" in training:  # as it was called once
         training = {"num_homes": training["houses"], **training}
@@ -143,24 +138,14 @@ def check_resumable(path: Path, module: NEPModule) -> None:
     Raises:
         ValueError: if it cannot be read, is no such checkpoint, or one of another network.
     """
-    try:
+    advice = "Check --ckpt_path, or leave it out."
+    with _read_checkpoint(path, advice, advice):
         content = _load_content(path)
         weights = content["state_dict"]
         for part in ("loops", "optimizer_states", "lr_schedulers", "epoch", "global_step"):
             content[part]
         wanted = {name: tensor.shape for name, tensor in module.state_dict().items()}
         check_weights(weights, wanted, path)
-    except OSError as error:
-        raise make_read_error(
-            error,
-            f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
-            f"{path}. Check --ckpt_path, or leave it out.",
-        ) from error
-    except (LookupError, TypeError, AttributeError) as error:
-        raise ValueError(
-            f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
-            "Check --ckpt_path, or leave it out."
-        ) from error
 
 
 def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> None:
@@ -324,6 +309,24 @@ def check_feature_schema(version: object, where: str | Path) -> None:
             f"checkpoint must have feature schema {FEATURE_SCHEMA_VERSION}, got {shorten(version)} "
             f"for {where}. Train again, or install the version of the package that trained it."
         )
+
+
+@contextmanager
+def _read_checkpoint(path: Path, if_missing: str, if_damaged: str) -> Iterator[None]:
+    """Say what is wrong with a checkpoint that cannot be read, and what to do."""
+    try:
+        yield
+    except OSError as error:
+        raise make_read_error(
+            error,
+            f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
+            f"{path}. {if_missing}",
+        ) from error
+    except (LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError) as error:
+        raise ValueError(
+            f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
+            f"{if_damaged}"
+        ) from error
 
 
 def _load_content(path: Path) -> Any:

@@ -10,8 +10,8 @@ from pathlib import Path
 import torch
 
 from nep.players.checkpoints import checksum_trained, find_weights, load_config
-from nep.players.own_encoders import import_encoders
 from nep.players.policy import NEPPolicy
+from nep.players.stored_network import import_encoders
 from sgm.files import compute_checksum
 from sgm.messages import shorten
 from sgm.network.network import ONNX, has_onnx

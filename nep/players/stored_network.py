@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -96,6 +97,24 @@ def read_features(data: Any) -> FeatureConfig:
             "in a module that --encoders names, for example."
         )
     return config
+
+
+def import_encoders(modules: Sequence[str]) -> None:
+    """Import modules that define encoders, so that networks made of them can be loaded.
+
+    A checkpoint or an exported folder never makes us import what it names.
+
+    Raises:
+        ValueError: if there is no such module.
+    """
+    for name in modules:
+        try:
+            importlib.import_module(name)
+        except (ImportError, TypeError, ValueError) as error:  # the last two of ".." or ""
+            raise ValueError(
+                f"encoders must be modules that can be imported, got {shorten(name)} ({error}). "
+                "Put their folder on PYTHONPATH."
+            ) from error
 
 
 def _find_encoder(class_path: Any, where: str | Path) -> type[Encoder]:

@@ -84,7 +84,7 @@ class Desk:
         """
         story = self.stage.story
         memory = story.memory_at(step)
-        shapes = self.stage.get_shapes(step, story)
+        plan, shapes = self.stage.get_plan(step, story)
         batch = memory.batch
         edges = batch.edges
         rows = np.flatnonzero(edges["num_true"] > 0)
@@ -92,7 +92,7 @@ class Desk:
         return {
             "step": step,
             "time": story.get_time(step),
-            "plan": self.stage.get_plan_number(step, story),
+            "plan": plan,
             "numNames": len(self._names),
             "things": {
                 "place": (edges["furniture"][rows] * NUM_RELATIONS + edges["relation"][rows])

@@ -79,19 +79,16 @@ class Stage:
                 self.problem = str(error)
 
     def get_shapes(self, step: int, story: Story | None = None) -> PlanShapes:
-        """Return what stands where at a step; made once as long as the layout stays as it is.
+        """Return what stands where at a step."""
+        return self.get_plan(step, story)[1]
 
-        Args:
-            step: of the story.
-            story: one that was shown; None for what is shown now.
+    def get_plan(self, step: int, story: Story | None = None) -> tuple[int, PlanShapes]:
+        """Return the number of the layout at a step, and what stands where in it.
+
+        Another layout has another number. It is made once as long as it stays as it is; `story` is
+        one that was shown, None for what is shown now.
         """
-        return self._get_plan(step, story or self._story)[1]
-
-    def get_plan_number(self, step: int, story: Story | None = None) -> int:
-        """Return the number of the layout at a step; another layout has another number."""
-        return self._get_plan(step, story or self._story)[0]
-
-    def _get_plan(self, step: int, story: Story) -> tuple[int, PlanShapes]:
+        story = story or self._story
         plan = story.plan
         memory = story.memory_at(step)
         layout = memory.layout

@@ -17,7 +17,7 @@ from nep.importers.homer import read_homer
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, checksum_trained, load_trained, save_exported
 from nep.players.contestants import Checkpoint
-from nep.players.own_encoders import import_encoders
+from nep.players.stored_network import import_encoders
 from sgm.finder.adaptation import Adaptation
 from sgm.memory.look_log import read_log
 from simulator import Clock, SceneGraphMemory

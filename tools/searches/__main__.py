@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jsonargparse import Namespace
 
-from nep.bench.lived_homes import list_lived_homes
+from nep.bench.home_games import list_lived_homes
 from nep.bench.robot_life import LifeGame, LivedHome
 from nep.bench.runner import Report, TableSuite
 from nep.bench.score_cache import ScoreCache

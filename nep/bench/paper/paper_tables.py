@@ -7,7 +7,7 @@ import io
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
@@ -76,35 +76,35 @@ _ABOUT_ROWS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
-    """What to write under a table.
+    """What to write under a table; all but the configs stand in its JSON file.
 
     Attributes:
         command: makes it again.
-        homes, steps, seed: of the test homes.
-        versions: of packages.
-        configs: name of the config of each network, by its title.
+        seed, num_homes, steps: of the test homes.
         num_trainings: of every network, the first one with this seed, too.
-        test_sets: names of the test homes (`simulator.test_sets`), those that have one.
-        checkpoints: SHA-256 of the networks that played, by setting, title and training.
         title: of the page.
         beside: what to say of networks from elsewhere (`nep.bench.paper.beside`), a paragraph each.
         played: version and commit that the homes were played with, each once; none in older files.
+        versions: of packages.
+        test_sets: names of the test homes (`simulator.test_sets`), those that have one.
+        checkpoints: SHA-256 of the networks that played, by setting, title and training.
+        configs: name of the config of each network, by its title.
     """
 
     command: str
+    seed: int
     num_homes: int
     steps: int
-    seed: int
-    versions: Mapping[str, str]
-    configs: Mapping[str, str]
     num_trainings: int = 1
-    test_sets: Sequence[str] = ()
-    checkpoints: Mapping[str, str] = field(default_factory=dict)
     title: str = "Table 1"
     beside: Sequence[str] = ()
     played: Sequence[str] = ()
+    versions: Mapping[str, str]
+    test_sets: Sequence[str] = ()
+    checkpoints: Mapping[str, str] = field(default_factory=dict)
+    configs: Mapping[str, str]
 
     @property
     def size(self) -> str:
@@ -262,22 +262,11 @@ def make_table_1(
         *(make_markdown(TASKS[s.task], rows, s.title) for s, rows in tables.items()),
         provenance.make_footer(),
     ]
-    content = {
-        "command": provenance.command,
-        "seed": provenance.seed,
-        "num_homes": provenance.num_homes,
-        "steps": provenance.steps,
-        "num_trainings": provenance.num_trainings,
-        "title": provenance.title,
-        "beside": list(provenance.beside),
-        "played": list(provenance.played),
-        "versions": dict(provenance.versions),
-        "test_sets": list(provenance.test_sets),
-        "checkpoints": dict(provenance.checkpoints),
-        "settings": {
-            setting.name: {row.policy: _pack(row, results[setting][row.policy]) for row in rows}
-            for setting, rows in tables.items()
-        },
+    content = asdict(provenance)
+    del content["configs"]
+    content["settings"] = {
+        setting.name: {row.policy: _pack(row, results[setting][row.policy]) for row in rows}
+        for setting, rows in tables.items()
     }
     named = {setting.name: rows for setting, rows in tables.items()}
     image = io.BytesIO()
@@ -324,14 +313,9 @@ def load_table_1(path: Path) -> tuple[dict[Setting, Scores], Provenance]:
             for name, rows in content["settings"].items()
         }
         titles = {title for scores in results.values() for title in scores}
-        provenance = Provenance(
-            content["command"], content["num_homes"], content["steps"], content["seed"],
-            content["versions"],
-            {model.title: model.file for model in MODELS if model.title in titles},
-            content.get("num_trainings", 1), content.get("test_sets", ()),
-            content.get("checkpoints", {}), content.get("title", "Table 1"),
-            content.get("beside", ()), content.get("played", ()),
-        )  # fmt: skip
+        configs = {model.title: model.file for model in MODELS if model.title in titles}
+        known = {row.name: content[row.name] for row in fields(Provenance) if row.name in content}
+        provenance = Provenance(**known, configs=configs)
     except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise ValueError(
             f"stored must be a table_1.json of nep.reproduce, got {shorten(error)} in {path}. "

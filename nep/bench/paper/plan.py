@@ -87,16 +87,16 @@ class Plan(TrainedPlan):
         """Return what to write under a table; folders and number of jobs change nothing in it."""
         options = ["--table", table, *self.options]
         return Provenance(
-            shlex.join(["python", "-m", "nep.reproduce", *options]),
-            self.num_homes,
-            self.steps,
-            self.seed,
-            list_versions(),
-            {model.title: Path(model.file).name for model in self.models},
-            self.num_trainings,
-            self.list_test_sets(),
-            self.list_checkpoints(),
-            self.title,
+            command=shlex.join(["python", "-m", "nep.reproduce", *options]),
+            seed=self.seed,
+            num_homes=self.num_homes,
+            steps=self.steps,
+            num_trainings=self.num_trainings,
+            title=self.title,
+            versions=list_versions(),
+            test_sets=self.list_test_sets(),
+            checkpoints=self.list_checkpoints(),
+            configs={model.title: Path(model.file).name for model in self.models},
         )
 
     def list_test_sets(self) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from jsonargparse import Namespace
 
 from nep import export, fit
 from nep.bench.columns import COLUMNS, COMPARED, find_best_rule, format_mean
-from nep.bench.lived_homes import list_lived_homes
+from nep.bench.home_games import list_lived_homes
 from nep.bench.robot_life import LifeGame, measure
 from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import MOST, Option, count, describe_made, list_table_options

@@ -159,6 +159,12 @@ OPTIONS = (
     ),
     Option("tiny", False, "everything as small as can be, to try the command: three minutes"),
 )  # fmt: skip
+# Options that scores depend on, in the order in which commands name them.
+_TELLING = (
+    "seeds", "homes", "models", "settings", "num_homes", "steps", "epochs", "beside", "called",
+    "encoders",
+)  # fmt: skip
+_DEFAULTS = {row.name: row.default for name in _TELLING for row in OPTIONS if row.name == name}
 
 
 def _make_plan(options: Namespace) -> Plan:
@@ -191,25 +197,16 @@ def _make_plan(options: Namespace) -> Plan:
 
 
 def _list_telling_options(options: Namespace) -> list[str]:
-    """Write down the options that scores depend on."""
+    """Write down the options that scores depend on; of a file, its name."""
     listed = ["--seed", str(options.seed)]
-    if options.seeds != 1:
-        listed += ["--seeds", str(options.seeds)]
-    if options.homes != "sampled":
-        listed += ["--homes", options.homes]
-    if options.models is not None:
-        listed += ["--models", *options.models]
-    if len(options.settings) < len(SETTINGS):
-        listed += ["--settings", *options.settings]
-    for name in ("num_homes", "steps", "epochs"):
-        if getattr(options, name) is not None:
-            listed += [f"--{name}", str(getattr(options, name))]
-    if options.beside is not None:
-        listed += ["--beside", options.beside.name]
-    if options.called != "Table 1":
-        listed += ["--called", options.called]
-    if options.encoders:
-        listed += ["--encoders", *options.encoders]
+    for name, default in _DEFAULTS.items():
+        value = options[name]
+        if value != default:
+            values = value if isinstance(value, tuple) else (value,)
+            listed += [
+                f"--{name}",
+                *(own.name if isinstance(own, Path) else str(own) for own in values),
+            ]
     return listed + ["--tiny"] * options.tiny
 
 

@@ -99,9 +99,6 @@ class Workshop:
     """Does one unit of work at a time; what is finished stays, and is not done again.
 
     Attributes:
-        runs: folder of networks and scores.
-        sizes: how much is trained and played.
-        kinds: homes by name.
         sources: what is trained in, by name of the kind.
         on_unit: called with what has been done.
     """
@@ -115,26 +112,30 @@ class Workshop:
 
     def tune(self, entry: Entry) -> dict[str, Any]:
         """Return the settings of a network, chosen in the validation homes."""
-        path = self.runs / entry.key / "tuned.json"
-        about = {"homes": self.sources[entry.kind].describe(), **self._describe_training(),
-                 "trials": self.sizes.trials, "trial_epochs": self.sizes.trial_epochs,
-                 "network": entry.network, "sightings_alone": entry.sightings_alone}  # fmt: skip
+        sizes = self.sizes
+        about = {
+            **self._describe_training(entry), "trials": sizes.trials,
+            "trial_epochs": sizes.trial_epochs,
+        }  # fmt: skip
 
         def work() -> dict[str, Any]:
             train, val = self._record(entry.kind, "train"), self._record(entry.kind, "val")
-            return tune(entry.network, entry.sightings_alone, train, val, self.sizes.trials,
-                        self.sizes.trial_epochs)  # fmt: skip
+            return tune(
+                entry.network, entry.sightings_alone, train, val, sizes.trials, sizes.trial_epochs
+            )
 
-        return self._keep(path, about, work, f"tuned {entry.key}")["settings"]
+        path = self.runs / entry.key / "tuned.json"
+        return dict(self._keep(path, about, work, f"tuned {entry.key}")["settings"])
 
     def train(self, entry: Entry, seed: int) -> Path:
         """Train a network with its tuned settings; return its file."""
         settings = self.tune(entry)
         folder = self.runs / entry.key
         path = folder / f"seed_{seed}.pt"
-        about = {"homes": self.sources[entry.kind].describe(), **self._describe_training(),
-                 "epochs": self.sizes.epochs, "settings": settings, "seed": seed,
-                 "network": entry.network, "sightings_alone": entry.sightings_alone}  # fmt: skip
+        about = {
+            **self._describe_training(entry), "epochs": self.sizes.epochs, "settings": settings,
+            "seed": seed,
+        }  # fmt: skip
 
         def work() -> dict[str, Any]:
             train, val = self._record(entry.kind, "train"), self._record(entry.kind, "val")
@@ -163,44 +164,40 @@ class Workshop:
             return self.train(entry, seed)
         return path
 
-    def play(self, entry: Entry, seed: int) -> dict[str, Any]:
+    def play(self, entry: Entry, seed: int) -> None:
         """Let a trained network play the test homes of its kind, and of those without training."""
         path = self.train(entry, seed)
-        played = {}
+        about = {"checkpoint": compute_checksum(path)}
         for kind in self.kinds:
             if TRAINED_ELSEWHERE.get(kind, kind) == entry.kind:
                 name = replace(entry, kind=kind).key
-                made = EventPolicy.load(str(path))
                 file = self.runs / name / f"played_{seed}.json"
-                about = {"checkpoint": compute_checksum(path)}
-                played[kind] = self._play(kind, made.play_in, file, about, f"played {name} {seed}")
-        return played
+                make = EventPolicy.load(str(path)).play_in
+                self._play(kind, make, file, about, f"played {name} {seed}")
 
     def play_reference(
         self, kind: str, name: str, make: Callable[[Homes], Policy], checksum: str | None = None
-    ) -> dict[str, Any]:
+    ) -> None:
         """Let a policy or a network of another sort play the test homes of a kind."""
         path = self.runs / kind / "references" / f"{name}.json"
         about = {"player": name, "checksum": checksum}
-        return self._play(kind, make, path, about, f"played {kind}/{name}")
+        self._play(kind, make, path, about, f"played {kind}/{name}")
 
     def _play(
-        self,
-        kind: str,
-        make: Callable[[Homes], Policy],
-        path: Path,
-        about: dict[str, Any],
+        self, kind: str, make: Callable[[Homes], Policy], path: Path, about: Mapping[str, Any],
         what: str,
-    ) -> dict[str, Any]:
+    ) -> None:  # fmt: skip
         homes = self.kinds[kind]
         about = {**about, "homes": homes.describe()}
-        return self._keep(path, about, partial(play_kind, homes, make), what)
+        self._keep(path, about, partial(play_kind, homes, make), what)
 
-    def _describe_training(self) -> dict[str, Any]:
+    def _describe_training(self, entry: Entry) -> dict[str, Any]:
         sizes = self.sizes
         return {
-            "numbers": [sizes.train_homes, sizes.val_homes, sizes.train_steps, sizes.batch_homes]
-        }
+            "homes": self.sources[entry.kind].describe(), "network": entry.network,
+            "sightings_alone": entry.sightings_alone,
+            "numbers": [sizes.train_homes, sizes.val_homes, sizes.train_steps, sizes.batch_homes],
+        }  # fmt: skip
 
     def _record(self, kind: str, split: str) -> list[EventEpisode]:
         """Return recorded episodes; the policy `bayesian` looks, as for `nep.fit`."""
@@ -213,10 +210,9 @@ class Workshop:
         return self._episodes[kind, split]
 
     def _keep(
-        self, path: Path, about: dict[str, Any], work: Callable[[], dict[str, Any]], what: str
-    ) -> dict[str, Any]:
-        """Return what a file keeps of a unit, or do the unit and keep it."""
-        return dict(keep_unit(path, about, work, partial(self.on_unit, what)))
+        self, path: Path, about: Mapping[str, Any], work: Callable[[], Any], what: str
+    ) -> Any:
+        return keep_unit(path, about, work, partial(self.on_unit, what))
 
 
 def play_kind(kind: TaskGame, make: Callable[[Homes], Policy]) -> dict[str, Any]:

@@ -40,8 +40,9 @@ from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
 
 PROVENANCE = Provenance(
-    "python -m nep.reproduce --table 1", 2, 2, 0, {"numpy": "2.2"}, {"NEP-MLP": "mlp.yaml"}
-)
+    command="python -m nep.reproduce --table 1", num_homes=2, steps=2, seed=0,
+    versions={"numpy": "2.2"}, configs={"NEP-MLP": "mlp.yaml"},
+)  # fmt: skip
 FIND = next(s for s in SETTINGS if s.name == "find_object-on")
 
 
