@@ -161,11 +161,6 @@ def summarise(
     }
 
 
-def compute_tables(summaries: Summaries) -> Tables:
-    """Compute the rows of the table of each task."""
-    return {task: compute_rows(find_task(task), players) for task, players in summaries.items()}
-
-
 def save_results(
     config: EvaluateConfig, summaries: Summaries, tables: Tables, out: Path, command: str
 ) -> None:
@@ -197,13 +192,6 @@ def describe_made(config: EvaluateConfig) -> str:
     for own in config.checkpoints:
         lines.append(f"- Network `{own.name}`: SHA-256 `{own.describe()['sha256']}`.")
     return "\n".join(lines)
-
-
-def print_tables(config: EvaluateConfig, tables: Tables, console: Console) -> None:
-    """Print one table per task, the worst policy first."""
-    for task, rows in tables.items():
-        title = _make_title(config, task)
-        console.print(make_rich_table(find_task(task), rows, title, config.more))
 
 
 def _make_title(config: EvaluateConfig, task: str) -> str:
@@ -310,10 +298,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         scores = evaluate(config, advance, options.workers, options.backend, options.threads)
     summaries = summarise(scores, config.homes, config.more)
-    tables = compute_tables(summaries)
+    tables = {task: compute_rows(find_task(task), players) for task, players in summaries.items()}
     command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
     save_results(config, summaries, tables, options.out, command)
-    print_tables(config, tables, console)
+    for task, rows in tables.items():
+        title = _make_title(config, task)
+        console.print(make_rich_table(find_task(task), rows, title, config.more))
 
 
 if __name__ == "__main__":

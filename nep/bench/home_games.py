@@ -61,14 +61,14 @@ def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping
     }  # fmt: skip
 
 
-def deal_placements(prior: PriorGraph, seed: int = 0) -> PriorGraph:
+def deal_placements(prior: PriorGraph) -> PriorGraph:
     """Return a world in which mugs may be kept where books are: its homes, and the agents' prior.
 
     Each object type gets the placements of another, at random; nothing else changes. Who learnt by
     heart what is kept where, or uses what a thing is called, is wrong there.
     """
     labels = [row.label for row in prior.objects]
-    order = np.random.default_rng(seed).permutation(len(labels))
+    order = np.random.default_rng(0).permutation(len(labels))
     dealt = {label: labels[other] for label, other in zip(labels, order, strict=True)}
     placements = tuple(replace(row, object=dealt[row.object]) for row in prior.placements)
     return replace(prior, placements=placements)

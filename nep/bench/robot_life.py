@@ -24,10 +24,7 @@ from simulator.world.source import HomeSource
 class FinderQuestion:
     """A question to a robot's memory, before the looks of the time step.
 
-    Attributes:
-        memory: at that time; it is to be read, not changed.
-        description: what is asked for.
-        places: furniture ids where such a thing is.
+    The memory is to be read, not changed. Places are ids of furniture where such a thing is.
     """
 
     memory: SceneGraphMemory

@@ -22,13 +22,7 @@ from simulator.world.streams import Streams
 
 @dataclass(frozen=True, slots=True)
 class LookEvents:
-    """Events of one look in each of some homes.
-
-    Attributes:
-        events: what it showed.
-        num_things: things that were known after it.
-        time: time step.
-    """
+    """Events of one look in each of some homes, and how many things were known after it."""
 
     events: NewEvents
     num_things: int

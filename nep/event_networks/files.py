@@ -21,13 +21,9 @@ _MOST_UNITS = 4096  # of any setting: more is no network of ours
 
 @dataclass(frozen=True, slots=True)
 class TrainedNetwork:
-    """A network and what it was trained on.
+    """A network, what it is called in `NETWORKS`, and what it was trained on, as JSON values.
 
-    Attributes:
-        name: in `NETWORKS`.
-        network: its weights.
-        sightings_alone: whether it is not told that things were not seen.
-        training: what it was trained on, as JSON values.
+    Whether with `sightings_alone`: it is not told that things were not seen.
     """
 
     name: str

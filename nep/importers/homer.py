@@ -40,13 +40,7 @@ class _Day:
 
 @dataclass(slots=True)
 class _Nodes:
-    """The nodes of a household, (N,) each.
-
-    Attributes:
-        names: class names.
-        is_room: whether a node is a room.
-        is_object: whether it is something that lies about.
-    """
+    """The nodes of a household, (N,) each: class names, which are rooms, and which lie about."""
 
     names: list[str]
     is_room: np.ndarray

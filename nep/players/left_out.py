@@ -54,9 +54,7 @@ class LeftOutPolicy(Policy):
 class LeftOut:
     """Checkpoints that differ in the recorded home that they were not trained in.
 
-    Attributes:
-        name: in tables.
-        source: of the checkpoints, with "{home}" for the name of the home that each left out.
+    The source has "{home}" for the name of the home that each left out.
     """
 
     name: str

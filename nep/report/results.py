@@ -74,12 +74,7 @@ class ScoreSummary:
 
 @dataclass(frozen=True, slots=True)
 class TaskTitle:
-    """What tables need to know of a task.
-
-    Attributes:
-        title: of tables.
-        metric: name of what a step is scored with, in `STEP_METRICS`.
-    """
+    """What tables need to know of a task: title, and name of the metric of a step."""
 
     title: str
     metric: str

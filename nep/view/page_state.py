@@ -26,10 +26,7 @@ _PLANS_KEPT = 32
 class Stage:
     """A story, read again when it has changed.
 
-    Attributes:
-        is_live: whether it may change.
-        version: counts the changes.
-        problem: why it could not be read again, in a line; empty if it could.
+    `version` counts the changes, `problem` says in a line why it could not be read again.
     """
 
     def __init__(

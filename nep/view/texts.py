@@ -18,14 +18,7 @@ _MOST_NAMED = 12  # in a line
 
 @dataclass(frozen=True)
 class TextTable:
-    """A table in words.
-
-    Attributes:
-        title: above it.
-        head: names of the columns.
-        rows: cells.
-        note: below it.
-    """
+    """A table in words: its title, names of the columns, cells, and a note below it."""
 
     title: str
     head: tuple[str, ...]

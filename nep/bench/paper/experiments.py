@@ -14,12 +14,7 @@ from simulator.tasks.registry import TASKS
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A task and the rules of the homes that it is played in.
-
-    Attributes:
-        task: its name.
-        dynamic_nodes: whether objects are added and removed.
-    """
+    """A task and the rules of the homes that it is played in: whether objects come and go."""
 
     task: str
     dynamic_nodes: bool

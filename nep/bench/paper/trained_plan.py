@@ -19,11 +19,7 @@ SCORES = "scores.json"  # in the folder of runs
 
 
 class TrainedPlan(ABC):
-    """What is trained, and then plays beside policies.
-
-    Attributes:
-        runs: folder of trainings, logs and scores.
-    """
+    """What is trained, and then plays beside policies; all of it is kept in the folder `runs`."""
 
     __slots__ = ()
     runs: Path

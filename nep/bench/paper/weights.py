@@ -25,13 +25,8 @@ _FIELDS = ("setting", "title", "seed", "checkpoint_sha256", "weights_sha256")
 def export_weights(plan: Plan, folder: Path) -> list[str]:
     """Export every network of a plan that was trained; the same networks give the same weights.
 
-    Args:
-        plan: whose trainings are done.
-        folder: made if needed. A network lies in `SETTING/NAME`, of further trainings in
-            `seed_N/SETTING/NAME`.
-
-    Returns:
-        The names of the networks in the list.
+    A network lies in `SETTING/NAME`, of further trainings in `seed_N/SETTING/NAME`. Their names in
+    the list are returned.
 
     Raises:
         OSError: if a file cannot be written.

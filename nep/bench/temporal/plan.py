@@ -76,12 +76,9 @@ TINY = Sizes(3, 2, 4, 2, 1, 2, 1, 2, 3, 2)
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A network with one kind of information in one kind of homes.
+    """A network of `NETWORKS` in one kind of homes, with one kind of information.
 
-    Attributes:
-        kind: name of the kind.
-        network: name in `NETWORKS`.
-        sightings_alone: whether it is not told that things were not seen.
+    With `sightings_alone` it is not told that things were not seen.
     """
 
     kind: str
