@@ -12,13 +12,11 @@ class Game(ABC):
 
     Attributes:
         scored_by: modules whose code decides a score; where it changes, scores are played again.
-        was_called: what folders of these modules were called when scores were played that are kept.
         plays_together: whether all players of a game are played in one go, since what they are
             asked about takes longer to make than they take to answer.
     """
 
     scored_by: ClassVar[tuple[str, ...]]
-    was_called: ClassVar[Mapping[str, str]] = {}
     plays_together: ClassVar[bool] = False
 
     @abstractmethod

@@ -223,7 +223,7 @@ def load_played(
         ValueError: as `play_all` does.
     """
     described = {name: game.describe() for name, game in games.items()}
-    code = {name: checksum_code(game.scored_by, game.was_called) for name, game in games.items()}
+    code = {name: checksum_code(game.scored_by) for name, game in games.items()}
     return ScoreCache.load(path, described, networks, code)
 
 

@@ -4,26 +4,15 @@ from __future__ import annotations
 
 import ast
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from types import MappingProxyType
 
 
-def checksum_code(
-    modules: Sequence[str], was_called: Mapping[str, str] = MappingProxyType({})
-) -> str:
-    """Return the SHA-256 of what modules compute; comments, docstrings and layout do not matter.
-
-    Args:
-        modules: their names.
-        was_called: earlier names of folders, which stand for them in the checksum.
-    """
-    code = "\n".join(map(_read_code, modules))
-    for name, earlier in was_called.items():
-        code = code.replace(name, earlier)
-    return hashlib.sha256(code.encode()).hexdigest()
+def checksum_code(modules: Sequence[str]) -> str:
+    """Return the SHA-256 of what modules compute; comments, docstrings and layout do not matter."""
+    return hashlib.sha256("\n".join(map(_read_code, modules)).encode()).hexdigest()
 
 
 @lru_cache

@@ -64,7 +64,6 @@ class ElsewhereGame(LifeGame):
     scored_by: ClassVar[tuple[str, ...]] = (
         "tools.elsewhere.questions", "tools.elsewhere.summary",
     )  # fmt: skip
-    was_called: ClassVar[Mapping[str, str]] = {"tools.elsewhere": "nep.bench.elsewhere"}
 
     def tell(self) -> dict[str, Any]:
         """Return title, unit, and kind of the home."""
