@@ -15,9 +15,9 @@ from sgm.evidence.columns import (
     QUESTION_SLICES,
 )
 from sgm.evidence.expected_places import Expected
-from sgm.evidence.place_features import PLACE_GROUPS
+from sgm.evidence.place_features import fill_place_features
 from sgm.evidence.question import Question
-from sgm.evidence.question_features import QUESTION_GROUPS
+from sgm.evidence.question_features import fill_question_features
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
@@ -95,8 +95,6 @@ def compute_features(
     question = Question.gather(memory, queries, asks_moved)
     place = np.zeros((*question.is_place.shape, len(PLACE_COLUMNS)), dtype=np.float32)
     about = np.empty((len(place), len(QUESTION_COLUMNS)), dtype=np.float32)
-    for name, fill_place in PLACE_GROUPS.items():
-        fill_place(place[..., PLACE_SLICES[name]], question)
-    for name, fill in QUESTION_GROUPS.items():
-        fill(about[:, QUESTION_SLICES[name]], question)
+    fill_place_features({name: place[..., own] for name, own in PLACE_SLICES.items()}, question)
+    fill_question_features({name: about[:, own] for name, own in QUESTION_SLICES.items()}, question)
     return Features(place, about, question)

@@ -38,7 +38,7 @@ FILTERS = {
     "left": FilterSettings(counts_left=True),
     "left_asked": FilterSettings(counts_left=True, asks_moved=TASKS_ASK_MOVED),
 }
-
+ASKED = list(FILTERS).index("asked")
 _WIDTH = 0.1  # of cosines by which the names of two things are alike
 
 

@@ -13,9 +13,9 @@ from sgm.evidence.columns import (
     QUESTION_GROUP_COLUMNS,
 )
 from sgm.evidence.evidence_features import compute_features
-from sgm.evidence.place_features import PLACE_GROUPS
+from sgm.evidence.place_features import fill_place_features
 from sgm.evidence.question import Question
-from sgm.evidence.question_features import QUESTION_GROUPS
+from sgm.evidence.question_features import fill_question_features
 from sgm.policies.adaptive import Adaptive
 from sgm.text.similar_words import Alike
 from simulator.tasks.rollout import Rollout
@@ -233,23 +233,25 @@ def rollout(make_tiny_homes):
 def test_columns_are_named_and_filled(rollout):
     """Every group fills its own columns, all of them, at every place."""
     question = Question.gather(rollout.memory, ask(rollout.memory))
-    for groups, names, shape in (
-        (PLACE_GROUPS, PLACE_GROUP_COLUMNS, (1, 6)),
-        (QUESTION_GROUPS, QUESTION_GROUP_COLUMNS, (1,)),
+    for fill, names, shape in (
+        (fill_place_features, PLACE_GROUP_COLUMNS, (1, 6)),
+        (fill_question_features, QUESTION_GROUP_COLUMNS, (1,)),
     ):
-        assert list(groups) == list(names)
-        for name, fill in groups.items():
+        found = []
+        for before in (0, -7):
+            out = {
+                name: np.full((*shape, len(own) + 1), before, dtype=np.float32)
+                for name, own in names.items()
+            }
+            fill({name: columns[..., :-1] for name, columns in out.items()}, question)
+            assert all((columns[..., -1] == before).all() for columns in out.values())
+            found.append({name: columns[..., :-1] for name, columns in out.items()})
+        for name in names:
             if name in ("hours", "hour"):  # nobody knows what time it is
                 continue
-            found = []
-            for before in (0, -7):
-                out = np.full((*shape, len(names[name]) + 1), before, dtype=np.float32)
-                fill(out[..., :-1], question)
-                assert (out[..., -1] == before).all()
-                found.append(out[..., :-1])
-            is_filled = (found[0] == found[1]) | (found[1] == -7)
-            assert is_filled.all(), name
-            assert (found[1] != -7).any(axis=tuple(range(len(shape)))).all(), name
+            empty, full = (one[name] for one in found)
+            assert ((empty == full) | (full == -7)).all(), name
+            assert (full != -7).any(axis=tuple(range(len(shape)))).all(), name
     assert len(set(PLACE_COLUMNS)) == len(PLACE_COLUMNS)
 
 
