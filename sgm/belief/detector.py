@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sgm.belief.corrections import CORRECTIONS
-from sgm.belief.look_likelihood_kernel import weigh_looks
 from sgm.checks import is_number
+from sgm.kernel import kernel
 from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
@@ -141,7 +142,7 @@ class Detector:
                 looks.sought_ago, looks.is_remembered)]  # fmt: skip
         negative, sought, sought_ago, is_remembered = rows
         steps_ago = looks.steps_ago.reshape(*negative.shape, -1)
-        earlier, own = weigh_looks(
+        earlier, own = _weigh_looks(
             negative, steps_ago, sought, sought_ago, is_remembered, float(self.miss_rate),
             float(self.leave_rate), float(self.repeated_share), float(looks_counted),
         )  # fmt: skip
@@ -174,3 +175,54 @@ def compute_miss(
     )
     missed: np.ndarray = here + (num_looks - whole) * (next_one - here)
     return missed
+
+
+@kernel
+def _weigh_looks(
+    negative: np.ndarray,
+    steps_ago: np.ndarray,
+    sought: np.ndarray,
+    sought_ago: np.ndarray,
+    is_remembered: np.ndarray,
+    miss_rate: float,
+    leave_rate: float,
+    repeated_share: float,
+    looks_counted: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return log likelihood of earlier looks, and of the others, (V, F) each.
+
+    See `Detector.compute_log_likelihood`: `negative` counts looks of this step, `sought` earlier
+    ones for the object alone, `sought_ago` steps ago, (V, F) each; other earlier looks were
+    `steps_ago`, infinite for none, (V, F, n). `is_remembered` says where the memory counts earlier
+    looks, bool (V, F).
+    """
+    earlier, own = np.zeros(negative.shape), np.zeros(negative.shape)
+    for row in range(negative.shape[0]):
+        for place in range(negative.shape[1]):
+            weight = 1 - looks_counted * is_remembered[row, place]
+            for look in range(steps_ago.shape[2]):
+                steps = steps_ago[row, place, look]
+                if weight > 0 and math.isfinite(steps):
+                    stay = (1 - leave_rate) ** steps
+                    earlier[row, place] += math.log(1 - (1 - miss_rate) * stay)
+            if weight > 0:
+                earlier[row, place] *= weight
+            if negative[row, place] > 0:
+                missed = _compute_miss_of(negative[row, place], miss_rate, repeated_share)
+                own[row, place] = math.log(missed)
+            if weight > 0 and math.isfinite(sought_ago[row, place]):
+                missed = _compute_miss_of(sought[row, place], miss_rate, repeated_share)
+                stay = (1 - leave_rate) ** sought_ago[row, place]
+                own[row, place] += weight * math.log(1 - (1 - missed) * stay)
+    return earlier, own
+
+
+@kernel
+def _compute_miss_of(num_looks: float, miss_rate: float, repeated_share: float) -> float:
+    """Return how likely looks of one step all miss what is there; see `compute_miss`."""
+    hidden = repeated_share * miss_rate
+    anew = (miss_rate - hidden) / (1 - hidden)
+    whole = math.floor(num_looks)
+    here = hidden + (1 - hidden) * anew**whole if whole > 0 else 1.0
+    further = hidden + (1 - hidden) * anew ** (whole + 1)
+    return here + (num_looks - whole) * (further - here)

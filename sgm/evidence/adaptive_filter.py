@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,11 +12,7 @@ from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter_kernel import follow_looks
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
-from sgm.evidence.object_counts import (
-    ObjectCounts,
-    compute_hour,
-    compute_hours_per_step,
-)
+from sgm.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
 from sgm.memory.asking import compute_relation_shares
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch
@@ -47,12 +43,6 @@ class FilterSettings:
     counts_left: bool = False
 
 
-# The filter of `follow_prior`: an object is soon elsewhere in its room.
-_FOLLOWS_PRIOR = FilterSettings(rate=CORRECTIONS.prior_rate, crossing=0.0)
-# That of `trust_prior`: it leaves as often as it was found gone.
-_TRUSTS_PRIOR = FilterSettings(crossing=1.0, counts_left=True)
-
-
 @dataclass(frozen=True, slots=True)
 class Rates:
     """What the counts say about how objects move, per hour.
@@ -79,12 +69,9 @@ class Rates:
     def estimate(cls, memory: MemoryBatch, queries: Queries, counts: ObjectCounts) -> Rates:
         """Estimate the rates; each is the mean of a posterior that starts with a weak prior.
 
-        Args:
-            memory: the memory.
-            queries: the objects.
-            counts: `ObjectCounts.gather` of the same.
+        The counts are `ObjectCounts.gather` of the same memory and objects.
         """
-        hours, home, own = compute_own_rates(memory, queries)
+        hours, home, own = compute_own_rates(memory, queries.home, queries.object)
         sums = HomeSums.of(memory)
         num_seen = sums.num_seen[queries.home]
         home_left, left = _compute_left_rates(sums, queries, counts, hours)
@@ -109,35 +96,23 @@ def compute_destinations(
     """Return where each object goes when it moves, (Q, F + 1), the last column elsewhere.
 
     In proportion to how often it was seen at a place, plus what is expected as one more sighting,
-    plus a little everywhere: more where nothing is expected.
-
-    Args:
-        memory: the memory.
-        queries: the objects.
-        counts: `ObjectCounts.gather` of the same.
-        expected: of the same.
-        hours: how much sightings at other hours of the day are discounted, 0 to 1.
+    plus a little everywhere: more where nothing is expected. `hours` says how much sightings at
+    other hours of the day are discounted, 0 to 1.
     """
     trust = expected.trust[:, None]
     seen = counts.num_true.astype(float)
     if hours > 0 and counts.hours is not None:
-        seen = seen * (1 - hours) + hours * weigh_hours(memory, queries, counts.hours[0])
+        near = np.einsum("qfh,qh->qf", counts.hours[0], weigh_hour(memory, queries.home))
+        seen = seen * (1 - hours) + hours * near
     return _spread(memory, queries, seen + trust * expected.share, 0.3 + (1 - trust))
 
 
 def _spread(
     memory: MemoryBatch, queries: Queries, weight: np.ndarray, anywhere: np.ndarray
 ) -> np.ndarray:
-    """Spread a weight over all places, beside their own, and scale the sum to one.
+    """Spread `anywhere`, (Q, 1), over all places beside their own weights, (Q, F).
 
-    Args:
-        memory: the memory.
-        queries: the objects.
-        weight: of each place, (Q, F).
-        anywhere: what is spread, (Q, 1); elsewhere gets as much as one place.
-
-    Returns:
-        Shares of the places, and last of elsewhere, (Q, F + 1).
+    Elsewhere, the last column, gets as much as one place; rows sum to one, (Q, F + 1).
     """
     is_place = memory.is_furniture[queries.home]
     num_places = is_place.sum(axis=1)
@@ -147,27 +122,14 @@ def _spread(
     return np.append(weight, anywhere, axis=1) / total
 
 
-def weigh_hours(
-    memory: MemoryBatch, queries: Queries, hours: np.ndarray, width: float = _HOUR_WIDTH
-) -> np.ndarray:
-    """Return sightings weighted by how near their hour is, (..., Q, F, NUM_HOURS) -> (..., Q, F).
-
-    A sighting at the present hour counts as one, whatever the width; in a home without a clock
-    none counts.
-    """
-    return np.einsum("...qfh,qh->...qf", hours, weigh_hour(memory, queries.home, width))
-
-
 def weigh_hour(memory: MemoryBatch, home: np.ndarray, width: float = _HOUR_WIDTH) -> np.ndarray:
-    """Return how near each bin of the day is to the present hour in homes, (n, NUM_HOURS)."""
+    """Return how near each bin of the day is to the present hour in homes, (n, NUM_HOURS).
+
+    1 at the present hour, whatever the width; 0 in a home without a clock.
+    """
     middle = (np.arange(NUM_HOURS) + 0.5) * (24 / NUM_HOURS)
-    return np.nan_to_num(compare_hours(middle - compute_hour(memory, home)[:, None], width))
-
-
-def compare_hours(apart: np.ndarray, width: float = _HOUR_WIDTH) -> np.ndarray:
-    """Return how alike hours of day are, 1 for the same, by how many hours they are apart."""
-    alike: np.ndarray = np.exp(width * (np.cos(apart * (2 * np.pi / 24)) - 1))
-    return alike
+    apart = middle - compute_hour(memory, home)[:, None]
+    return np.nan_to_num(np.exp(width * (np.cos(apart * (2 * np.pi / 24)) - 1)))
 
 
 def compute_beliefs(
@@ -188,17 +150,11 @@ def compute_beliefs(
 
     with M_r the probability of the room, P_r that of its destinations and q_f the share of the
     place in these. A look that does not find the object multiplies the place by the miss rate.
-    Only the latest `NUM_LOOKS_KEPT` looks at each furniture node are known.
-
-    Args:
-        memory: the memory.
-        queries: the objects.
-        rates: `Rates.estimate` of the same.
-        destinations: from `compute_destinations`, (Q, F + 1).
-        filters: K settings.
+    Only the latest `NUM_LOOKS_KEPT` looks at each furniture node are known. Rates and destinations,
+    (Q, F + 1), are those of the same memory and objects.
 
     Returns:
-        Probability of each place and of elsewhere, (Q, K, F + 1).
+        Probability of each place and of elsewhere by each of K filters, (Q, K, F + 1).
     """
     num_queries, home = len(queries.home), queries.home
     num_rooms = memory.room_label.shape[1] + 1
@@ -245,7 +201,8 @@ def follow_prior(
     """
     anywhere = 1 + CORRECTIONS.prior_anywhere - prior.trust
     goes = _spread(memory, queries, prior.share, anywhere[:, None])
-    follows = replace(_FOLLOWS_PRIOR, asks_moved=asks_moved)
+    # An object is soon elsewhere in its room.
+    follows = FilterSettings(CORRECTIONS.prior_rate, crossing=0.0, asks_moved=asks_moved)
     return compute_beliefs(memory, queries, rates, goes, [follows])[:, 0, :-1]
 
 
@@ -268,7 +225,8 @@ def trust_prior(
     weight = counts.num_true + CORRECTIONS.prior_sightings * prior.share
     anywhere = 1 + CORRECTIONS.other_sightings - prior.trust
     goes = _spread(memory, queries, weight, anywhere[:, None])
-    trusts = replace(_TRUSTS_PRIOR, asks_moved=asks_moved)
+    # It leaves as often as it was found gone.
+    trusts = FilterSettings(crossing=1.0, asks_moved=asks_moved, counts_left=True)
     return compute_beliefs(memory, queries, rates, goes, [trusts])[:, 0, :-1]
 
 
@@ -283,19 +241,19 @@ def _compute_left_rates(
 
 
 def compute_own_rates(
-    memory: MemoryBatch, queries: Queries
+    memory: MemoryBatch, home: np.ndarray, row: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return hours per step, and moves per hour of the home's average object and of the own, (Q,).
+    """Return hours per step, and moves per hour of the home's average object and of the own, (n,).
 
     The own rate is the mean of a posterior that starts with the home's.
     """
-    objects, row = memory.objects, queries.object
+    objects = memory.objects
     of_homes = compute_hours_per_step(memory, np.arange(memory.num_homes))
-    hours = of_homes[queries.home]
-    home = memory.history.compute_move_rate(of_homes)[queries.home]
+    hours = of_homes[home]
+    average = memory.history.compute_move_rate(of_homes)[home]
     known = objects["last_observed"][row] - objects["first_observed"][row]
-    own = (objects["num_moved"][row] + 1.5) / (known * hours + 1.5 / home)
-    return hours, home, np.clip(own, 1e-4, 2.0)
+    own = (objects["num_moved"][row] + 1.5) / (known * hours + 1.5 / average)
+    return hours, average, np.clip(own, 1e-4, 2.0)
 
 
 def compute_crossing(memory: MemoryBatch) -> np.ndarray:

@@ -31,21 +31,11 @@ def gather_others(
 ) -> tuple[np.ndarray, ...]:
     """Gather, for Q questions, where things of the same name and companions were seen.
 
-    Args:
-        query_home: (Q,).
-        query_object: (Q,).
-        seen: sightings of the object asked for by place, float64 (Q, F).
-        age_rate: at which a sighting of a companion loses its weight, per step, (Q,).
-        now: the present time step.
-        object_label: column of objects, (O,).
-        object_last_place: likewise.
-        object_last_time: likewise.
-        edge_order: rows of edges, home by home, (E,).
-        edge_start: first entry of each home in `edge_order`, and the end, (H + 1,).
-        edge_object: column of edges, (E,).
-        edge_place: likewise.
-        edge_num_true: likewise.
-        likeness: how much each label is like that of the object asked for, 0 to 1, (Q, L).
+    What begins with `object` are columns of objects, (O,), with `edge` those of edges, (E,).
+    `edge_order` has the rows of edges home by home, (E,), and `edge_start` the first entry of each
+    home there, and the end, (H + 1,). `seen` are sightings of the object asked for by place,
+    float64 (Q, F); `age_rate` says at which rate a sighting of a companion loses its weight, per
+    step, (Q,), and `likeness` how much each label is like that of the object, 0 to 1, (Q, L).
 
     Returns:
         Sightings of objects of the same name, (Q, F); companions that were seen last at a place,

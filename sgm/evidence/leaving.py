@@ -11,9 +11,8 @@ from sgm.evidence.adaptive_filter import (
     compute_own_rates,
     list_look_times,
 )
-from sgm.evidence.leaving_kernel import follow_left
-from sgm.evidence.object_counts import compute_hours_per_step
-from sgm.evidence.object_counts_kernel import count_sightings
+from sgm.evidence.adaptive_filter_kernel import follow_left
+from sgm.evidence.object_counts import compute_hours_per_step, count_sightings
 from sgm.memory.home_history import NUM_LOOKS_KEPT
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -108,7 +107,7 @@ def _follow(memory: MemoryBatch, things: Queries) -> tuple[np.ndarray, np.ndarra
         row.astype(np.int64), len(objects), memory.num_furniture,
         edges["object"], edges["furniture"], edges["num_true"],
     )  # fmt: skip
-    hours, _, own = compute_own_rates(memory, things)
+    hours, _, own = compute_own_rates(memory, home, row)
     leaving = own[:, None] * _SHARES
     left = follow_left(
         seen, sum_relations(things.prior), memory.furniture_room[home],

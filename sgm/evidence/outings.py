@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group, join_groups
+from sgm.evidence.adaptive_filter import compute_own_rates
 from sgm.evidence.object_counts import compute_hours_per_step
 from sgm.evidence.outings_kernel import follow_outings
 from sgm.memory.memory_batch import MemoryBatch
@@ -132,7 +133,7 @@ class Outings:
             _compute_share(counted, of_home), counted.usual, history.look_times[home],
             objects["last_furniture"][rows].astype(np.int64),
             objects["last_observed"][rows].astype(np.int64),
-            memory.time, memory.clock[home], _compute_rate(memory, home, rows),
+            memory.time, memory.clock[home], compute_own_rates(memory, home, rows)[2],
             history.compute_miss_rate()[home], _MIXING,
         )  # fmt: skip
         goes_out = self._compute_goes_out(memory, rows, counted, of_home)
@@ -254,15 +255,6 @@ def _compare(counted: _Counted, of_home: np.ndarray) -> np.ndarray:
     """
     share = _expect_share(counted, of_home)
     return (counted.seen * np.log(share) + counted.expected * (1 - share)).sum(axis=1)
-
-
-def _compute_rate(memory: MemoryBatch, home: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return how often things move per hour, (n,)."""
-    objects = memory.objects
-    of_homes = compute_hours_per_step(memory, np.arange(memory.num_homes))
-    of_home = memory.history.compute_move_rate(of_homes)[home]
-    known = (objects["last_observed"][rows] - objects["first_observed"][rows]) * of_homes[home]
-    return np.clip((objects["num_moved"][rows] + 1.5) / (known + 1.5 / of_home), 1e-4, 2.0)
 
 
 def join_left(left: np.ndarray, out: np.ndarray, gain: np.ndarray) -> np.ndarray:

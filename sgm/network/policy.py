@@ -11,7 +11,7 @@ import numpy as np
 from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.evidence_features import compute_features
-from sgm.evidence.object_counts_kernel import choose_edges
+from sgm.evidence.object_counts import choose_edges
 from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
