@@ -117,17 +117,14 @@ class Belief:
             changed[:, :-1] += loss[:, None]
         return Belief(changed)
 
-    def join(
-        self, seen: np.ndarray | None = None, carried: np.ndarray | None = None
-    ) -> tuple[np.ndarray, float]:
+    def join(self, seen: np.ndarray, carried: np.ndarray) -> tuple[np.ndarray, float]:
         """Return where any of the K things is.
 
         Args:
             seen: confidence with which each was seen at each place in this step, 0 where it was
                 not, (K, F): it is there with that, at most `CORRECTIONS.seen_now`; the rest keeps
-                its proportions. None for nothing.
+                its proportions.
             carried: probability that the robot has each in its hand, (K,): then it is nowhere else.
-                None for none.
 
         Returns:
             Probability that at least one of them is at each place, (F,), and that none is at any.
@@ -135,7 +132,7 @@ class Belief:
             at once.
         """
         places, elsewhere = self.places, self.elsewhere
-        if seen is not None and seen.any():
+        if seen.any():
             seen = np.minimum(seen, CORRECTIONS.seen_now)
             missing = np.prod(1 - seen, axis=1)  # no sighting was right
             rest = np.where(seen > 0, 0.0, places)
@@ -145,7 +142,7 @@ class Belief:
             own = np.where(seen > 0, seen, rest * share[:, None])
             places = np.where(is_seen[:, None], own, places)
             elsewhere = np.where(is_seen, elsewhere * share, elsewhere)
-        if carried is not None and carried.any():
+        if carried.any():
             places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
         if len(places) == 1:
             return places[0], float(elsewhere[0])

@@ -194,13 +194,8 @@ def _move_once(
 ) -> None:
     """Let the object move to another place with a probability, in place.
 
-    Args:
-        density: (P,).
-        goes: destinations, (P,).
-        room: (P,).
-        total: of the destinations in each room.
-        cross: share of the moves that lead anywhere.
-        probability: that it moves.
+    Density, destinations and room are of the places, (P,), `total` is of the destinations in each
+    room, and `cross` the share of the moves that lead anywhere.
     """
     if probability <= 0:
         return

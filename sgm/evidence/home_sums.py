@@ -71,7 +71,7 @@ class HomeSums:
             edges["prior"], edges["num_true"], edges["num_changed"], edges["is_true"],
             edges["time_true"],
         )  # fmt: skip
-        return cls(*of_objects, *of_edges, history.moves.sum(axis=1), num_crossing)
+        return cls(*(*of_objects, *of_edges, history.moves.sum(axis=1), num_crossing))
 
 
 @kernel

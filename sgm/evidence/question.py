@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -15,7 +14,6 @@ from sgm.evidence.adaptive_filter import (
     Rates,
     compute_beliefs,
     compute_destinations,
-    weigh_hour,
 )
 from sgm.evidence.companions_kernel import gather_others
 from sgm.evidence.expected_places import Expected
@@ -57,19 +55,14 @@ class Question:
         goes: where it goes when it moves, (Q, F).
         belief: of each of `FILTERS`, float64 (Q, K, F + 1), the last place is elsewhere.
         hours: length of a time step, (Q, 1).
-        looks: at each furniture node, (Q, F).
-        last_look: when, -1 for never, (Q, F).
         expected: where it is expected before it is seen.
         last: where it was last seen, -1 for never, (Q,).
         num_seen: its sightings, (Q, 1).
         room: of each furniture node, -1 beyond, (Q, F).
-        popularity: how many objects were last seen at each place, (Q, F).
         num_known: how many objects were ever seen, (Q, 1).
         sums: over all objects and edges.
         same, fresh, often, similar, strays: from `gather_others`, (Q, F).
         most_similar: likewise, (Q,).
-        strays_at_hour: sightings of things at other places than the one where each was seen the
-            most often, at about this hour of day, (Q, F).
     """
 
     memory: MemoryBatch
@@ -82,13 +75,10 @@ class Question:
     goes: np.ndarray
     belief: np.ndarray
     hours: np.ndarray
-    looks: np.ndarray
-    last_look: np.ndarray
     expected: Expected
     last: np.ndarray
     num_seen: np.ndarray
     room: np.ndarray
-    popularity: np.ndarray
     num_known: np.ndarray
     sums: HomeSums
     same: np.ndarray
@@ -97,7 +87,6 @@ class Question:
     similar: np.ndarray
     most_similar: np.ndarray
     strays: np.ndarray
-    strays_at_hour: np.ndarray
 
     @classmethod
     def gather(
@@ -121,11 +110,14 @@ class Question:
         sums = HomeSums.of(memory)
         asked = [memory.labels[label] for label in objects["label"][queries.object]]
         cosine = compare(asked, memory.labels)
+        edge_order = np.arange(len(edges))
+        if memory.num_homes > 1:
+            edge_order = np.argsort(edges["home"], kind="stable")
         same, fresh, often, similar, most_similar, strays = gather_others(
             home.astype(np.int64), queries.object.astype(np.int64), counts.num_true.astype(float),
             rates.home * hours, memory.time,
             objects["label"], objects["last_furniture"], objects["last_observed"],
-            _order_edges(memory), compute_starts(sums.num_edges),
+            edge_order, compute_starts(sums.num_edges),
             edges["object"], edges["furniture"], edges["num_true"], np.exp((cosine - 1) / _WIDTH),
         )  # fmt: skip
         return cls(
@@ -139,13 +131,10 @@ class Question:
             goes=destinations[:, :-1],
             belief=compute_beliefs(memory, queries, rates, destinations, _list_filters(asks_moved)),
             hours=hours[:, None],
-            looks=memory.furniture_num_observed[home],
-            last_look=memory.furniture_last_observed[home],
             expected=expected,
             last=objects["last_furniture"][queries.object],
             num_seen=num_seen,
             room=memory.furniture_room[home],
-            popularity=sums.popularity[home],
             num_known=sums.num_known[home][:, None],
             sums=sums,
             same=same,
@@ -154,7 +143,6 @@ class Question:
             similar=similar,
             most_similar=most_similar,
             strays=strays,
-            strays_at_hour=_count_strays(memory)[home],
         )
 
     def get_belief(self, name: str) -> np.ndarray:
@@ -169,33 +157,3 @@ def _list_filters(asks_moved: float) -> tuple[FilterSettings, ...]:
         replace(own, asks_moved=asks_moved) if own.asks_moved == TASKS_ASK_MOVED else own
         for own in FILTERS.values()
     )
-
-
-def _order_edges(memory: MemoryBatch) -> np.ndarray:
-    """Return the rows of edges home by home, (E,)."""
-    home = memory.edges["home"]
-    return np.argsort(home, kind="stable") if memory.num_homes > 1 else np.arange(len(home))
-
-
-def _count_strays(memory: MemoryBatch) -> np.ndarray:
-    """Count the sightings of things out of their usual places at about this hour of day, (H, F)."""
-    if memory.clock is None:
-        return np.zeros((memory.num_homes, memory.num_furniture))
-    edges = memory.edges
-    most = np.zeros(len(memory.objects), dtype=np.int32)
-    np.maximum.at(most, edges["object"], edges["num_true"])
-    rows = np.flatnonzero((edges["num_true"] > 0) & (edges["num_true"] < most[edges["object"]]))
-    home = edges["home"][rows]
-    weight = weigh_hour(memory, np.arange(memory.num_homes))[home]
-    seen = (memory.history.get_edge_hours(rows)[0] * weight).sum(axis=1)
-    return _count_places(memory, home, edges["furniture"][rows], seen)
-
-
-def _count_places(
-    memory: MemoryBatch, home: np.ndarray, place: np.ndarray, weights: np.ndarray | None = None
-) -> np.ndarray:
-    """Count what is at each place of each home, (n,) each -> float64 (H, F)."""
-    shape = (memory.num_homes, memory.num_furniture)
-    number = home * shape[1] + place
-    counts = np.bincount(number, weights, minlength=math.prod(shape))
-    return counts.reshape(shape).astype(float)

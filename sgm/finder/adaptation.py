@@ -223,7 +223,6 @@ def compute_accuracy(questions: Questions) -> float:
 
 
 def _fit(questions: Questions) -> Adaptation:
-
     num_places = len(questions.furniture)
     is_place = np.isfinite(questions.scores)
     scores = np.where(is_place, questions.scores, 0)
@@ -268,10 +267,8 @@ def _differentiate(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return slope (2 + F,) and curvature (2 + F, 2 + F) of the negative log likelihood.
 
-    Args:
-        share: probability of each place, (Q, F).
-        values: what sharpness and weight multiply, (2, Q, F).
-        questions: the questions.
+    Shares are probabilities of the places, (Q, F), values what sharpness and weight multiply,
+    (2, Q, F).
     """
     weighted = questions.weights[:, None] * share  # (Q, F)
     error = weighted.copy()

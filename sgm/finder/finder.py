@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from sgm.belief import CORRECTIONS, Belief, Detector
-from sgm.checks import check_elsewhere_share, check_shares
+from sgm.checks import check_elsewhere_share, check_kind, check_shares
 from sgm.evidence.doubted import doubt_sightings
 from sgm.evidence.leaving import Leaving
 from sgm.evidence.outings import Outings, join_left
@@ -31,6 +31,7 @@ from sgm.policies.policy import Policy
 from sgm.policies.probabilities import compute_probabilities
 
 _USUAL_DETECTOR = Detector()
+_DETECTOR_HINT = "Give for example Detector(miss_rate=0.1)."
 
 
 class Finder:
@@ -76,9 +77,9 @@ class Finder:
         """
         check_elsewhere_share(elsewhere_share)
         check_shares(asks_moved=asks_moved)
-        _check_type("policy", policy, Policy, "Bayesian()")
+        check_kind("policy", policy, Policy, "Give for example Bayesian().")
         if detector is not None:
-            _check_type("detector", detector, Detector, "Detector(miss_rate=0.1)")
+            check_kind("detector", detector, Detector, _DETECTOR_HINT)
         self._detector = detector
         self.elsewhere_share = elsewhere_share
         self._asks_moved = asks_moved
@@ -96,7 +97,7 @@ class Finder:
 
     @detector.setter
     def detector(self, detector: Detector) -> None:
-        _check_type("detector", detector, Detector, "Detector(miss_rate=0.1)")
+        check_kind("detector", detector, Detector, _DETECTOR_HINT)
         with self._lock:
             self._detector = detector
             self._leaving = self._outings = None  # learnt with the former miss rate
@@ -108,7 +109,7 @@ class Finder:
             TypeError: if the memory is none.
             ValueError: if the description is no name (`read_words`).
         """
-        _check_type("memory", memory, SceneGraphMemory, "SceneGraphMemory()")
+        check_kind("memory", memory, SceneGraphMemory, "Give for example SceneGraphMemory().")
         return memory.resolve(description, self._get_similarity())
 
     def resolve_among(
@@ -451,10 +452,3 @@ def check_distance(distance: Distance | None) -> Distance | None:
             f"{shorten(distance)}. Leave it out where all furniture has a position."
         )
     return distance
-
-
-def _check_type(name: str, value: object, kind: type, example: str) -> None:
-    if not isinstance(value, kind):
-        raise TypeError(
-            f"{name} must be a {kind.__name__}, got {shorten(value)}. Give for example {example}."
-        )

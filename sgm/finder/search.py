@@ -115,6 +115,7 @@ class ObjectSearch:
         cost: of these looks together, in the unit of the distances; without distances, their
             number.
         is_found: whether it was found.
+        going: the look that `next` gave, as long as nothing was said of it; else None.
     """
 
     def __init__(
@@ -139,7 +140,7 @@ class ObjectSearch:
         self._missed: dict[int, tuple[float, int]] = {}  # looks, and when the last one was
         self._in_a_row = 0  # looks at the place where it is now
         self._opened: int | None = None  # what was opened at the place where it is now
-        self._going: Look | None = None
+        self.going: Look | None = None
         self._reason = ""
         self._found_at = ""
         self._plan(self._split(self.ranking)[0])  # bad arguments are reported now
@@ -165,7 +166,7 @@ class ObjectSearch:
         the budget allows no further look, or only looks that find it with less than
         1 - `give_up_at` together.
         """
-        self._going = None
+        self.going = None
         if self.is_found:
             return None
         ranking = self._finder.rank(self.memory, self.description)
@@ -191,8 +192,8 @@ class ObjectSearch:
                 ended = f"budget of {self._rules.budget:g} {how}"
             self._reason = _tell_why_given_up(ranking.elsewhere, cut_off, ended)
             return None
-        self._going, self._reason = looks[0], ""
-        return self._going
+        self.going, self._reason = looks[0], ""
+        return self.going
 
     def found(self) -> None:
         """Say that it was found at the place that `next` gave; nothing is said of other things."""
@@ -328,14 +329,10 @@ class ObjectSearch:
             to = place.furniture
             way = compute_way(self._distance, self._at, to)
             is_cut_off = to in self._rules.exclude or math.isinf(way)
-            detection = min(place.detection, self._compute_detection(to))
-            parts[is_cut_off].append(replace(place, detection=detection))
+            num_looks = np.array(self._count_missed(to))
+            shown = float(self._finder.detector.compute_detection(num_looks))
+            parts[is_cut_off].append(replace(place, detection=min(place.detection, shown)))
         return parts
-
-    def _compute_detection(self, furniture: int) -> float:
-        """Return how likely a look shows what is there, after the looks of this search."""
-        num_looks = self._count_missed(furniture)
-        return float(self._finder.detector.compute_detection(np.array(num_looks)))
 
     def _count_missed(self, furniture: int) -> float:
         """Return how many looks of this search missed it, each by how likely nothing changed."""
@@ -344,12 +341,12 @@ class ObjectSearch:
         return num_looks * stay ** (self.memory.time - time)
 
     def _get_going(self) -> Look:
-        if self._going is None:
+        if self.going is None:
             raise RuntimeError(
                 "a look must follow next(), got one before it, or after the search was over. "
                 "Call next() and go there first."
             )
-        return self._going
+        return self.going
 
     def _note(self, look: Look, coverage: float, is_found: bool) -> None:
         furniture = look.place.furniture
@@ -358,7 +355,7 @@ class ObjectSearch:
         self.is_found = is_found
         self._missed[furniture] = self._count_missed(furniture) + coverage, self.memory.time
         self._found_at = look.place.name if is_found else ""
-        self._going = None
+        self.going = None
         if look.place.open_cost is not None:
             self._opened = furniture
         elif self._opened != furniture:

@@ -27,7 +27,7 @@ from sgm.finder.finder import Finder
 from sgm.finder.listings import list_changes, list_history, list_places, list_things
 from sgm.finder.meanings import Unclear, ask_room, doubt, find_place, find_rooms, find_thing
 from sgm.finder.search import ObjectSearch
-from sgm.finder.search_plan import Look, find_distance
+from sgm.finder.search_plan import find_distance
 from sgm.finder.where import tell_name, tell_where
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -63,14 +63,6 @@ class Happened:
     said: str
     at: Moment
     changes: tuple[ChangeRow, ...]
-
-
-@dataclass(slots=True)
-class _Open:
-    """A search, and the look that was answered last."""
-
-    search: ObjectSearch
-    look: Look | None
 
 
 def _write(method: _Method) -> _Method:
@@ -132,7 +124,7 @@ class MemoryService:
         self.finder = finder
         self._now = now
         self._writing = RLock()
-        self._searches: OrderedDict[str, _Open] = OrderedDict()
+        self._searches: OrderedDict[str, ObjectSearch] = OrderedDict()
         self._listeners: list[Callable[[Happened], None]] = []
         self._num_happened = 0
         self._found: tuple[int, frozenset[ChangeRow]] = (-1, frozenset())  # changes of a time step
@@ -234,13 +226,13 @@ class MemoryService:
                 "all places positions, or leave it out."
             )
         search = self.finder.search(self.memory, thing, start, budget=budget)
-        own = _Open(search, search.next())
+        search.next()
         search_id = secrets.token_hex(4)
         with self._writing:
-            self._searches[search_id] = own
+            self._searches[search_id] = search
             while len(self._searches) > MOST_SEARCHES:
                 self._searches.popitem(last=False)
-        return _tell_search(search_id, own, unclear)
+        return _tell_search(search_id, search, unclear)
 
     def search_next(
         self,
@@ -266,17 +258,17 @@ class MemoryService:
                 "the look."
             )
         with self._writing:
-            own = self._searches.get(search_id)
-            if own is None:
+            search = self._searches.get(search_id)
+            if search is None:
                 return Searching(
                     "unknown", search_id, "", None, False, 0,
                     "there is no such search, or no longer. Call search_start again: it goes on "
                     "with what was seen.",
                 )  # fmt: skip
             self._searches.move_to_end(search_id)
-            search, look = own.search, own.look
+            look = search.going
             if look is None:  # it is over
-                return _tell_search(search_id, own)
+                return _tell_search(search_id, search)
             self.let_time_pass()
             if result == "found":
                 search.found()
@@ -284,11 +276,11 @@ class MemoryService:
                 search.not_found(coverage)
             else:
                 search.seen(seen, coverage)
-            own.look = search.next()
+            search.next()
             how = "found" if search.is_found else "not found"
             said = f"{search.description}: {how} at {look.place.name}"
             self._note("search_next", search.description, look.place.furniture, said)
-            return _tell_search(search_id, own)
+            return _tell_search(search_id, search)
 
     @_write
     def observe(self, place: int | str, seen: Sequence[Sighting], coverage: float = 1.0) -> Noted:
@@ -616,8 +608,8 @@ def _check_rows(k: int | None) -> None:
         )
 
 
-def _tell_search(search_id: str, own: _Open, near: Unclear | None = None) -> Searching:
-    look, search = own.look, own.search
+def _tell_search(search_id: str, search: ObjectSearch, near: Unclear | None = None) -> Searching:
+    look = search.going
     return Searching(
         status="ok",
         search_id=search_id,

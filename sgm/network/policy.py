@@ -48,13 +48,13 @@ class NetworkPolicy(Policy):
         self._answers: StepAnswers | None = None
 
     @classmethod
-    def load(cls, source: str | Path, threads: int = 1) -> NetworkPolicy:
+    def load(cls, source: str | Path) -> NetworkPolicy:
         """Load an exported folder; see `Network.load`.
 
         Raises:
             ValueError: as `Network.load` does.
         """
-        return cls(Network.load(Path(source), threads))
+        return cls(Network.load(Path(source)))
 
     @classmethod
     def identify(cls, source: str | Path) -> str:

@@ -1,9 +1,12 @@
-"""What every text encoder gives: vectors of one width and one scale."""
+"""What every text encoder gives: vectors of one width and one scale.
+
+An encoder has a `name`, language, name and version, such as "en_household-1.0.0", and `encode`,
+which gives the vector of each of some texts in lower case.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,19 +15,6 @@ FloatArray = NDArray[np.float32]
 
 WIDTH = 96
 RMS = 0.5  # root mean square of the entries of a vector
-
-
-class TextEncoder(Protocol):
-    """Turns texts in lower case into vectors."""
-
-    @property
-    def name(self) -> str:
-        """Language, name and version, such as "en_household-1.0.0"."""
-        ...
-
-    def encode(self, texts: Sequence[str]) -> Iterator[FloatArray]:
-        """Give the vector of each text, float32 (96,), of root mean square `RMS`."""
-        ...
 
 
 def scale_mean(tokens: NDArray[Any]) -> FloatArray:

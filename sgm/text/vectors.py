@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from sgm.messages import shorten
-from sgm.text.encoder import RMS, WIDTH, FloatArray, TextEncoder
-from sgm.text.spacy_encoder import PAPER_PIPELINE, load_spacy
-from sgm.text.tok2vec import ENCODER_FILE, load_tok2vec
+from sgm.text.encoder import RMS, WIDTH, FloatArray
+from sgm.text.spacy_encoder import PAPER_PIPELINE, SpacyEncoder, load_spacy
+from sgm.text.tok2vec import ENCODER_FILE, Tok2Vec, load_tok2vec
 
 SHIPPED_PIPELINE = Path(__file__).parent / "pipeline"
 
@@ -107,7 +107,7 @@ def is_text_known(pipeline: object) -> bool:
     return pipeline in (None, PAPER_PIPELINE) or (isinstance(pipeline, str) and pipeline in _LOADED)
 
 
-def _load_encoder(pipeline: str | Path) -> TextEncoder:
+def _load_encoder(pipeline: str | Path) -> SpacyEncoder | Tok2Vec:
     """Load an encoder: by numpy where a folder has the file for it, else by spaCy."""
     file = Path(pipeline) / ENCODER_FILE
     if pipeline != PAPER_PIPELINE and file.is_file():

@@ -34,7 +34,7 @@ def update(places, elsewhere, looks, detector, looks_counted=0.0, elsewhere_coun
     belief = Belief.of(np.atleast_2d(places), elsewhere)
     earlier, since = detector.compute_log_likelihood(looks, looks_counted)
     belief = belief.look(earlier, np.array([elsewhere_counts])).look(since)
-    return belief.join(looks.seen)
+    return belief.join(looks.seen, np.zeros(len(looks.seen)))
 
 
 def test_a_negative_look_by_hand():
@@ -214,7 +214,7 @@ def test_seen_now_is_known_now():
 def test_any_of_two_by_hand():
     # At least one of two at the first place: 1 - .5 x .8; none anywhere: .1 x .2.
     belief = Belief.of(np.array([[0.5, 0.4], [0.2, 0.6]]), np.array([0.1, 0.2]))
-    places, elsewhere = belief.join()
+    places, elsewhere = belief.join(np.zeros(belief.places.shape), np.zeros(len(belief.places)))
     assert places == pytest.approx([0.6, 1 - 0.6 * 0.4])
     assert elsewhere == pytest.approx(0.02)
 
