@@ -41,11 +41,7 @@ def read_all(name: str, values: Any, kind: type[Kind], hint: str, where: str = "
 
 
 def check_at_least(least: int, **values: float | None) -> None:
-    """Check lower bounds.
-
-    Args:
-        least: the bound.
-        values: numbers by the name of their setting; None for one that was left out.
+    """Check lower bounds of numbers by the name of their setting; None for one that was left out.
 
     Raises:
         ValueError: if one is below the bound; names it.
@@ -56,11 +52,7 @@ def check_at_least(least: int, **values: float | None) -> None:
 
 
 def check_at_most(most: int, **values: float) -> None:
-    """Check upper bounds.
-
-    Args:
-        most: the bound.
-        values: numbers by the name of their setting.
+    """Check upper bounds of numbers by the name of their setting.
 
     Raises:
         ValueError: if one is above the bound; names it.
@@ -71,10 +63,7 @@ def check_at_most(most: int, **values: float) -> None:
 
 
 def check_shares(**values: object) -> None:
-    """Check shares and probabilities.
-
-    Args:
-        values: by the name of their setting.
+    """Check shares and probabilities by the name of their setting.
 
     Raises:
         ValueError: if one is no number in [0, 1]; names it.

@@ -67,12 +67,8 @@ def open_file(path: str | Path) -> BinaryIO:
 def read_file(path: str | Path, most: int = MOST_BYTES) -> bytes:
     """Read a file at once.
 
-    Args:
-        path: the file.
-        most: bytes that it may have.
-
     Raises:
-        OSError: if it cannot be read, is no regular file, or has more bytes.
+        OSError: if it cannot be read, is no regular file, or has more than `most` bytes.
     """
     with open_file(path) as file:
         size = os.fstat(file.fileno()).st_size
@@ -130,12 +126,9 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
     Nothing of the lock is left afterwards; what a killed process leaves locks no other out.
 
-    Args:
-        folder: which exists.
-
     Raises:
         ValueError: if another process has it.
-        OSError: if it cannot be written to.
+        OSError: if it cannot be written to, or does not exist.
     """
     from filelock import FileLock, Timeout  # here, as only a command that writes needs it
 
@@ -156,11 +149,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 def read_json(path: str | Path, *, allow_nan: bool = False) -> Any:
-    """Read a JSON file.
-
-    Args:
-        path: the file.
-        allow_nan: whether NaN and infinities, which are no JSON, may stand in it.
+    """Read a JSON file; `allow_nan` as in `parse_json`.
 
     Raises:
         OSError: if it cannot be read, or is no regular file.
@@ -172,9 +161,7 @@ def read_json(path: str | Path, *, allow_nan: bool = False) -> Any:
 def parse_json(content: str | bytes, *, allow_nan: bool = False) -> Any:
     """Parse JSON, in UTF-8 with or without a byte order mark.
 
-    Args:
-        content: of a file.
-        allow_nan: whether NaN and infinities may stand in it.
+    NaN and infinities, which are no JSON, may stand in it if `allow_nan`.
 
     Raises:
         ValueError: if it is no JSON or no UTF-8 (the place is named), is nested too deeply, has a

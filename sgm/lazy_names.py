@@ -13,9 +13,7 @@ from sgm.messages import shorten
 def load_lazily(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
     """Make the `__getattr__` of a package: `import sgm` loads no more than is asked for.
 
-    Args:
-        package: its name.
-        modules: where each public name is.
+    `modules` says where each public name is.
     """
 
     def load(name: str) -> Any:

@@ -11,12 +11,7 @@ _LISTS = (list, tuple, dict, set, frozenset)
 
 
 def shorten(value: Any, length: int = MAX_LENGTH) -> str:
-    """Write a value as Python would, cut to a length; never fails.
-
-    Args:
-        value: anything that was read from a file or given by a caller.
-        length: characters, at most.
-    """
+    """Write any value as Python would, cut to a length; never fails."""
     if isinstance(value, (str, bytes)):
         value = value[: length + 1]
     elif isinstance(value, int) and value.bit_length() > 3 * length:

@@ -31,11 +31,7 @@ def concatenate_ranges(starts: np.ndarray, counts: np.ndarray) -> np.ndarray:
 
 
 def number_keys(size: int, *keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Number the keys that occur, in ascending order.
-
-    Args:
-        size: keys lie in 0..size-1.
-        keys: arrays of keys, with repetitions.
+    """Number the keys that occur, in ascending order; keys lie in 0..size-1, with repetitions.
 
     Returns:
         The keys that occur, ascending, (n,), and the number of every key, int32 (size,).
@@ -59,10 +55,8 @@ def mark_rows(rows: np.ndarray, num_rows: int) -> np.ndarray:
 def join_groups(asked: np.ndarray, group: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
     """Find the members of groups.
 
-    Args:
-        asked: groups, in any order and more than once, (Q,).
-        group: that each member belongs to, in 0..size-1, (n,).
-        size: number of groups.
+    Groups are asked for in any order and more than once, (Q,); `group` is that to which each
+    member belongs, in 0..size-1, (n,).
 
     Returns:
         (k,) positions in `asked` and (k,) members; members ascending.

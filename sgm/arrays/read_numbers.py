@@ -12,13 +12,8 @@ from sgm.messages import shorten
 def read_numbers(name: str, values: Any, *shapes: tuple[int, ...]) -> np.ndarray:
     """Return finite numbers of one of some shapes, as an array of their own.
 
-    Args:
-        name: what they are, for the message.
-        values: anything.
-        shapes: those that are allowed.
-
     Raises:
-        ValueError: if they are something else.
+        ValueError: if they are something else; named as `name`.
     """
     try:
         read = np.array(values, dtype=float)

@@ -15,15 +15,10 @@ def write_sparse(counts: np.ndarray) -> list[list[int]]:
 
 
 def read_sparse(name: str, values: Any, limits: tuple[int, int, int]) -> np.ndarray:
-    """Read what `write_sparse` returned, int64 (3, n).
-
-    Args:
-        name: of the counts, for the message.
-        values: JSON values.
-        limits: that rows, columns and counts must be below.
+    """Read what `write_sparse` returned, int64 (3, n); rows, columns and counts are below `limits`.
 
     Raises:
-        ValueError: if they are none, or out of range.
+        ValueError: if they are none, or out of range; named as `name`.
     """
     array = np.array(values)
     if array.size == 0:

@@ -29,13 +29,10 @@ class Table:
         shape: tuple[int, ...] = (),
         num_rows: int = 0,
     ) -> None:
-        """Make a table.
+        """Make a table of columns, types by name, with `num_rows` rows, all as by default.
 
-        Args:
-            columns: types by name.
-            defaults: what is not given of new rows, by name; 0 where it is left out.
-            shape: before the axis of the rows.
-            num_rows: to begin with, all as by default.
+        `defaults` has what is not given of new rows, by name, 0 where it is left out; `shape` is
+        that before the axis of the rows.
         """
         names: dict[np.dtype, list[str]] = {}
         for name, dtype in columns.items():

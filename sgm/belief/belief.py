@@ -23,12 +23,7 @@ class Belief:
 
     @classmethod
     def of(cls, places: np.ndarray, elsewhere: np.ndarray | float = 0.0) -> Belief:
-        """Make a belief of weights.
-
-        Args:
-            places: of the places, 0 or more, (K, F).
-            elsewhere: of elsewhere, (K,) or one for all.
-        """
+        """Make a belief of weights, 0 or more, of places, (K, F), and of elsewhere, (K,) or one."""
         weights = np.empty((len(places), places.shape[1] + 1))
         weights[:, :-1], weights[:, -1] = places, elsewhere
         return cls(_log(weights))

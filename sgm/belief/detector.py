@@ -92,10 +92,8 @@ class Detector:
 
             detection(n) = 1 - miss(n + 1) / miss(n)
 
-        It falls with n, since a thing that was missed often is more likely to be hidden.
-
-        Args:
-            num_looks: n, looks at the place in this time step that missed it, any shape.
+        with n looks at the place in this time step that missed it, an array of any shape. It falls
+        with n, since a thing that was missed often is more likely to be hidden.
         """
         num_looks = np.asarray(num_looks, dtype=float)
         if num_looks.size > 1 and not num_looks.any():  # mostly: one number for all
@@ -109,9 +107,6 @@ class Detector:
 
         The confidence of the sighting, at most `CORRECTIONS.seen_now`, and Bayes' rule for looks
         since that did not show it.
-
-        Args:
-            looks: at every place.
         """
         if not looks.seen.any():
             return np.zeros(looks.seen.shape)

@@ -29,14 +29,8 @@ def doubt_sightings(
 
         P = c P(policy) + (1 - c) P(without it)
 
-    Where the last sighting is sure, the belief stays as it is, to the bit.
-
-    Args:
-        belief: of a policy, about things of Q queries.
-        memory: that it was asked of.
-        queries: the things.
-        is_looked: whether the last sighting of each was a look, which is weighed here, bool (Q,).
-        elsewhere: probability of elsewhere of things that were never seen.
+    Where the last sighting is sure, or was no look (`is_looked`, bool (Q,)), the belief stays as it
+    is, to the bit. Things that were never seen are `elsewhere` with that probability.
     """
     confidence = compute_confidence(memory, queries)
     doubted = np.flatnonzero((confidence < 1) & is_looked)

@@ -86,11 +86,8 @@ def compute_features(
 ) -> Features:
     """Compute the features of questions to memories, a home by itself or many at once.
 
-    Args:
-        memory: what was seen.
-        queries: what is asked.
-        asks_moved: share of the questions that are about what has just moved: the filters that
-            reckon with it, and `movement.any_moved`, say which kind of question it is.
+    `asks_moved` is the share of the questions that are about what has just moved: the filters that
+    reckon with it, and `movement.any_moved`, say which kind of question it is.
     """
     question = Question.gather(memory, queries, asks_moved)
     place = np.zeros((*question.is_place.shape, len(PLACE_COLUMNS)), dtype=np.float32)

@@ -43,10 +43,8 @@ class Leaving:
     def __init__(self, memory: MemoryBatch, asked: Queries | None = None) -> None:
         """Learn from what was seen so far; the memory must count its history.
 
-        Args:
-            memory: what was seen.
-            asked: things that `compute` will be asked for first: they are followed in one call with
-                those that are learnt from.
+        The things that `compute` will be `asked` for first are followed in one call with those that
+        are learnt from.
         """
         things = _choose_things(memory)
         followed = things if asked is None else things.join(asked)
@@ -66,10 +64,8 @@ class Leaving:
     def compute(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return how likely things that were seen have left for good, (Q,); 0 for the others.
 
-        Args:
-            memory: that of which this was made, or, for other things than those that it was made
-                for, a later state of it.
-            queries: the things.
+        The memory is that of which this was made, or, for other things than those that it was made
+        for, a later state of it.
         """
         left = self._asked_left if queries is self._asked else _follow(memory, queries)[0]
         was_seen = memory.objects["num_observed"][queries.object] > 0

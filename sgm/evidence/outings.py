@@ -110,9 +110,8 @@ class Outings:
     def compute(self, memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
         """Return how likely things are out, and how much likelier that makes what was seen, (Q,).
 
-        Args:
-            memory: that of which this was made, or a later state of it.
-            queries: the things. Of those never seen, and without a clock, nothing is said: 0 and 1.
+        Of things never seen, and without a clock, nothing is said: 0 and 1. The memory is that of
+        which this was made, or a later state of it.
 
         Returns:
             Probabilities that things which have not left for good are out; and the likelihood of
@@ -261,13 +260,8 @@ def join_left(left: np.ndarray, out: np.ndarray, gain: np.ndarray) -> np.ndarray
     """Return how likely things are out of the home, for good or for a while, (Q,).
 
     By Bayes' rule over three cases: it has left for good, it is out, it is in. The probability of
-    the first was computed as if nothing ever came back; what was seen is likelier by the gain if
-    it does.
-
-    Args:
-        left: probability that each has left for good, as `Leaving` says, (Q,).
-        out: probability that it is out, of `Outings.compute`, (Q,).
-        gain: likewise, (Q,).
+    the first, as `Leaving` says, was computed as if nothing ever came back; what was seen is
+    likelier by the gain if it does. That and the second are of `Outings.compute`, (Q,) each.
     """
     stays = (1 - left) * gain
     return (left + stays * out) / (left + stays)

@@ -94,10 +94,7 @@ class Question:
     ) -> Question:
         """Gather what the memory holds about the objects asked for.
 
-        Args:
-            memory: what was seen.
-            queries: what is asked.
-            asks_moved: share of the questions that are about what has just moved.
+        `asks_moved` is the share of the questions that are about what has just moved.
         """
         home, objects, edges = queries.home, memory.objects, memory.edges
         counts = ObjectCounts.gather(memory, queries)

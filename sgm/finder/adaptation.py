@@ -174,11 +174,9 @@ class Adaptation:
 def fit_adaptation(questions: Questions) -> Adaptation:
     """Fit an adaptation by maximum a posteriori, and keep it if it makes held-out looks likelier.
 
-    The latest 30 % of the questions decide whether it is kept: if these are likelier with it, by
-    more than the standard error of the mean difference. Then it is fitted to all of them.
-
-    Args:
-        questions: in the order of time.
+    The latest 30 % of the questions, which are in the order of time, decide whether it is kept: if
+    these are likelier with it, by more than the standard error of the mean difference. Then it is
+    fitted to all of them.
 
     Raises:
         ValueError: if there are fewer than `MIN_QUESTIONS`.

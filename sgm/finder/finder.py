@@ -388,9 +388,7 @@ def _doubt(belief: Belief, asked: Asked) -> Belief:
 def _list_variants(asked: Asked, in_hand: np.ndarray) -> tuple[list[int], list[bool]]:
     """List what may be meant: each thing, and as many of its like as were seen at once.
 
-    Args:
-        asked: of K things.
-        in_hand: probability that the robot carries each, (K,).
+    `in_hand` is the probability that the robot carries each of the K things, (K,).
 
     Returns:
         Which of the K things each is, or is like, V of them; and whether it is another one.
@@ -414,9 +412,7 @@ def _odds(share: float) -> float:
 def _join_detection(places: np.ndarray, detection: np.ndarray) -> np.ndarray:
     """Return how likely a look shows one of several things, if any of them is there, (F,).
 
-    Args:
-        places: probability of each thing at each place, (K, F).
-        detection: how likely a look shows it there, (K, F).
+    Of the probability of each thing at each place, and how likely a look shows it there, (K, F).
     """
     if len(places) == 1:
         return detection[0]

@@ -97,11 +97,7 @@ def find_thing(
 ) -> str:
     """Return the description or id of the one thing that is meant.
 
-    Args:
-        memory: what was seen.
-        finder: says what names mean.
-        thing: in words.
-        is_known: whether it must be there; else a new name is one of its own.
+    Where it need not be known (`is_known`), a new name is one of its own.
 
     Raises:
         Unclear: if there are several, or none where one must be.

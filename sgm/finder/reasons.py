@@ -200,10 +200,8 @@ def _get_date(clock: Clock | None, time: int) -> datetime | None:
 def _find_end(asked: Asked, edges: np.ndarray, seen: SeenAt) -> tuple[Statement | None, int, bool]:
     """Return by what a thing that was seen at a place is not there any more.
 
-    Args:
-        asked: the question.
-        edges: rows of the edges of what is asked for at that place, (n,).
-        seen: the last sighting there, which something has ended.
+    `edges` are rows of those of what is asked for at that place, (n,), and `seen` is the last
+    sighting there, which something has ended.
 
     Returns:
         The last statement that ended it; None without one. The time step of the last look here

@@ -55,13 +55,8 @@ def compute_tour_costs(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the cost of each leg of a tour, and the probability that it has to be gone, (k,) each.
 
-    Their product summed up is the expected cost.
-
-    Args:
-        prob: probability that the object is at each place, (K,).
-        first_leg: cost of going to each place from here and looking, (K,).
-        legs: cost of going from place to place and looking, (K, K).
-        order: places in the order of the tour, (k,).
+    Their product summed up is the expected cost. `order` has the places of the tour, (k,); the rest
+    is as in `plan_tour`, for one tour.
     """
     cost = np.append(first_leg[order[:1]], legs[order[:-1], order[1:]])
     found = np.cumsum(prob[order])

@@ -105,11 +105,8 @@ class Network:
     ) -> np.ndarray:
         """Answer questions: float64 (Q, F); what stands where there is no place means nothing.
 
-        Args:
-            place: evidence of each place, float32 (Q, F, D).
-            question: evidence of each question, float32 (Q, C).
-            edge: `EDGE_COLUMNS` of each place, float32 (Q, F, 2).
-            is_place: bool (Q, F).
+        Evidence of each place is float32 (Q, F, D), of each question (Q, C), `edge` has
+        `EDGE_COLUMNS` of each place, (Q, F, 2), and `is_place` is bool (Q, F).
         """
         inputs = {
             "place": place,

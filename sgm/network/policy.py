@@ -37,11 +37,9 @@ class NetworkPolicy(Policy):
     text_pipeline = None
 
     def __init__(self, network: Network, asks_moved: float = TASKS_ASK_MOVED) -> None:
-        """Ask a network; `load` reads one from disk.
+        """Ask a network, which reads evidence alone; `load` reads one from disk.
 
-        Args:
-            network: which reads evidence alone.
-            asks_moved: share of the questions that are about what has just moved.
+        `asks_moved` is the share of the questions that are about what has just moved.
         """
         self.network = network
         self._asks_moved = asks_moved

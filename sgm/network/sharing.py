@@ -43,11 +43,8 @@ def share_answers(
 ) -> np.ndarray:
     """Mix the probabilities of the places with a belief; relations of a place keep their odds.
 
-    Args:
-        scores: logits of places and relations, (Q, F, R).
-        belief: of each place, (Q, F); it need not sum to one.
-        share: of the belief, (Q,).
-        is_place: which columns are furniture of the home, bool (Q, F).
+    Scores are logits of places and relations, (Q, F, R), the belief need not sum to one, (Q, F),
+    its share is (Q,), and `is_place` says which columns are furniture, bool (Q, F).
     """
     own = compute_probabilities(scores.max(axis=2), "logits", is_place)
     other, share = compute_probabilities(belief, "weights", is_place), share[:, None]

@@ -27,11 +27,7 @@ class StepAnswers:
     """
 
     def __init__(self, memory: MemoryBatch) -> None:
-        """Start without answers.
-
-        Args:
-            memory: whose looks are noted; it counts `history`.
-        """
+        """Start without answers; the looks at the memory, which counts `history`, are noted."""
         self.memory = memory
         self._clear()
 

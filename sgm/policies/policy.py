@@ -121,11 +121,8 @@ def spread_over_furniture(
 ) -> np.ndarray:
     """Take per-edge values of the query objects to places, (Q, F, 2).
 
-    Args:
-        memory: the memories.
-        queries: the queries.
-        compute_values: gets rows of `memory.edges` (n,) and returns their values, (n,).
-        default: values of places without a remembered edge, (Q, F, 2).
+    `compute_values` gets rows of `memory.edges`, (n,), and returns their values, (n,); places
+    without a remembered edge have those of `default`, (Q, F, 2).
     """
     values = default.copy()
     query, edge = memory.edges_of(queries)

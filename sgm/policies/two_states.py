@@ -10,13 +10,10 @@ import numpy as np
 def compute_presence(
     presence: np.ndarray, leave: np.ndarray, come: np.ndarray, steps: np.ndarray
 ) -> np.ndarray:
-    """Return the probability that it is there some time later; all arrays broadcast.
+    """Return the probability that it is there after some steps without looks; all arrays broadcast.
 
-    Args:
-        presence: probability that it is there now.
-        leave: rate of leaving while it is there, per step, positive.
-        come: rate of coming while it is not there, per step.
-        steps: how long there are no looks.
+    `presence` is that of now; the rates of leaving while it is there, positive, and of coming while
+    it is not, are per step.
     """
     in_the_long_run = come / (leave + come)
     return in_the_long_run + (presence - in_the_long_run) * np.exp(-(leave + come) * steps)

@@ -106,11 +106,7 @@ class PlacePrior:
     def find_by_words(
         self, home: np.ndarray, labels: Sequence[str]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return where things are kept that are called like an object, itself left out.
-
-        Args:
-            home: (n,).
-            labels: what each object is called, (n,).
+        """Return where things are kept that are called like each of n objects, itself left out.
 
         Returns:
             A share of each place, (n, F), zeros where nothing is known, and the cosine to the

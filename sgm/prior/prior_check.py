@@ -62,30 +62,17 @@ WEIGHT_OR_NONE: Rule = (lambda value: value is None or _is_weight(value), "be nu
 
 FIELDS: dict[str, dict[str, Rule]] = {
     "furniture": {
-        "label": NAME,
-        "room": NAME,
-        "prob": WEIGHT,
-        "max_count": COUNT,
-        "adjectives": ADJECTIVES,
+        "label": NAME, "room": NAME, "prob": WEIGHT, "max_count": COUNT, "adjectives": ADJECTIVES,
     },
     "objects": {
-        "label": NAME,
-        "sample_prob": PROBABILITY,
-        "max_count": COUNT,
-        "move_freq": PROBABILITY,
-        "add_remove_prob": PROBABILITY,
-        "adjectives": ADJECTIVES,
+        "label": NAME, "sample_prob": PROBABILITY, "max_count": COUNT, "move_freq": PROBABILITY,
+        "add_remove_prob": PROBABILITY, "adjectives": ADJECTIVES,
     },
     "placements": {
-        "room": NAME_OR_NONE,
-        "furniture": NAME,
-        "object": NAME,
-        "relation": RELATION,
-        "prob": WEIGHT,
-        "count": WEIGHT_OR_NONE,
-        "source": NAME_OR_NONE,
+        "room": NAME_OR_NONE, "furniture": NAME, "object": NAME, "relation": RELATION,
+        "prob": WEIGHT, "count": WEIGHT_OR_NONE, "source": NAME_OR_NONE,
     },
-}
+}  # fmt: skip
 OPTIONAL = {"placements": frozenset({"count", "source"})}
 PARTS = frozenset({"version", "metadata", "rooms", *FIELDS})
 
@@ -132,14 +119,10 @@ def find_problems(data: Any) -> Iterator[str]:
 
 
 def check_prior(data: Any, *, where: str = "") -> None:
-    """Raise if a prior breaks a rule.
-
-    Args:
-        data: the parsed JSON of a prior file.
-        where: the file, for the message.
+    """Raise if a prior, the parsed JSON of a file, breaks a rule.
 
     Raises:
-        ValueError: names the first bad row and says how many more there are.
+        ValueError: names the first bad row, the file `where`, and how many more there are.
     """
     problems = list(find_problems(data))
     if problems:

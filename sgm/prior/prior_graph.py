@@ -118,14 +118,19 @@ class PriorGraph:
         return cls.from_dict(parse_prior(read_file(path), where=str(path)), where=str(path))
 
     @classmethod
+    @lru_cache(maxsize=1)
     def default(cls) -> PriorGraph:
         """The paper's prior, of which homes are sampled (docs/priors.md says whence it comes)."""
-        return _load_default()
+        text = resources.files("sgm.prior").joinpath("default.json").read_text(encoding="utf-8")
+        return cls.from_dict(parse_prior(text, where="default.json"), where="default.json")
 
     @classmethod
+    @lru_cache(maxsize=1)
     def household(cls) -> PriorGraph:
         """The prior for homes that people live in: some 800 things, and where they keep them."""
-        return _load_household()
+        prior = cls.from_dict(build_household(), where="household.csv")
+        prior.metadata["checksum"] = prior.checksum
+        return prior
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], *, where: str = "") -> PriorGraph:
@@ -242,19 +247,6 @@ def parse_prior(content: str | bytes, *, where: str) -> Any:
         raise ValueError(
             f"prior must be JSON in UTF-8, got {error} in {where}. Rebuild or mend the file."
         ) from None
-
-
-@lru_cache(maxsize=1)
-def _load_default() -> PriorGraph:
-    text = resources.files("sgm.prior").joinpath("default.json").read_text(encoding="utf-8")
-    return PriorGraph.from_dict(parse_prior(text, where="default.json"), where="default.json")
-
-
-@lru_cache(maxsize=1)
-def _load_household() -> PriorGraph:
-    prior = PriorGraph.from_dict(build_household(), where="household.csv")
-    prior.metadata["checksum"] = prior.checksum
-    return prior
 
 
 def _to_row(row: FurnitureType | ObjectType | Placement) -> dict[str, Any]:

@@ -33,12 +33,8 @@ def hash_rows(
 ) -> NDArray[np.intp]:
     """Choose four rows of each hash table for each id, (T, A) -> (T, A, 4).
 
-    MurmurHash3_x64_128 of the eight bytes of an id, as thinc's `HashEmbed` computes it.
-
-    Args:
-        ids: hashes of T tokens' A attributes, (T, A).
-        seeds: of the tables, (A,).
-        num_rows: of the tables, (A,).
+    MurmurHash3_x64_128 of the eight bytes of an id, as thinc's `HashEmbed` computes it: of T
+    tokens' A attributes, with seeds and numbers of rows of the tables, (A,).
 
     Source: A. Appleby, MurmurHash3; J. Svenstrup et al., "Hash embeddings", 2017.
     """

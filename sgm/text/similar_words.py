@@ -16,11 +16,7 @@ WIDTH = 0.05
 
 
 class Alike:
-    """Cosines between any words and a list of known ones.
-
-    Args:
-        known: the words that are known, (K,).
-    """
+    """Cosines between any words and a list of known ones, (K,)."""
 
     def __init__(self, known: Sequence[str]) -> None:
         self._known = list(known)
