@@ -42,12 +42,8 @@ class Frequentist(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return true / total observations of each edge, (Q, F)."""
         true, observed = memory.edges["num_true"], memory.edges["num_observed"]
-
-        def compute_ratio(rows: np.ndarray) -> np.ndarray:
-            return true[rows] / observed[rows]
-
         none = np.zeros(queries.prior.shape)
-        ratio = spread_over_furniture(memory, queries, compute_ratio, none)
+        ratio = spread_over_furniture(memory, queries, lambda row: true[row] / observed[row], none)
         return mask_furniture(memory, queries, max_relations(ratio))
 
 
