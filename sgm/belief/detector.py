@@ -40,14 +40,11 @@ class Detector:
     def estimate(cls, memory: SceneGraphMemory, usual: Detector | None = None) -> Detector:
         """Return the miss rate of a memory's own count, joined with the usual one.
 
-        Counted are looks that missed what later looks found at the same place. The usual rate
-        counts as a thousand such looks, since the count takes no notice of what was missed and then
-        moved. The leave rate stays as it is: how often things are found moved does not say how
-        often something comes to a place, and answers got worse with it in all homes tried.
-
-        Args:
-            memory: what was seen so far.
-            usual: rates before anything was counted; None for the defaults.
+        Counted are looks that missed what later looks found at the same place. The usual rate,
+        before anything was counted (None for the default), counts as a thousand such looks, since
+        the count takes no notice of what was missed and then moved. The leave rate stays as it is:
+        how often things are found moved does not say how often something comes to a place, and
+        answers got worse with it in all homes tried.
         """
         usual = usual or cls()
         counted = {name: float(column[0]) for name, column in memory.batch.history.counters.items()}
@@ -155,12 +152,8 @@ def compute_miss(
         miss(n) = h + (1 - h) i^n,  where miss(1) = miss_rate
 
     A look at a part of a place counts as that part of a look: miss(n) is linear between whole n,
-    so that one look with coverage c has 1 - c (1 - miss_rate).
-
-    Args:
-        num_looks: n, looks at a place weighed by their coverage, any shape.
-        miss_rate: of one look, of that shape or one number.
-        repeated_share: share of the misses that every further look repeats.
+    so that one look with coverage c has 1 - c (1 - miss_rate). Numbers of looks have any shape, and
+    the miss rate of one look has that shape, too, or is one number.
     """
     hidden = repeated_share * miss_rate
     anew = (miss_rate - hidden) / (1 - hidden)

@@ -182,11 +182,8 @@ def plan_search(
 def find_distance(memory: SceneGraphMemory, start: Any) -> Distance | None:
     """Return the straight line in metres, if the start and all furniture have positions.
 
-    There is no way to what has no position: furniture that was added later without one.
-
-    Args:
-        memory: with the positions of its furniture.
-        start: (x, y) in metres, or a furniture id; None for no start.
+    The start is (x, y) in metres, or a furniture id; None for no start. There is no way to what has
+    no position: furniture that was added later without one.
 
     Raises:
         ValueError: if the start is neither, beside positions of all furniture.

@@ -16,10 +16,8 @@ RETIRED = frozenset({"filter_share", "hours_share"})
 def drop_retired(settings: Mapping[str, Any], where: str | Path, but: str = "") -> dict[str, Any]:
     """Return settings of a network without those that are ignored; warn of what they were.
 
-    Args:
-        settings: of a config, checkpoint or exported folder.
-        where: the file, for the message.
-        but: what else there is to know of them.
+    They are those of a config, checkpoint or exported folder `where`; the warning says, too, what
+    else there is to know of them (`but`).
     """
     found = {name: settings[name] for name in sorted(RETIRED) if settings.get(name)}
     if found:

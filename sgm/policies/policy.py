@@ -47,10 +47,7 @@ class Policy(ABC):
 
     @classmethod
     def load(cls, source: str) -> Policy:
-        """Load a policy that was made before, such as a trained network.
-
-        Args:
-            source: where it lies.
+        """Load a policy that was made before, such as a trained network, from where it lies.
 
         Raises:
             ValueError: if there is none, or policies of this class are not loaded.
@@ -80,12 +77,9 @@ class Policy(ABC):
     def for_questions(self, asks_moved: float) -> Policy:
         """Return the policy for questions of another kind than those of the tasks.
 
-        Where something that is asked for has often just moved, as in half of the questions of the
-        tasks (docs/design.md, ruling 9), the last sighting says less. Most policies do not reckon
-        with that and answer all alike.
-
-        Args:
-            asks_moved: share of the questions that are about what has just moved.
+        Where a share of what is asked for has just moved (`asks_moved`), half of the questions in
+        the tasks (docs/design.md, ruling 9), the last sighting says less. Most policies do not
+        reckon with that and answer all alike.
         """
         return self
 

@@ -13,7 +13,7 @@ def compute_probabilities(
 ) -> np.ndarray:
     """Turn scores into probabilities of the places, (Q, F), each row summing to one.
 
-    The one place that says what the scores of a policy mean as probabilities:
+    The one place that says what the scores of a policy (`Policy.score_kind`) mean as probabilities:
 
     - "weights" (heuristics, filters, oracles): in proportion to the scores, negative ones and
       -inf as 0;
@@ -21,12 +21,8 @@ def compute_probabilities(
       edges alike, which multiplies every edge's odds by the same factor; the softmax divides it
       out again.
 
-    A row without any mass is spread evenly over all furniture, as its choice is.
-
-    Args:
-        scores: (Q, F).
-        kind: `Policy.score_kind`.
-        is_furniture: which columns are furniture of the home asked, bool (Q, F); None for all.
+    A row without any mass is spread evenly over all furniture, as its choice is: the columns where
+    `is_furniture`, bool (Q, F), says so, all of them if it is None.
     """
     if kind == "logits":
         best = scores.max(axis=1, keepdims=True)

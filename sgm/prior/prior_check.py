@@ -78,11 +78,7 @@ PARTS = frozenset({"version", "metadata", "rooms", *FIELDS})
 
 
 def find_problems(data: Any) -> Iterator[str]:
-    """Yield every broken rule of a prior, as a sentence that names the row.
-
-    Args:
-        data: the parsed JSON of a prior file (DESIGN.md, "Prior file").
-    """
+    """Yield every broken rule of a prior, the parsed JSON of a file, as a sentence with its row."""
     if not isinstance(data, Mapping):
         yield f"prior must be a JSON object, got {type(data).__name__}. Start from a built file"
         return

@@ -203,11 +203,10 @@ PRIOR_HELP = "default or household, which ship, or a prior file; default if left
 
 
 def load_prior(source: str | None) -> PriorGraph:
-    """Load a prior that ships with the package, or a file.
+    """Load a prior that ships with the package, by its name in `SHIPPED`, or a file, by its path.
 
-    Args:
-        source: a name of `SHIPPED`, None for the default, or the path of a file. A file of one's
-            own that is called like a shipped prior is reached as "./household".
+    None is the default. A file of one's own that is called like a shipped prior is reached as
+    "./household".
 
     Raises:
         ValueError: if the file cannot be read or is malformed.

@@ -19,9 +19,6 @@ _UNUSED = ["tagger", "morphologizer", "parser", "senter", "ner", "attribute_rule
 class SpacyEncoder:
     """Tokenizer and tok2vec of a pipeline, nothing else of it.
 
-    Args:
-        nlp: the pipeline.
-
     Raises:
         ValueError: if it has no tok2vec component of width 96.
     """
