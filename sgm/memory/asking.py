@@ -47,12 +47,9 @@ class Looks:
     is_remembered: np.ndarray
 
     def take(self, rows: Sequence[int], is_another: Sequence[bool]) -> Looks:
-        """Return those about some of the objects, of one perhaps several times.
+        """Return those about some of the objects, of one perhaps several times, (n,).
 
-        Args:
-            rows: of the objects, (n,).
-            is_another: whether each is another object of that description: its like was seen, not
-                it, (n,).
+        Where one `is_another` of that description, its like was seen, not it.
         """
         looks = Looks(*(getattr(self, name)[rows] for name in Looks.__slots__))
         if any(is_another):

@@ -16,12 +16,9 @@ def propose_places(
     for an object, every furniture node (as "onTop"), so that no query is without candidates.
 
     Args:
-        prior_rows: prior weight per place, (..., F, 2).
+        prior_rows: prior weight per place, (..., F, 2); so is what is returned, bool.
         threshold: non-negative; 0 keeps everything the prior deems possible.
         is_furniture: which columns are furniture of the home asked, bool (..., F); None for all.
-
-    Returns:
-        bool (..., F, 2).
 
     Source: paper section 4.2, f_h; docs/design.md, ruling 12.
     """

@@ -129,14 +129,9 @@ def check_jump(num_steps: int, now: int, clock: Clock) -> None:
 def count_steps(time: datetime | int, now: int, clock: Clock | None, name: str = "time") -> int:
     """Return how many steps it is until a time: to the last step that has begun by then.
 
-    Args:
-        time: a date and time by the clock, or a time step.
-        now: the present step.
-        clock: of the home; None if it has none.
-        name: of the argument, for the message.
-
     Raises:
-        ValueError: if it is something else, has passed, is too far ahead, or there is no clock.
+        ValueError: if it is no time step and no date and time by the clock, has passed, is too far
+            ahead, or there is no clock.
     """
     if isinstance(time, datetime):
         if clock is None:

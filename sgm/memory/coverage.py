@@ -14,15 +14,9 @@ Coverage: TypeAlias = float | tuple[float, float]
 
 
 def read_coverage(coverage: Any, place: str) -> Coverage:
-    """Return which share of a furniture node was in view.
+    """Return which share of a furniture node was in view, of a number or of numbers by relation.
 
-    Args:
-        coverage: a number of any kind; or numbers by relation, 0 for one that was not in view, as
-            for one that is left out.
-        place: where, for the message.
-
-    Raises:
-        ValueError: if it is no share above 0, or a relation unknown.
+    A relation that is left out was not in view. What is no share above 0 raises ValueError.
     """
     if not isinstance(coverage, Mapping):
         return read_share("coverage", coverage, place)

@@ -31,10 +31,7 @@ class SaveLock:
         """Have a file while it is saved, alone in this process, too; yields what keeps it.
 
         A process that writes a file locks the new one before it has its name, so that threads
-        that save to one path wait for each other.
-
-        Raises:
-            ValueError: if another process has it.
+        that save to one path wait for each other. Of another process, it raises ValueError.
         """
         key = os.path.realpath(path)
         with _OPENING:

@@ -119,12 +119,7 @@ class ThingRows:
         return self._rows.get(id) if id else self._rows_as_written.get(description)
 
     def add(self, description: str, id: str = "") -> int:
-        """Return the row of a thing, adding it if it is new.
-
-        Args:
-            description: by whose words it is known, where it has no id.
-            id: by which it is known; empty without one.
-        """
+        """Return the row of a thing by its id or, without one, its name, adding it if it is new."""
         name = read_name(description)
         row = self._rows.setdefault(id or name, len(self))
         if row == len(self):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
+from sgm.checks import is_number
 from sgm.files import parse_json
 from sgm.memory.clock import MAX_TIME
 from sgm.memory.sighting import MOST_NUMBERS, SPELLINGS, Sighting, read_relation
@@ -146,8 +147,7 @@ def _is_whole(value: Any) -> bool:
 
 def _is_number(value: Any) -> bool:
     """Tell whether it is a finite number of which there is a float."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return is_number and abs(value) <= sys.float_info.max
+    return is_number(value) and abs(value) <= sys.float_info.max
 
 
 _STEP = {"type": "integer", "minimum": 0, "maximum": MAX_TIME}
