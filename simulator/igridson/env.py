@@ -26,8 +26,7 @@ from simulator.igridson.find_object import make_homes
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.layout_file import load_layout
 from simulator.igridson.navigation import DIRECTIONS, Routes
-from simulator.igridson.placement import GridPlacement
-from simulator.igridson.scene import GridScene, list_things
+from simulator.igridson.scene import GridPlacement, GridScene, list_things
 from simulator.policies import Bayesian, Policy
 from simulator.tasks.rollout import Rollout
 from simulator.tasks.search import Search

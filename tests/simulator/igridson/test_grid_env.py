@@ -7,7 +7,7 @@ from gymnasium.utils.env_checker import check_env
 from simulator.igridson.agent import GridAgent
 from simulator.igridson.env import GridAction
 from simulator.igridson.find_object import Searcher
-from simulator.igridson.placement import GridPlacement
+from simulator.igridson.scene import GridPlacement
 from simulator.policies import make_policy
 from simulator.tasks.rollout import make_memory
 
