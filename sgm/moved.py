@@ -71,6 +71,8 @@ MOVED = {
     "simulator.memory": "sgm.memory",
     "simulator.messages": "sgm.messages",
     "simulator.policies.adaptive": "sgm.policies.adaptive",
+    "simulator.policies.kept_beliefs": "simulator.policies.place_filter",
+    "simulator.world.confidences": "simulator.world.sensing",
     "simulator.policies.belief": "simulator.policies.filter_kernel",
     "simulator.policies.exploring": "sgm.policies.exploring",
     "simulator.policies.heuristics": "sgm.policies.heuristics",

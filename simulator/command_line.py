@@ -142,7 +142,8 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
             _check_config(values[0])
         if kind == "flag" and not values:
             values = ["true"]
-        if kind == "list" and values and not _is_list(values[0]):
+        is_list = values and values[0].startswith("[") and values[0].endswith("]")  # of a config
+        if kind == "list" and values and not is_list:
             lists.setdefault(name, []).extend(values)  # also where the option is repeated
         elif not values:
             found.append(f"--{name}={value}" if has_value else f"--{name}")
@@ -206,11 +207,6 @@ def one_line_errors(status: int = 1) -> Iterator[None]:
         raise
     except BAD_INPUT as error:
         sys.exit(_make_line(error) if status == 1 else _report(error, status))
-
-
-def _is_list(text: str) -> bool:
-    """Tell whether a text is a list as a config writes it; what only begins like one is none."""
-    return text.startswith("[") and text.endswith("]")
 
 
 def _report(error: Exception, status: int) -> int:

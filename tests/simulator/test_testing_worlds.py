@@ -9,12 +9,12 @@ from sgm.prior.prior_graph import PriorGraph
 from simulator.testing import SmallHomes, check_dynamics, check_homes, check_sensing
 from simulator.trace.record import record_homes
 from simulator.trace.source import RecordedSource
-from simulator.world.confidences import Confidences
 from simulator.world.dynamics import DYNAMICS
 from simulator.world.paper_dynamics import PaperDynamics, PaperLife
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import (
     SENSING,
+    Confidences,
     ConstantMisses,
     MissesPerFurniture,
     MissesPerType,

@@ -7,8 +7,7 @@ from simulator.policies.filter_kernel import Rules
 from simulator.policies.filter_looks import FilterLooks
 from simulator.policies.filters import Ceiling, PriorFilter
 from simulator.policies.home_filter import HomeFilter
-from simulator.policies.kept_beliefs import KeptBeliefs
-from simulator.policies.place_filter import PlaceFilter
+from simulator.policies.place_filter import KeptBeliefs, PlaceFilter
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig

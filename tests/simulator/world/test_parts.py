@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from simulator.world.confidences import Confidences
 from simulator.world.config import HomeConfig
 from simulator.world.dynamics import DYNAMICS, Dynamics, Life
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import (
     SENSING,
+    Confidences,
     ConstantMisses,
     MissesPerFurniture,
     MissesPerType,

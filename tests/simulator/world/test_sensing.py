@@ -2,10 +2,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from simulator.world.confidences import Confidences
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
-from simulator.world.sensing import MissesPerFurniture, MissesPerType, PartialViews, observe
+from simulator.world.sensing import (
+    Confidences,
+    MissesPerFurniture,
+    MissesPerType,
+    PartialViews,
+    observe,
+)
 from simulator.world.streams import Streams
 
 
