@@ -86,7 +86,7 @@ def test_another_prior_graph_is_the_same_places_dealt_anew():
     assert dealt.objects == prior.objects
     assert dealt.furniture == prior.furniture
     assert dealt.checksum == deal_placements(prior).checksum
-    assert dealt.checksum != deal_placements(prior, seed=1).checksum
+    assert dealt.checksum != prior.checksum
 
 
 def test_simulated_kinds_can_be_played_by_policies():
