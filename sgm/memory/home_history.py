@@ -176,7 +176,7 @@ class HomeHistory:
         look = (home, looked[home], column)
         self.look_times[look] = time
         in_view = BOTH if relations is None else relations[home]
-        if self.look_relations is None and np.any(in_view != BOTH):
+        if self.look_relations is None and relations is not None and np.any(in_view != BOTH):
             self.look_relations = np.full(self.look_times.shape, BOTH, dtype=np.uint8)
         if self.look_relations is not None:
             self.look_relations[look] = in_view
