@@ -162,7 +162,7 @@ def _sample_codes(rollout: Rollout, elsewhere_share: float) -> np.ndarray:
     """Draw the description code that each home is searched for, (H,)."""
     homes = rollout.homes
     there = homes.object_code[np.arange(homes.num_homes), sample_query(homes)]
-    uniform = homes.streams.rows("search elsewhere", 2).next()
+    uniform = homes.streams.rows("search elsewhere", 2).take()
     missing, is_some = _sample_missing(rollout, uniform, elsewhere_share)
     return np.where(is_some & (uniform[:, 0] < elsewhere_share), missing, there)
 

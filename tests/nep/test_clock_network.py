@@ -127,7 +127,7 @@ def test_evaluated_in_recorded_homes_alone(checkpoint, homes, tmp_path, capsys):
 def test_exported_and_asked(checkpoint, tmp_path, capsys):
     with pytest.raises(SystemExit):
         export.main([str(checkpoint), str(tmp_path / "net")])
-    assert "must read no clock to be calibrated in homes without one" in capsys.readouterr().err
+    assert "must read no clock to be scored in homes without one" in capsys.readouterr().err
     assert not (tmp_path / "net").exists()
     export.main([str(checkpoint), str(tmp_path / "net"), "--num_homes=0"])
     config = load_config(tmp_path / "net")
@@ -159,6 +159,6 @@ def test_a_network_without_a_clock_needs_none(tmp_path):
     for file in (PRETRAINED / "heat").iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     config = load_config(tmp_path)
-    del config["features"]["clock"], config["model"]["clock"]
+    del config["features"]["clock"], config["model"]["reads"]
     (tmp_path / "config.json").write_text(json.dumps(config), encoding="utf-8")
     assert not load_trained(tmp_path).module.hparams["reads"]

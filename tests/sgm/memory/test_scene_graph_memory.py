@@ -178,7 +178,7 @@ def _see(rollout: Rollout, furniture: int) -> list[Sighting]:
     """Predict the detections of the coming look from a copy of its random stream."""
     homes = rollout.homes
     stream = homes.streams.rows("detection", homes.num_slots)
-    uniform = deepcopy(stream).next()[0]
+    uniform = deepcopy(stream).take()[0]
     slots = np.flatnonzero(
         (homes.object_furniture[0] == furniture) & (uniform >= homes.configs[0].detection_error)
     )
