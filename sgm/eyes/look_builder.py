@@ -108,9 +108,12 @@ class LookBuilder:
         self._before: tuple[float, Pose] | None = None
         self._time = -math.inf
         self._frame = 0
-        self._spots, self._tracks = Spots(), Tracks()
+        self._spots = Spots()
+        self._begin(boxes)
+
+    def _begin(self, boxes: Mapping[int, Box]) -> None:
         self._scene = Scene(boxes, self._rules.num_points)
-        self._visits = Visits(self._scene)
+        self._visits, self._tracks = Visits(self._scene), Tracks()
 
     @property
     def counts(self) -> dict[str, int]:
@@ -121,6 +124,21 @@ class LookBuilder:
     def unassigned(self) -> deque[Unassigned]:
         """The latest thousand detections that are at no known place."""
         return self._placing.unassigned
+
+    def set_boxes(self, boxes: Mapping[int, Box]) -> None:
+        """Go on with other furniture: all visits end, and doors stay as they are.
+
+        Raises:
+            TypeError: if the boxes are none.
+        """
+        self._end(self._visits.take_ended())
+        ids, was_open = self._scene.ids, self._scene.is_open
+        self._begin(boxes)
+        for number, is_open in zip(ids, was_open, strict=True):
+            place = self._scene.index.get(number)
+            if place is not None and self._scene.has_door[place]:
+                self._scene.is_open[place] = is_open
+        self._spots.renumber([self._scene.index.get(number, -1) for number in ids])
 
     def set_open(self, furniture: int, is_open: bool = True) -> None:
         """Note that a door was opened, or shut: a shut place is not looked into.

@@ -107,6 +107,13 @@ class Spots:
         self._spots = kept
         return tuple(dict.fromkeys(hidden))
 
+    def renumber(self, places: list[int]) -> None:
+        """Go on in another scene, with its number for each place so far, -1 for none."""
+        self._spots = [spot for spot in self._spots if places[spot.place] >= 0]
+        for spot in self._spots:
+            spot.place = places[spot.place]
+            spot.volume = 2 * spot.place + spot.volume % 2
+
 
 def _is_near(spot: Spot, tracks: list[Track]) -> bool:
     """Tell whether something of that name was seen at the spot, or so near that it was moved."""
