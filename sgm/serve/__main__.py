@@ -91,6 +91,7 @@ def _run(options: argparse.Namespace) -> None:
     caller = Caller(service, home, options.sync, options.timeout)
     own = tools.MCPTools(caller)
     try:
+        _warm_up(service)
         if options.stdio:
             asyncio.run(own.run_stdio())
             return
@@ -99,11 +100,16 @@ def _run(options: argparse.Namespace) -> None:
         host, port = listening.getsockname()[:2]
         where = f"[{host}]" if ":" in host else host
         said = f"serving {options.home} at http://{where}:{port}/"
-        if home.memory.num_furniture:  # all is loaded and compiled before the first question
-            service.where_is("thing")
         server.serve(application, listening, lambda: print(said, flush=True))
     finally:
         caller.close()
+
+
+def _warm_up(service: MemoryService) -> None:
+    """Load and compile what the first question would wait for, longer than a call may take."""
+    if service.memory.num_furniture:
+        for name in ("thing", *service.memory.descriptions[:1]):
+            service.where_is(name)
 
 
 def _make_guard(options: argparse.Namespace, token: str | None) -> Guard:
