@@ -15,6 +15,8 @@ from sgm.finder.object_finder import ObjectFinder
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
 from sgm.memory.kept_home import KeptHome
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
 from sgm.messages import shorten
 from sgm.policies import Adaptive, Bayesian
 from sgm.serve.caller import DEFAULT_TIMEOUT, Caller
@@ -91,8 +93,8 @@ def _run(options: argparse.Namespace) -> None:
     caller = Caller(service, home, options.sync, options.timeout)
     own = tools.MCPTools(caller)
     try:
-        _warm_up(service)
         if options.stdio:
+            warm_up(finder)
             asyncio.run(own.run_stdio())
             return
         application = server.Application(caller, guard, own, options.snapshot_seconds)
@@ -100,16 +102,25 @@ def _run(options: argparse.Namespace) -> None:
         host, port = listening.getsockname()[:2]
         where = f"[{host}]" if ":" in host else host
         said = f"serving {options.home} at http://{where}:{port}/"
+        warm_up(finder)
         server.serve(application, listening, lambda: print(said, flush=True))
     finally:
         caller.close()
 
 
-def _warm_up(service: MemoryService) -> None:
-    """Load and compile what the first question would wait for, longer than a call may take."""
-    if service.memory.num_furniture:
-        for name in ("thing", *service.memory.descriptions[:1]):
-            service.where_is(name)
+def warm_up(finder: Finder) -> None:
+    """Load and compile what the first question would wait for, longer than a call may take.
+
+    The home may be new and empty, so that another one is asked. It has two places: arrays of one
+    have another layout, for which loops would be compiled that no other home uses.
+    """
+    memory = SceneGraphMemory(clock=Clock(datetime(2026, 1, 1), 600))
+    kitchen = memory.add_room("kitchen")
+    table, _ = (memory.add_furniture(name, room=kitchen) for name in ("table", "fridge"))
+    memory.observe(table, [Sighting("cup")])
+    memory.step()
+    for name in ("cup", "thing"):  # one that was seen, and one that was not
+        finder.rank(memory, name)
 
 
 def _make_guard(options: argparse.Namespace, token: str | None) -> Guard:
