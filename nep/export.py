@@ -173,20 +173,7 @@ def measure_model(
         two tasks. "before" and "after": how far its probabilities can be believed when it is asked
         again after every look, and when looks are folded in by Bayes' rule.
     """
-    player = NEPPolicy(model.module.eval(), model.builder)
-
-    streams = config.streams
-
-    def search() -> Decisions:
-        groups = [group.homes for group in config.homes.list_groups(streams.homes)]
-        parts = []
-        for group in groups:
-            homes = config.homes.make(streams.select(group))
-            on_search = partial(on_step, "searching in test homes")
-            parts.append(
-                play_searches(homes, player.play_in(homes), config.num_steps, on_search=on_search)
-            )
-        return _join(parts)
+    player, streams = NEPPolicy(model.module.eval(), model.builder), config.streams
 
     def score(task: str, name: str) -> dict[str, float]:
         make = player.play_in if name == "network" else partial(make_policy, name)
@@ -197,7 +184,14 @@ def measure_model(
         return {"mean": float(scores.mean()), "std": float(scores.std())}
 
     able = [name for name in REFERENCES if find_policy(name).needs <= config.homes.knows]
-    decisions = search()
+    on_search = partial(on_step, "searching in test homes")
+    parts = []
+    for group in config.homes.list_groups(streams.homes):
+        homes = config.homes.make(streams.select(group.homes))
+        parts.append(
+            play_searches(homes, player.play_in(homes), config.num_steps, on_search=on_search)
+        )
+    decisions = _join(parts)
     return {
         "homes": len(streams.homes),
         "source": config.homes.describe(),

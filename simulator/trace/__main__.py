@@ -206,7 +206,7 @@ def bring_log(arguments: Sequence[str]) -> int:
     parser = make_parser(
         f"{PROG} from-log",
         "Make traces of a home from the log of a robot's memory: the first part of the time to "
-        "train on, the next to validate and calibrate on, the last to measure with "
+        "train on, the next to validate on, the last to measure with "
         "(docs/robot/learn.md says what they assume).",
     )
     parser.add_argument("log", type=Path, help='of SceneGraphMemory(log="looks.jsonl")')
