@@ -11,7 +11,7 @@ from datamodules.batch import Batch
 from datamodules.feature_rows import EdgeRows, LayoutRows, NodeRows, QuestionRows
 from datamodules.features import TABLES, TEXT_DIM, FeatureConfig, count_columns, list_columns
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
-from sgm.memory.candidates import propose_rows, sample_places
+from sgm.memory.queries import propose_rows, sample_places
 from sgm.text import load_text
 from simulator.snapshots.graph import (
     FIRST_OBJECT_TYPE,

@@ -23,6 +23,8 @@ _TO_FOLDERS = (
 )
 # Folders and modules; what is inside a folder has the same name in the new one.
 MOVED = {
+    "sgm.memory.candidates": "sgm.memory.queries",
+    "sgm.memory.change": "sgm.memory.queries",
     "nep.kinds": "nep.bench",
     "nep.paper": "nep.bench.paper",
     "nep.players.calibration": "nep.players.calibration_searches",

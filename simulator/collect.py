@@ -20,7 +20,7 @@ from sgm.checks import check_at_least, check_at_most, check_choice, check_seed
 from sgm.evidence.columns import EVIDENCE_VERSION
 from sgm.evidence.evidence_features import compute_features
 from sgm.files import LOCK, lock_folder
-from sgm.memory.change import Change
+from sgm.memory.queries import Change
 from sgm.messages import shorten
 from simulator.command_line import (
     add_home_arguments,

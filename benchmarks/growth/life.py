@@ -12,7 +12,7 @@ import numpy as np
 from curves import Point
 
 from sgm.arrays.relations import NUM_RELATIONS
-from sgm.memory.change import Change
+from sgm.memory.queries import Change
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.prior.prior_graph import PriorGraph

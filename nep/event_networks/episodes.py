@@ -9,9 +9,8 @@ import numpy as np
 from nep.event_networks.stream import NewEvents, StreamQuestions
 from sgm.arrays.relations import sum_relations
 from sgm.checks import check_at_least
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from simulator.policies import make_policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.predict_location import PredictLocation

@@ -14,9 +14,8 @@ from nep.event_networks.network import TemporalNetwork
 from nep.event_networks.registry import make_network
 from nep.event_networks.stream import EventStream
 from sgm.files import compute_checksum
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy, ScoreKind, mask_furniture
 from sgm.text import load_text
 

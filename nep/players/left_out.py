@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nep.players.contestants import Checkpoint, Player
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.messages import shorten
 from simulator.policies import Policy
 from simulator.trace.recorded_homes import RecordedHomes

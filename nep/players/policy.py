@@ -17,9 +17,8 @@ from nep.players.checkpoints import checksum_trained, load_trained
 from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.evidence_features import compute_features
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.network.sharing import mix_answers
 from sgm.network.step_answers import StepAnswers
 from simulator.policies import Policy

@@ -11,12 +11,10 @@ from sgm.arrays.clone import clone
 from sgm.arrays.grouped import join_groups, mark_rows
 from sgm.arrays.table import Table
 from sgm.layout.layout import LayoutArrays
-from sgm.memory.candidates import propose_places
-from sgm.memory.change import Change
 from sgm.memory.columns import EDGES, FURNITURE, NEVER, OBJECTS, make_table
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.look_weights import LookWeights
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries, propose_places
 
 
 class MemoryBatch:
@@ -238,7 +236,7 @@ class MemoryBatch:
         return self._pending
 
     def propose_places(self, queries: Queries) -> np.ndarray:
-        """Mark the hypothetical edges of queries, bool (Q, F, 2); see `candidates`."""
+        """Mark the hypothetical edges of queries, bool (Q, F, 2)."""
         return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])
 
     def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:

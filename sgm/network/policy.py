@@ -12,9 +12,8 @@ from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.evidence_features import compute_features
 from sgm.evidence.object_counts import choose_edges
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.network.network import Network
 from sgm.network.sharing import mix_answers
 from sgm.network.step_answers import StepAnswers

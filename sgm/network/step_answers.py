@@ -9,9 +9,8 @@ import numpy as np
 from sgm.arrays.grouped import mark_rows
 from sgm.belief import compute_miss
 from sgm.belief.corrections import CORRECTIONS
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.prior.place_prior import PlacePrior
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from sgm.arrays.relations import sum_relations
 from sgm.arrays.table import Table
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.policies.two_states import compute_presence, follow_interval
 

@@ -9,9 +9,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from sgm.belief.corrections import CORRECTIONS
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.messages import shorten
 
 ScoreKind = Literal["weights", "logits"]

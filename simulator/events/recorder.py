@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgm.memory.change import Change
+from sgm.memory.queries import Change
 from simulator.events.table import PLACE, THING, EventQuestions, Events, EventTable, Nodes
 from simulator.tasks.answer import Answer
 from simulator.tasks.task import Task

@@ -6,10 +6,9 @@ import numpy as np
 from gymnasium.spaces import Box, Graph, GraphInstance
 
 from sgm.arrays.grouped import compute_starts, mark_rows
-from sgm.memory.candidates import propose_rows
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Queries, propose_rows
 from simulator.snapshots.graph import FURNITURE, OBJECT, SnapshotGraph
 from simulator.snapshots.snapshots import Snapshots, take_snapshots
 

@@ -7,9 +7,8 @@ from typing import ClassVar
 import numpy as np
 
 from sgm.arrays.padded import sum_rows
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from simulator.policies.filter_kernel import OWN_POSSIBLE, TYPE_POSSIBLE, UNSEEN, Rules, Subjects
 from simulator.policies.filters import PriorFilter
 

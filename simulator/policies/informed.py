@@ -10,9 +10,8 @@ import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS, sum_relations
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.prior_graph import PriorGraph
 from simulator.policies.filter_kernel import correct_draws, spread_draws

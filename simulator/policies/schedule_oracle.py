@@ -7,11 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from sgm.memory.change import Change
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, WEEK_SECONDS
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy, mask_furniture
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes

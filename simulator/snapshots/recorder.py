@@ -9,10 +9,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
-from sgm.memory.change import Change
 from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 
 Arrays = dict[str, np.ndarray]
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.layout.layout import LayoutArrays
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import mask_furniture
 from sgm.prior.place_prior import PlacePrior
 from simulator.policies import Policy

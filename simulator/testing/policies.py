@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.prior.prior_graph import PriorGraph
 from simulator.policies import Policy
 from simulator.tasks.queries import compute_answers, sample_query

@@ -22,9 +22,8 @@ from nep.event_networks.registry import make_network
 from nep.event_networks.training import train_network, validate
 from nep.event_networks.tuning import tune
 from sgm.files import compute_checksum
-from sgm.memory.change import Change
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric

@@ -6,8 +6,8 @@ import pytest
 
 from sgm.arrays.table import Table
 from sgm.layout.layout import LayoutArrays
-from sgm.memory.candidates import propose_places, propose_rows, sample_places
 from sgm.memory.columns import NEVER
+from sgm.memory.queries import propose_places, propose_rows, sample_places
 from sgm.prior.place_prior import PlacePrior
 from tests.candidates import list_candidates
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sgm.memory.change import Change
+from sgm.memory.queries import Change
 from simulator.policies import make_policy
 from simulator.policies.filter_kernel import Rules
 from simulator.policies.filter_looks import FilterLooks
