@@ -14,9 +14,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import accumulate, count
 from pathlib import Path
-from typing import Any, BinaryIO, NoReturn
+from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn
 
 from sgm.messages import shorten, shorten_text
+
+if TYPE_CHECKING:  # only what locks loads it
+    from filelock import FileLock
 
 try:
     import fcntl
@@ -130,22 +133,33 @@ def lock_folder(folder: Path) -> Iterator[None]:
         ValueError: if another process has it.
         OSError: if it cannot be written to, or does not exist.
     """
-    from filelock import FileLock, Timeout  # here, as only a command that writes needs it
-
     path = folder / LOCK
-    lock = FileLock(path)
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise ValueError(
-            f"output folder must be in use by one command at a time, got another one at work in "
-            f"{folder}. Wait for it to end, or choose another folder."
-        ) from None
+    lock = take_lock(
+        path,
+        f"output folder must be in use by one command at a time, got another one at work in "
+        f"{folder}. Wait for it to end, or choose another folder.",
+    )
     try:
         yield
     finally:
         path.unlink(missing_ok=True)
         lock.release()
+
+
+def take_lock(path: Path, refusal: str) -> FileLock:
+    """Lock a file for this process, not the thread; ValueError, a refusal, if another one has it.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    from filelock import FileLock, Timeout  # here, as reading needs no lock
+
+    lock = FileLock(path, thread_local=False)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise ValueError(refusal) from None
+    return lock
 
 
 def read_json(path: str | Path, *, allow_nan: bool = False) -> Any:

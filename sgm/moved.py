@@ -23,6 +23,13 @@ _TO_FOLDERS = (
 )
 # Folders and modules; what is inside a folder has the same name in the new one.
 MOVED = {
+    "sgm.memory.statement": "sgm.memory.thing",
+    "sgm.arrays.sparse_counts": "sgm.arrays.read_numbers",
+    "sgm.arrays.clone": "sgm.arrays.table",
+    "sgm.memory.home_view": "sgm.memory.seen_and_said",
+    "sgm.memory.frame_watch": "sgm.memory.step_log",
+    "sgm.memory.coverage": "sgm.memory.sighting",
+    "sgm.memory.table_content": "sgm.memory.columns",
     "sgm.memory.candidates": "sgm.memory.queries",
     "sgm.memory.change": "sgm.memory.queries",
     "nep.kinds": "nep.bench",
@@ -55,11 +62,13 @@ MOVED = {
     "simulator.compiled.usual_places": "simulator.tasks.usual_places",
     "sgm.evidence.features": "sgm.evidence.evidence_features",
     "sgm.evidence.expected": "sgm.evidence.expected_places",
-    "sgm.arrays.ragged": "sgm.arrays.padded",
+    "sgm.arrays.ragged": "sgm.arrays.grouped",
     "sgm.layout.furniture_names": "sgm.layout.layout",
     "sgm.memory.asking_kernel": "sgm.memory.questions",
     "sgm.memory.time_steps": "sgm.memory.clock",
     "sgm.memory.apply_corrections": "sgm.memory.corrections",
+    "sgm.memory.log_lock": "sgm.memory.locks",
+    "sgm.memory.save_lock": "sgm.memory.locks",
     "sgm.memory.logged_state": "sgm.memory.memory_files",
     "sgm.memory.identity": "sgm.memory.sighting",
     "sgm.memory.memory_names": "sgm.memory.memory_identities",

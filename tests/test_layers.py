@@ -59,7 +59,6 @@ SGM_OPTIONAL = {
     "sgm/files.py": {"filelock"},
     "sgm/memory/memory_questions.py": {"pandas"},
     "sgm/memory/spark_graph.py": {"spark_dsg"},
-    "sgm/memory/log_lock.py": {"filelock"},
     "sgm/network/network.py": {"onnxruntime"},
     "sgm/serve/server.py": {"uvicorn"},
     "sgm/serve/tools.py": {"mcp"},

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.statement import ROBOT
+from sgm.memory.thing import ROBOT
 from simulator.replay.story import PastLook, PastStatement, Story
 
 MOST_LOOKS = 12  # at a furniture node

@@ -1,12 +1,20 @@
-"""A growing table of equally long columns."""
+"""A growing table of equally long columns, and copies that share what they hold."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import TypeVar
 
 import numpy as np
 
-from sgm.arrays.clone import clone
+One = TypeVar("One")
+
+
+def clone(one: One) -> One:
+    """Return another object with the same attributes; `copy.copy` in a tenth of the time."""
+    other = object.__new__(type(one))
+    other.__dict__.update(one.__dict__)
+    return other
 
 
 class Table:

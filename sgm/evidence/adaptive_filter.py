@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.arrays.padded import sum_rows
+from sgm.arrays.grouped import sum_rows
 from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter_kernel import follow_looks
 from sgm.evidence.expected_places import Expected

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.arrays.padded import sum_rows
+from sgm.arrays.grouped import sum_rows
 from sgm.arrays.relations import sum_relations
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries

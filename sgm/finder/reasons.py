@@ -12,7 +12,7 @@ from sgm.memory.asking import Asked
 from sgm.memory.clock import Clock
 from sgm.memory.columns import NEVER
 from sgm.memory.sighting import SeenAt
-from sgm.memory.statement import ROBOT, Statement
+from sgm.memory.thing import ROBOT, Statement
 
 SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
 _MONTHS = (

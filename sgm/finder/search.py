@@ -21,9 +21,8 @@ from sgm.finder.search_plan import (
     plan_search,
 )
 from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.coverage import read_coverage, split_coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.memory.sighting import RELATIONS, Sighting, read_coverage, split_coverage
 from sgm.messages import shorten
 from sgm.names.name_matching import Resolution
 from sgm.names.words import read_name

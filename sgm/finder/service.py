@@ -31,7 +31,7 @@ from sgm.finder.search_plan import find_distance
 from sgm.finder.where import tell_name, tell_where
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
-from sgm.memory.statement import ROBOT
+from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
 
 MOST_ROWS = 50

@@ -13,7 +13,7 @@ from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.memory.sighting import SeenAt
-from sgm.memory.statement import ROBOT_CONFIDENCE, Statement
+from sgm.memory.thing import ROBOT_CONFIDENCE, Statement
 
 
 class Scorer(Protocol):

@@ -11,8 +11,7 @@ from sgm.memory.memory_identities import MemoryIdentities
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.seen_and_said import get_statements, list_spoken_of
 from sgm.memory.sighting import RELATIONS, read_relation
-from sgm.memory.statement import ROBOT, Statement, read_confidence
-from sgm.memory.thing import ThingName
+from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence
 from sgm.messages import shorten
 from sgm.names.words import read_words
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.clone import clone
+from sgm.arrays.read_numbers import read_sparse, write_sparse
 from sgm.arrays.relations import sum_relations
-from sgm.arrays.sparse_counts import read_sparse, write_sparse
+from sgm.arrays.table import clone
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 from sgm.memory.columns import HOME, NEVER, make_table
 from sgm.memory.queries import Queries

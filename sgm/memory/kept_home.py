@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sgm.memory.clock import Clock
-from sgm.memory.log_lock import LogLock
+from sgm.memory.locks import LogLock
 from sgm.memory.look_log import LogLine, read_log
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.replay import Replayer

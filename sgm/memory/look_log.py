@@ -16,11 +16,10 @@ from sgm.layout.furniture import read_open_cost
 from sgm.layout.layout import Layout, read_map_id
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import MAX_TIME, Clock
-from sgm.memory.coverage import parse_coverage
-from sgm.memory.log_lock import LogLock
+from sgm.memory.locks import LogLock
 from sgm.memory.memory_content import MemoryContent
-from sgm.memory.statement import LEAST_CONFIDENCE, STATEMENTS
-from sgm.memory.thing import ThingName
+from sgm.memory.sighting import parse_coverage
+from sgm.memory.thing import LEAST_CONFIDENCE, STATEMENTS, ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
 

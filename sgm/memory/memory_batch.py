@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.clone import clone
 from sgm.arrays.grouped import join_groups, mark_rows
-from sgm.arrays.table import Table
+from sgm.arrays.table import Table, clone
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.columns import EDGES, FURNITURE, NEVER, OBJECTS, make_table
 from sgm.memory.home_history import HomeHistory

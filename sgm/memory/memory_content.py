@@ -10,10 +10,7 @@ import numpy as np
 
 from sgm.layout.layout import Layout
 from sgm.memory.clock import MAX_TIME, Clock
-from sgm.memory.home_history import HomeHistory
-from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.step_log import StepLook
-from sgm.memory.table_content import (
+from sgm.memory.columns import (
     Tables,
     check_tables,
     keep_rows,
@@ -21,6 +18,9 @@ from sgm.memory.table_content import (
     read_tables,
     write_tables,
 )
+from sgm.memory.home_history import HomeHistory
+from sgm.memory.score_calibration import ScoreCalibration
+from sgm.memory.step_log import StepLook
 from sgm.memory.thing import Thing, read_things, write_things
 from sgm.memory.week_hours import WeekHours
 from sgm.messages import shorten

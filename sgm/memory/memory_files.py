@@ -6,9 +6,9 @@ from pathlib import Path
 from threading import Lock, RLock
 from typing import Any
 
+from sgm.memory.locks import SaveLock
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_state import MemoryState
-from sgm.memory.save_lock import SaveLock
 from sgm.memory.storage import save_content
 
 

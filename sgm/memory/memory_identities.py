@@ -10,8 +10,7 @@ import numpy as np
 
 from sgm.memory.memory_questions import MemoryQuestions
 from sgm.memory.memory_state import MemoryState
-from sgm.memory.statement import ROBOT
-from sgm.memory.thing import ThingName
+from sgm.memory.thing import ROBOT, ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
 

@@ -13,12 +13,11 @@ import numpy as np
 from sgm.checks import read_optional
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import MAX_TIME, check_jump, count_steps
-from sgm.memory.coverage import read_coverage, read_share
-from sgm.memory.frame_watch import FrameWatch
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.sighting import Sighting, read_hidden, read_sightings
+from sgm.memory.sighting import Sighting, read_coverage, read_hidden, read_share, read_sightings
+from sgm.memory.step_log import FrameWatch
 from sgm.messages import shorten
 from sgm.names.words import read_words
 

@@ -11,11 +11,17 @@ import numpy as np
 
 from sgm.memory.asking import Asked, Scorer
 from sgm.memory.clock import count_steps
-from sgm.memory.home_view import list_home, list_rows
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.queries import Queries
 from sgm.memory.questions import ask
-from sgm.memory.seen_and_said import get_statements, list_places, list_said_by, list_spoken_of
+from sgm.memory.seen_and_said import (
+    get_statements,
+    list_home,
+    list_places,
+    list_rows,
+    list_said_by,
+    list_spoken_of,
+)
 from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since

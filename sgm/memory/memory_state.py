@@ -10,16 +10,14 @@ import numpy as np
 
 from sgm.layout.layout import FurnitureNames
 from sgm.memory.clock import make_clock_rows
-from sgm.memory.coverage import Coverage
-from sgm.memory.frame_watch import MOST_LOOKS
+from sgm.memory.columns import fill_tables, view_tables
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
 from sgm.memory.same_things import find_roots, fuse
-from sgm.memory.sighting import RELATIONS, Sighting
-from sgm.memory.step_log import StepLog, StepLook
-from sgm.memory.table_content import fill_tables, view_tables
+from sgm.memory.sighting import RELATIONS, Coverage, Sighting
+from sgm.memory.step_log import MOST_LOOKS, StepLog, StepLook
 from sgm.memory.thing import ThingRows
 from sgm.names.aliases import AliasTable
 from sgm.names.vocabulary import Vocabulary

@@ -12,7 +12,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
 from sgm.memory.seen_and_said import get_last_said, get_statements, list_places
-from sgm.memory.statement import Statement
+from sgm.memory.thing import Statement
 from sgm.names.words import read_words
 
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home

@@ -12,8 +12,7 @@ from sgm.memory.look_log import LogLine
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
-from sgm.memory.statement import STATEMENTS, Statement
-from sgm.memory.thing import ThingName
+from sgm.memory.thing import STATEMENTS, Statement, ThingName
 from sgm.prior.prior_graph import PriorGraph, find_shipped
 
 

@@ -10,14 +10,14 @@ from sgm.checks import read_optional
 from sgm.layout.layout import read_map_id
 from sgm.memory.clock import Clock
 from sgm.memory.corrections import MemoryCorrections
-from sgm.memory.frame_watch import FrameWatch
+from sgm.memory.locks import SaveLock
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_looks import MemoryLooks
 from sgm.memory.memory_state import MemoryState
-from sgm.memory.save_lock import SaveLock
 from sgm.memory.score_calibration import ScoreCalibration
+from sgm.memory.step_log import FrameWatch
 from sgm.memory.storage import load_content
 from sgm.messages import shorten
 from sgm.names.aliases import Aliases, AliasTable

@@ -1,11 +1,11 @@
-"""What was seen where: input and answers of a scene graph memory."""
+"""What was seen where, and how much was in view: input and answers of a scene graph memory."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,8 @@ _BY_LETTERS = {
     "": "onTop", **{name.casefold().replace(" ", ""): own for name, own in SPELLINGS.items()}
 }  # fmt: skip
 MOST_NUMBERS = 4096  # of an embedding
+# One share for both relations, or one of "in" and one of "onTop".
+Coverage: TypeAlias = float | tuple[float, float]
 
 
 def read_relation(relation: str | None) -> str:
@@ -158,3 +160,46 @@ def read_hidden(hidden: Iterable[str], place: str) -> tuple[str, ...]:
     for name in names:
         read_words("description of what is hidden", name)
     return names
+
+
+def read_coverage(coverage: Any, place: str) -> Coverage:
+    """Return which share of a furniture node was in view, of a number or of numbers by relation.
+
+    A relation that is left out was not in view. What is no share above 0 raises ValueError.
+    """
+    if not isinstance(coverage, Mapping):
+        return read_share("coverage", coverage, place)
+    shares = dict.fromkeys(RELATIONS, 0.0)
+    for relation, share in coverage.items():
+        if not isinstance(share, Real) or not 0 <= float(share) <= 1:
+            raise ValueError(
+                f"coverage of {shorten(relation)} must lie in [0, 1], got {shorten(share)} at "
+                f"{place}. Give the share in view."
+            )
+        shares[read_relation(relation)] = float(share)
+    inside, on_top = shares["in"], shares["onTop"]
+    if inside == on_top:
+        return read_share("coverage", inside, place)
+    return inside, on_top
+
+
+def parse_coverage(data: Any) -> Coverage:
+    """Return the coverage of a file, a number or a list of two; ValueError or TypeError if none."""
+    if isinstance(data, list):
+        return read_coverage(dict(zip(RELATIONS, data, strict=True)), "a look")
+    return float(data)
+
+
+def split_coverage(coverage: Coverage) -> tuple[float, float]:
+    """Return the shares of "in" and "onTop"."""
+    return coverage if isinstance(coverage, tuple) else (coverage, coverage)
+
+
+def read_share(name: str, share: Any, place: str) -> float:
+    """Return a share above 0; raises ValueError for anything else."""
+    if not isinstance(share, Real) or not 0 < float(share) <= 1:
+        raise ValueError(
+            f"{name} must be above 0 and at most 1, got {shorten(share)} at {place}. Give the "
+            "share in view, or leave out the look."
+        )
+    return float(share)

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.clone import clone
-from sgm.arrays.sparse_counts import read_sparse, write_sparse
+from sgm.arrays.read_numbers import read_sparse, write_sparse
+from sgm.arrays.table import clone
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 
 NUM_WEEK_HOURS = 48  # the hours of a working day, then those of a day of the weekend

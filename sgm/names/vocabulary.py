@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sgm.arrays.clone import clone
+from sgm.arrays.table import clone
 from sgm.names.aliases import AliasTable
 from sgm.names.name_grammar import make_reader
 from sgm.names.words import read_words

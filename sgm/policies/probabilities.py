@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.arrays.padded import sum_rows
+from sgm.arrays.grouped import sum_rows
 from sgm.policies.policy import ScoreKind
 
 

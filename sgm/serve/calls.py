@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final, get_type_hints
 
 from sgm.finder.service import MOST_ROWS, MemoryService
-from sgm.memory.statement import ROBOT
+from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
 from sgm.serve.answer_schema import make_schema
 from sgm.serve.rules import (

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sgm.arrays.padded import sum_rows
+from sgm.arrays.grouped import sum_rows
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from simulator.policies.filter_kernel import OWN_POSSIBLE, TYPE_POSSIBLE, UNSEEN, Rules, Subjects

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgm.arrays.padded import sum_rows
+from sgm.arrays.grouped import sum_rows
 from sgm.prior.prior_graph import PriorGraph
 from simulator.world.descriptions import make_descriptions
 from simulator.world.rules import HomeRules

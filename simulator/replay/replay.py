@@ -13,8 +13,7 @@ from sgm.memory.clock import MAX_TIME, Clock
 from sgm.memory.look_log import LogLine
 from sgm.memory.replay import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.statement import STATEMENTS
-from sgm.memory.thing import ThingName
+from sgm.memory.thing import STATEMENTS, ThingName
 from sgm.prior.prior_graph import PriorGraph
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.replay.past_things import PastThings

@@ -10,8 +10,8 @@ import numpy as np
 from sgm.finder.finder import Finder
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import HOUR_SECONDS, Clock
-from sgm.memory.coverage import Coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Coverage
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.history import History
 from simulator.replay.past_things import PastThings

@@ -13,10 +13,9 @@ from typing import Any
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
-from sgm.memory.coverage import Coverage, split_coverage
 from sgm.memory.look_log import LogLine
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.sighting import RELATIONS, read_relation
+from sgm.memory.sighting import RELATIONS, Coverage, read_relation, split_coverage
 from sgm.names.words import read_name, read_words
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import get_label, number_names

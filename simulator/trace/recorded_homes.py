@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sgm.arrays.padded import pad_rows
+from sgm.arrays.grouped import pad_rows
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import make_clock_rows
 from sgm.names.words import read_words

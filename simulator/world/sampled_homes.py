@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgm.arrays.grouped import compute_rank_in_group
-from sgm.arrays.padded import pad_rows
+from sgm.arrays.grouped import compute_rank_in_group, pad_rows
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import make_clock_rows
 from sgm.prior.prior_graph import PriorGraph

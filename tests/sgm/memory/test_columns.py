@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from sgm.memory.columns import HOME, NOW, TABLES, Column
-from sgm.memory.storage import FORMAT_VERSION
-from sgm.memory.table_content import (
+from sgm.memory.columns import (
+    HOME,
+    NOW,
+    TABLES,
+    Column,
     check_tables,
     keep_rows,
     list_written,
@@ -13,6 +15,7 @@ from sgm.memory.table_content import (
     read_tables,
     write_tables,
 )
+from sgm.memory.storage import FORMAT_VERSION
 from simulator import SceneGraphMemory, Sighting
 
 BESIDE = Column("beside", default=-1, low=-1, refers_to="furniture", since=FORMAT_VERSION + 1)
