@@ -9,7 +9,7 @@ from torch import Tensor
 from torch_geometric.nn import HEATConv as PyGHEATConv
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
-from nep.layers.heat import HEATConv
+from nep.encoders.heat import HEATConv
 
 
 class PyGLayer(torch.nn.Module):

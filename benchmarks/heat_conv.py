@@ -36,7 +36,7 @@ from datamodules.batch import Batch
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
-from nep.layers.heat import HEATConv
+from nep.encoders.heat import HEATConv
 from nep.layers.segment import attend
 from simulator.collect import CollectConfig, collect
 

@@ -108,32 +108,33 @@ class Batch:
             torch.cat([ends[each][n].long() + first_node[each[2 * n]] for each in EDGE_TYPES])
             for n in (0, 1)
         )
-        queries = {etype: graph.edges[etype].data for etype in QUERY_EDGE_TYPES}
-        marked = {etype: torch.nonzero(data["query"] >= 0)[:, 0] for etype, data in queries.items()}
-        has_relevance = all("relevance" in data for data in queries.values())
+        nodes, edges, furniture = graph.ndata, graph.edata, graph.nodes["furniture"].data
+        query = edges["query"]
+        marked = {etype: (query[etype] >= 0).nonzero()[:, 0] for etype in QUERY_EDGE_TYPES}
 
-        def join_nodes(name: str) -> Tensor:
-            return torch.cat([graph.nodes[ntype].data[name] for ntype in NODE_TYPES])
+        def join(values: dict[Any, Tensor], types: Sequence[Any] = NODE_TYPES) -> Tensor:
+            return torch.cat([values[each] for each in types])
 
-        def join_queries(name: str) -> Tensor:
-            return torch.cat([queries[etype][name][rows] for etype, rows in marked.items()])
+        def join_queries(values: dict[Any, Tensor]) -> Tensor:
+            return torch.cat([values[etype][rows] for etype, rows in marked.items()])
 
+        relevance = edges["relevance"]
         batch = cls(
             node_counts=node_counts,
             edge_counts=edge_counts,
-            label=join_nodes("label"),
-            node_feature=join_nodes("temporal"),
-            degrees=join_nodes("degrees"),
-            node_snapshot=join_nodes("snapshot"),
-            furniture_index=graph.nodes["furniture"].data["index"],
+            label=join(nodes["label"]),
+            node_feature=join(nodes["temporal"]),
+            degrees=join(nodes["degrees"]),
+            node_snapshot=join(nodes["snapshot"]),
+            furniture_index=furniture["index"],
             edge_src=src,
             edge_dst=dst,
-            edge_feature=torch.cat([graph.edges[etype].data["feature"] for etype in EDGE_TYPES]),
+            edge_feature=join(edges["feature"], EDGE_TYPES),
             query_edge=torch.cat([rows + first_edge[etype] for etype, rows in marked.items()]),
-            query_snapshot=join_queries("query"),
-            query_target=join_queries("target"),
-            query_relevance=join_queries("relevance") if has_relevance else None,
-            evidence=graph.nodes["furniture"].data.get("evidence"),
+            query_snapshot=join_queries(query),
+            query_target=join_queries(edges["target"]),
+            query_relevance=join_queries(relevance) if {*relevance} >= {*marked} else None,
+            evidence=furniture.get("evidence"),
             question=question,
             text=text,
             num_snapshots=num_snapshots,
@@ -155,8 +156,8 @@ class Batch:
         truth is known, else nan; and, where the task says it, `relevance` of the place of each
         query edge.
         """
-        first_node = _number(NODE_TYPES, self.node_counts)
-        src, dst = self._split_edges(self.edge_src), self._split_edges(self.edge_dst)
+        first_node = self.first_node
+        src, dst = self.split_edges(self.edge_src), self.split_edges(self.edge_dst)
         graph = dgl.heterograph(
             {
                 etype: (src[etype] - first_node[etype[0]], dst[etype] - first_node[etype[2]])
@@ -168,14 +169,12 @@ class Batch:
             ("label", self.label), ("temporal", self.node_feature), ("degree", self.degree),
             ("degrees", self.degrees), ("snapshot", self.node_snapshot),
         ):  # fmt: skip
-            for ntype, part in self._split_nodes(values).items():
-                graph.nodes[ntype].data[name] = part
+            graph.ndata[name] = self.split_nodes(values)
         furniture = graph.nodes["furniture"].data
         furniture["index"] = self.furniture_index
         if self.evidence is not None:
             furniture["evidence"] = self.evidence
-        for etype, part in self._split_edges(self.edge_feature).items():
-            graph.edges[etype].data["feature"] = part
+        graph.edata["feature"] = self.split_edges(self.edge_feature)
         for name, column, other in (
             ("query", self.query_snapshot, -1),
             ("target", self.query_target, torch.nan),
@@ -184,20 +183,26 @@ class Batch:
             if column is None:
                 continue
             whole = column.new_full((self.num_edges,), other)
-            parts = self._split_edges(whole.index_copy(0, self.query_edge, column))
-            for etype in QUERY_EDGE_TYPES:
-                graph.edges[etype].data[name] = parts[etype]
-        snapshot = self._split_nodes(self.node_snapshot)
-        of_edges = self._split_edges(self.node_snapshot[self.edge_dst])
+            parts = self.split_edges(whole.index_copy(0, self.query_edge, column))
+            graph.edata[name] = {etype: parts[etype] for etype in QUERY_EDGE_TYPES}
+        snapshot = self.split_nodes(self.node_snapshot)
+        of_edges = self.split_edges(self.node_snapshot[self.edge_dst])
         count = partial(torch.bincount, minlength=self.num_snapshots)
         graph.set_batch_num_nodes({ntype: count(own) for ntype, own in snapshot.items()})
         graph.set_batch_num_edges({etype: count(own) for etype, own in of_edges.items()})
         return graph
 
-    def _split_nodes(self, values: Tensor) -> dict[str, Tensor]:
+    @property
+    def first_node(self) -> dict[str, int]:
+        """Id of the first node of each node type."""
+        return _number(NODE_TYPES, self.node_counts)
+
+    def split_nodes(self, values: Tensor) -> dict[str, Tensor]:
+        """Share rows of nodes out to their types: (N, ...) -> (n, ...) each."""
         return dict(zip(NODE_TYPES, values.split(self.node_counts), strict=True))
 
-    def _split_edges(self, values: Tensor) -> dict[tuple[str, str, str], Tensor]:
+    def split_edges(self, values: Tensor) -> dict[tuple[str, str, str], Tensor]:
+        """Share rows of edges out to their types: (E, ...) -> (n, ...) each."""
         return dict(zip(EDGE_TYPES, values.split(self.edge_counts), strict=True))
 
     def to_pyg(self) -> HeteroData:
@@ -212,18 +217,13 @@ class Batch:
         """
         from torch_geometric.data import HeteroData
 
-        data = HeteroData()
-        for ntype in self.graph.ntypes:
-            store = data[ntype]
-            store.num_nodes = self.graph.num_nodes(ntype)
-            for name, values in self.graph.nodes[ntype].data.items():
-                store[name] = values
-            store.batch = self.graph.nodes[ntype].data["snapshot"]
-        for etype in self.graph.canonical_etypes:
-            store = data[etype]
-            store.edge_index = torch.stack(self.graph.edges(etype=etype, order="eid")).long()
-            for name, values in self.graph.edges[etype].data.items():
-                store[name] = values
+        data, graph = HeteroData(), self.graph
+        for ntype in graph.ntypes:
+            own = graph.nodes[ntype].data
+            data[ntype].update(own, num_nodes=graph.num_nodes(ntype), batch=own["snapshot"])
+        for etype in graph.canonical_etypes:
+            ends = torch.stack(graph.edges(etype=etype, order="eid")).long()
+            data[etype].update(graph.edges[etype].data, edge_index=ends)
         data.text, data.num_snapshots = self.text, self.num_snapshots
         if self.question is not None:
             data.question = self.question
@@ -271,7 +271,7 @@ class Batch:
     @property
     def furniture(self) -> slice:
         """The furniture nodes among all."""
-        first = sum(self.node_counts[:FURNITURE])
+        first = self.first_node["furniture"]
         return slice(first, first + self.node_counts[FURNITURE])
 
     @property

@@ -1,8 +1,7 @@
 """Node encoders: one file each, chosen by `class_path` in a config."""
 
-from nep.encoders.dgl_encoder import DGLEncoder
 from nep.encoders.dgl_hgt import DGLHGT
-from nep.encoders.encoder import Encoder
+from nep.encoders.encoder import DGLEncoder, Encoder
 from nep.encoders.gcn import GCN
 from nep.encoders.han import HAN
 from nep.encoders.heat import HEAT

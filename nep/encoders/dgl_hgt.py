@@ -8,9 +8,7 @@ from dgl.nn import HGTConv, TypedLinear
 from torch import Tensor, nn
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.encoders.dgl_encoder import DGLEncoder, EdgeType
-from nep.encoders.encoder import check_num_convolutions
-from nep.layers.heads import check_heads
+from nep.encoders.encoder import DGLEncoder, EdgeType, check_heads, check_num_convolutions
 
 
 class DGLHGT(DGLEncoder):

@@ -1,18 +1,24 @@
-"""What a node encoder of the Node Edge Predictor must offer."""
+"""What a node encoder of the Node Edge Predictor must offer, and what several of them share."""
 
 from __future__ import annotations
 
 import inspect
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
+import dgl
 import torch
 from torch import Tensor, nn
 
-from datamodules.batch import Batch
-from nep.layers.alike import AlikeConv
+from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
+from nep.layers.equal_rows import Linear
+from nep.layers.segment import segment_sum
 from sgm.checks import check_at_least
+
+EdgeType = tuple[str, str, str]
+_ROOM_EDGES = EDGE_TYPES.index(("room", "contains", "furniture"))
 
 
 class Encoder(nn.Module, ABC):
@@ -107,6 +113,42 @@ class Encoder(nn.Module, ABC):
         }
 
 
+class AlikeConv(nn.Module):
+    r"""Each candidate place hears its like: the other candidates of its label in its room.
+
+    .. math:: x'_i = x_i + \mathrm{ReLU}(W \mathrm{mean}_{j \in A(i)} x_j + b)
+
+    Candidates are the furniture ends of query edges. Other nodes, and furniture without its like,
+    stay as they are. After a convolution, x_j is what was seen at j: whether mugs were seen at the
+    tables of this room, for a table where none was. The graph has no edges for this: with
+    the rooms and labels a layer can make them, and no weight has another shape for it.
+
+    Args:
+        units: width of the nodes.
+
+    Source: not in the paper (results/claims.md).
+    """
+
+    def __init__(self, units: int) -> None:
+        super().__init__()
+        self.weight = Linear(units, units)
+
+    def forward(self, batch: Batch, node: Tensor) -> Tensor:
+        """Add what the like of each candidate has: (N, units) -> (N, units)."""
+        first = sum(batch.edge_counts[:_ROOM_EDGES])
+        rows = slice(first, first + batch.edge_counts[_ROOM_EDGES])
+        room = torch.arange(batch.num_nodes, device=node.device)  # of its own, if it has no room
+        room = room.index_copy(0, batch.edge_dst[rows], batch.edge_src[rows])
+        place = batch.edge_dst.index_select(0, batch.query_edge).unique()  # (F,)
+        kind = room[place] * len(batch.text) + batch.label[place]
+        kinds, group = kind.unique(return_inverse=True)
+        size = group.bincount(minlength=len(kinds))[group].unsqueeze(1)  # (F, 1)
+        own = node.index_select(0, place)
+        total = segment_sum(own, group, len(kinds)).index_select(0, group)
+        heard = torch.relu(self.weight((total - own) / (size - 1).clamp(min=1)))
+        return node.index_add(0, place, (heard * (size > 1)).to(node.dtype))
+
+
 class ConvolvingEncoder(Encoder):
     """Convolutions one after the other.
 
@@ -147,6 +189,59 @@ class ConvolvingEncoder(Encoder):
         return node if self.exchange is None else self.exchange(batch, node)
 
 
+class DGLEncoder(Encoder):
+    """An encoder that gets the batch as a DGL heterograph, for `dgl.nn` and `update_all`.
+
+    A subclass defines `forward_graph`, `num_hops` and `uses_edges`, and keeps each argument of its
+    constructor as an attribute of the same name, as every encoder does (docs/research.md has an
+    example). Where speed matters, write against the arrays of `Batch` instead:
+    benchmarks/dgl_encoder.py compares the two.
+
+    Args:
+        units: D, width of the node and edge embeddings, in and out.
+    """
+
+    @abstractmethod
+    def forward_graph(
+        self, graph: dgl.DGLGraph, node: dict[str, Tensor], edge: dict[EdgeType, Tensor]
+    ) -> dict[str, Tensor]:
+        """Encode the nodes.
+
+        Args:
+            graph: `Batch.graph`, with its node and edge data; what is written to it is gone
+                afterwards.
+            node: embedded nodes of every node type, (N, D) each: float32 while training, float64
+                when it is asked (`nep.players.policy`), as are the columns of the graph.
+            edge: embedded edges of every edge type, (E, D) each; empty unless `uses_edges`.
+
+        Returns:
+            (N, D) for each node type; the nodes of a type that is left out stay as they are.
+        """
+
+    def forward(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
+        """Hand the batch to `forward_graph`: (N, D), (E, D) -> (N, D)."""
+        # DGL has no kernels for bfloat16 on a CPU.
+        dtype = torch.float32 if node.dtype.itemsize < 4 else node.dtype
+        heterograph = _take_graph(batch.to(batch.label.device, dtype), node.device)
+        with heterograph.local_scope(), torch.autocast(node.device.type, enabled=False):
+            nodes = batch.split_nodes(node.to(dtype))
+            edges = {} if edge is None else batch.split_edges(edge.to(dtype))
+            encoded = self.forward_graph(heterograph, nodes, edges)
+        return torch.cat([encoded.get(ntype, nodes[ntype]) for ntype in NODE_TYPES])
+
+
+def _take_graph(batch: Batch, device: torch.device) -> dgl.DGLGraph:
+    """Return the graph of a batch on the device of the network."""
+    try:
+        graph = batch.graph
+        return graph if graph.device == device else graph.to(device)
+    except (dgl.DGLError, LookupError, RuntimeError) as error:
+        raise ValueError(
+            f"device of an encoder written with DGL must be one that DGL was built for, got "
+            f"{device}. Install such a build of DGL, or train with --trainer.accelerator cpu."
+        ) from error
+
+
 def check_num_convolutions(num_convolutions: int) -> None:
     """Raise ValueError unless there is at least one convolution."""
     if num_convolutions < 1:
@@ -154,3 +249,19 @@ def check_num_convolutions(num_convolutions: int) -> None:
             f"num_convolutions must be at least 1, got {num_convolutions}. "
             "For none, use the encoder nep.encoders.MLP."
         )
+
+
+def check_heads(owner: str, heads: int, units: int) -> None:
+    """Raise ValueError unless the units of a layer can be shared out among its heads."""
+    if heads < 1 or units % heads:
+        raise ValueError(
+            f"heads of {owner} must divide its units, got {heads} heads for {units} units. Choose "
+            "for instance 1, 2 or 4 heads for 64 units."
+        )
+
+
+def draw_glorot(fan_in: int, fan_out: int, *weights: nn.Parameter) -> None:
+    """Draw numbers of matrices as for one of these sizes (Glorot and Bengio 2010, equation 16)."""
+    bound = math.sqrt(6.0 / (fan_in + fan_out))
+    for weight in weights:
+        nn.init.uniform_(weight, -bound, bound)

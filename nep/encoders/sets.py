@@ -7,8 +7,7 @@ from torch import Tensor, nn
 
 from datamodules.batch import Batch
 from nep.encoders.encoder import Encoder, check_num_convolutions
-from nep.layers.ensemble_linear import make_linear, split_members
-from nep.layers.gelu import gelu
+from nep.layers.ensemble_linear import gelu, make_linear, split_members
 from nep.layers.segment import segment_max, segment_sum
 
 

@@ -10,6 +10,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from datamodules.batch import Batch
+
 ROWS = 32  # of every product, however many there are: BLAS chooses its kernel by their number
 _COLUMNS = 16  # their number is a multiple: a product with a single one has a kernel of its own
 _ALIGNMENT = 64  # of the first row, in bytes
@@ -69,6 +71,18 @@ def multiply(rows: Tensor, weight: Tensor, bias: Tensor | None = None) -> Tensor
     product = torch.bmm(blocks, weight.expand(num_blocks, -1, -1)).flatten(0, 1)
     product = product[:num_rows, :num_columns]
     return product if bias is None else product.add_(bias)
+
+
+def project_per_node_type(
+    batch: Batch, node: Tensor, weight: Tensor, bias: Tensor | None = None
+) -> Tensor:
+    """Multiply each node by the matrix of its type: (N, C), (5, C, D), (5, D) -> (N, D)."""
+    rows = enumerate(node.split(batch.node_counts))
+    # of a single home two blocks are empty; one stays, since all may be
+    blocks = [(number, block) for number, block in rows if len(block) or not number]
+    return torch.cat(
+        [multiply(block, weight[n], None if bias is None else bias[n]) for n, block in blocks]
+    )
 
 
 def sum_rows(values: Tensor, segment: Tensor, num_segments: int) -> Tensor:

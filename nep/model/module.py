@@ -11,13 +11,13 @@ import lightning.pytorch as pl
 import torch
 from lightning.pytorch.utilities.types import OptimizerLRScheduler
 from torch import Tensor
-from torchmetrics import MetricCollection
+from torchmetrics import Metric, MetricCollection
 from torchmetrics.classification import BinaryAUROC, BinaryAveragePrecision
 
 from datamodules.batch import Batch
 from datamodules.features import check_groups
 from nep.encoders.encoder import Encoder
-from nep.model.hits_at_1 import HitsAtOne
+from nep.layers.segment import segment_max, segment_sum
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.model.settings import (
@@ -28,6 +28,46 @@ from nep.model.settings import (
     flatten_settings,
     group_settings,
 )
+
+
+class HitsAtOne(Metric):
+    """How often the query edge with a snapshot's highest logit is true.
+
+    A snapshot without a true query edge counts as a miss: the place was not among the candidates.
+    One without query edges of known truth does not count. Edges that tie for the highest logit
+    share the hit, so that the order of edges does not matter.
+    """
+
+    is_differentiable = False
+    higher_is_better = True
+    full_state_update = False
+    hits: Tensor
+    total: Tensor
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.add_state("hits", torch.tensor(0.0, dtype=torch.float64), dist_reduce_fx="sum")
+        self.add_state("total", torch.tensor(0.0, dtype=torch.float64), dist_reduce_fx="sum")
+
+    def update(self, logits: Tensor, target: Tensor, snapshot: Tensor) -> None:
+        """Count one batch.
+
+        Args:
+            logits: (Q,).
+            target: (Q,) 1 or 0, no nan.
+            snapshot: (Q,) int64, the snapshot of each query edge within the batch.
+        """
+        names, segment = snapshot.unique(return_inverse=True)
+        logits, target = logits.unsqueeze(1), target.unsqueeze(1)
+        best = segment_max(logits, segment, len(names))
+        is_best = (logits == best[segment]).double()
+        count = segment_sum(torch.cat([is_best, is_best * target], dim=1), segment, len(names))
+        self.hits += (count[:, 1] / count[:, 0]).sum()
+        self.total += len(names)
+
+    def compute(self) -> Tensor:
+        """Hit rate over all batches, nan if there was no snapshot."""
+        return self.hits / self.total
 
 
 class NEPModule(pl.LightningModule):
@@ -76,14 +116,11 @@ class NEPModule(pl.LightningModule):
         self.playing = playing
         self.predictor = NodeEdgePredictor(encoder, network, reads)
         # The curve of the training metric is binned: an exact one would keep every training edge.
-        self.train_metrics = MetricCollection(
-            {"auroc": BinaryAUROC(thresholds=200)}, prefix="train/"
-        )
-        self.train_hits_at_1 = HitsAtOne()
-        self.val_metrics = MetricCollection(
-            {"auroc": BinaryAUROC(), "average_precision": BinaryAveragePrecision()}, prefix="val/"
-        )
-        self.val_hits_at_1 = HitsAtOne()
+        train = {"hits_at_1": HitsAtOne(), "auroc": BinaryAUROC(thresholds=200)}
+        val = {"hits_at_1": HitsAtOne(), "auroc": BinaryAUROC()}
+        val["average_precision"] = BinaryAveragePrecision()
+        self.train_metrics = MetricCollection(train, prefix="train/")
+        self.val_metrics = MetricCollection(val, prefix="val/")
 
     @classmethod
     def load_from_checkpoint(cls, checkpoint_path: Any, *args: Any, **kwargs: Any) -> NEPModule:
@@ -112,19 +149,19 @@ class NEPModule(pl.LightningModule):
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Loss of one batch; updates the training metrics."""
-        return self._step(batch, "train", self.train_metrics, self.train_hits_at_1)
+        return self._step(batch, "train", self.train_metrics)
 
     def validation_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Loss of one batch; updates the validation metrics."""
-        return self._step(batch, "val", self.val_metrics, self.val_hits_at_1)
+        return self._step(batch, "val", self.val_metrics)
 
     def on_train_epoch_end(self) -> None:
         """Log the training metrics."""
-        self._log_metrics("train", self.train_metrics, self.train_hits_at_1)
+        self._log_metrics(self.train_metrics)
 
     def on_validation_epoch_end(self) -> None:
         """Log the validation metrics."""
-        self._log_metrics("val", self.val_metrics, self.val_hits_at_1)
+        self._log_metrics(self.val_metrics)
 
     def configure_optimizers(self) -> OptimizerLRScheduler:
         """Adam, as in the paper; with a cosine schedule if asked for."""
@@ -139,13 +176,7 @@ class NEPModule(pl.LightningModule):
             "lr_scheduler": {"scheduler": schedule, "interval": "step"},
         }
 
-    def _step(
-        self,
-        batch: Batch,
-        stage: str,
-        metrics: MetricCollection,
-        hits_at_1: HitsAtOne,
-    ) -> Tensor:
+    def _step(self, batch: Batch, stage: str, metrics: MetricCollection) -> Tensor:
         batch = batch.to(self.device)
         of_members = self.predictor.score_members(batch)
         losses = [self._compute_loss(batch, logits) for logits in of_members.unbind(dim=1)]
@@ -154,8 +185,7 @@ class NEPModule(pl.LightningModule):
         if known.any():
             target = batch.query_target[known]
             known_logits = self.predictor.join_answers(batch, of_members.detach())[known]
-            metrics.update(known_logits, target.long())
-            hits_at_1.update(known_logits, target, batch.query_snapshot[known])
+            metrics.update(known_logits, target.long(), snapshot=batch.query_snapshot[known])
         self.log(
             f"{stage}/loss",
             loss,
@@ -165,10 +195,10 @@ class NEPModule(pl.LightningModule):
         )
         return loss
 
-    def _log_metrics(self, stage: str, metrics: MetricCollection, hits_at_1: HitsAtOne) -> None:
+    def _log_metrics(self, metrics: MetricCollection) -> None:
         """Log the metrics of an epoch; Lightning computes and resets them."""
-        self.log(f"{stage}/hits_at_1", hits_at_1, prog_bar=True)
-        self.log_dict(metrics)
+        for name, metric in metrics.items(copy_state=False):
+            self.log(name, metric, prog_bar=isinstance(metric, HitsAtOne))
 
     def _compute_loss(self, batch: Batch, logits: Tensor) -> Tensor:
         """Return the loss of the answers, or of the relevance of places where it is given."""

@@ -11,8 +11,7 @@ from datamodules.batch import Batch
 from nep.encoders.encoder import Encoder
 from nep.layers.ensemble_linear import make_linear
 from nep.layers.segment import segment_softmax
-from nep.model.embedding import EdgeEmbedding, NodeEmbedding
-from nep.model.evidence_embedding import EvidenceEmbedding
+from nep.model.embedding import EdgeEmbedding, EvidenceEmbedding, NodeEmbedding
 from nep.model.query_attention import QueryAttention
 from nep.model.settings import NetworkConfig
 

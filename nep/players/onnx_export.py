@@ -12,7 +12,7 @@ from datamodules.batch import NODE_TYPES, RELATIONS
 from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, FeatureConfig, list_columns
 from nep.encoders import MLP, Sets
 from nep.layers.ensemble_linear import EnsembleLinear
-from nep.model.evidence_embedding import MOST_DEVIATIONS
+from nep.model.embedding import MOST_DEVIATIONS
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
@@ -109,7 +109,7 @@ class _Graph:
         return product if bias is None else self.add("Add", product, self.constant(bias))
 
     def gelu(self, values: str) -> str:
-        """Apply the activation of `nep.layers.gelu`."""
+        """Apply the activation of `nep.layers.ensemble_linear.gelu`."""
         return self.add("Gelu", values, approximate="tanh")
 
 

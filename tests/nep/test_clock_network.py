@@ -13,9 +13,8 @@ from datamodules.sgm_datamodule import SGMDataModule
 from nep import Clock, ObjectFinder, SceneGraphMemory, Sighting, evaluate, export, fit
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.encoders import MLP
-from nep.model.hits_at_1 import HitsAtOne
 from nep.model.loss import balanced_bce
-from nep.model.module import NEPModule
+from nep.model.module import HitsAtOne, NEPModule
 from nep.model.settings import NetworkConfig
 from nep.players.checkpoints import load_config, load_trained
 from sgm.network.shipped import PRETRAINED

@@ -2,7 +2,7 @@
 
 import torch
 
-from nep.layers.gelu import gelu
+from nep.layers.ensemble_linear import gelu
 
 
 def test_it_is_the_number_times_the_probability_of_a_smaller_one():

@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import nn
 
-from nep.layers.heat import HEATConv
+from nep.encoders.heat import HEATConv
 
 pytest.importorskip("torch_geometric", reason="torch_geometric is not installed: extra bench")
 BENCHMARKS = Path(__file__).resolve().parents[3] / "benchmarks"

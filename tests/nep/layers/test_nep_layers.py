@@ -11,13 +11,13 @@ import torch
 from torch import nn
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.layers.alike import AlikeConv
-from nep.layers.dropout import ByteDropout
-from nep.layers.gcn import GCNConv
-from nep.layers.han import HANConv
-from nep.layers.heat import HEATConv
-from nep.layers.hgt import HGTConv
+from nep.encoders.encoder import AlikeConv
+from nep.encoders.gcn import GCNConv
+from nep.encoders.han import HANConv
+from nep.encoders.heat import HEATConv
+from nep.encoders.hgt import HGTConv
 from nep.layers.segment import attend, segment_softmax, segment_sum
+from nep.model.query_attention import ByteDropout
 
 IN, OUT, EDGE = 6, 8, 5
 

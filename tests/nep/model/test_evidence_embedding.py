@@ -9,7 +9,7 @@ from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.encoders import Sets
 from nep.layers.segment import segment_max
-from nep.model.evidence_embedding import EvidenceEmbedding
+from nep.model.embedding import EvidenceEmbedding
 from nep.model.module import NEPModule
 from nep.model.settings import LossConfig, NetworkConfig
 from nep.players.policy import NEPPolicy

@@ -12,9 +12,8 @@ from torch.utils.data import DataLoader
 
 from datamodules.batch import QUERY_EDGE_TYPES
 from nep.encoders import GCN, HEAT, MLP
-from nep.model.hits_at_1 import HitsAtOne
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
-from nep.model.module import NEPModule
+from nep.model.module import HitsAtOne, NEPModule
 from nep.model.settings import LossConfig, NetworkConfig, OptimiserConfig
 
 
