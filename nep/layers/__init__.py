@@ -1,1 +1,1 @@
-"""Graph layers."""
+"""Products, sums and softmax of rows that networks are made of."""

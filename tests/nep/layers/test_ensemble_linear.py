@@ -4,7 +4,7 @@ import pytest
 import torch
 from torch import nn
 
-from nep.layers.ensemble_linear import EnsembleLinear, make_linear, split_members
+from nep.layers.ensemble_linear import EnsembleLinear, gelu, make_linear, split_members
 
 
 @pytest.mark.parametrize("bias", [True, False])
@@ -43,3 +43,13 @@ def test_columns_of_a_member_lie_together():
     values = torch.tensor([[10.0, 11.0, 20.0, 21.0]])
     assert split_members(values, 2).tolist() == [[[10, 11], [20, 21]]]
     assert split_members(values, 1) is values
+
+
+def test_gelu_is_the_number_times_the_probability_of_a_smaller_one():
+    """x Phi(x): 0 at 0; Phi(1) = .8413; -2 Phi(-2) = -2 x .0228 = -.0455; and up to 5e-4."""
+    values = torch.tensor([0.0, 1.0, -2.0], dtype=torch.float64)
+    expected = torch.tensor([0.0, 0.8413, -0.0455], dtype=torch.float64)
+    torch.testing.assert_close(gelu(values), expected, rtol=0, atol=2e-4)
+    values = torch.linspace(-10, 10, 2001, dtype=torch.float64)
+    exact = values * torch.special.ndtr(values)
+    assert (gelu(values) - exact).abs().max() < 5e-4

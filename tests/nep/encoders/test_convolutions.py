@@ -1,4 +1,4 @@
-"""Laws of the graph layers, and their equality with plain loops over the published formulas."""
+"""Laws of the convolutions, and their equality with plain loops over the published formulas."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from nep.encoders.gcn import GCNConv
 from nep.encoders.han import HANConv
 from nep.encoders.heat import HEATConv
 from nep.encoders.hgt import HGTConv
-from nep.layers.segment import attend, segment_softmax, segment_sum
-from nep.model.query_attention import ByteDropout
 
 IN, OUT, EDGE = 6, 8, 5
 
@@ -286,60 +284,3 @@ def test_heads_must_divide_the_width():
 def test_sharing_must_be_known():
     with pytest.raises(ValueError, match=r"sharing must be one of softmax, sigmoid, got 'mean'\."):
         HEATConv(64, 64, 64, 2, 16, 16, sharing="mean")
-
-
-def test_segment_sum_and_softmax_by_hand():
-    # rows 0 and 2 enter segment 1, row 1 enters segment 3; segments 0 and 2 are empty
-    segment = torch.tensor([1, 3, 1])
-    values = torch.tensor([[1.0, 10.0], [2.0, 20.0], [3.0, 30.0]])
-    assert segment_sum(values, segment, 4).tolist() == [[0, 0], [4, 40], [0, 0], [2, 20]]
-    # softmax(0, log 3) = (1, 3) / 4, also when 1000 is added to both
-    logits = torch.tensor([[0.0], [7.0], [float(np.log(3))]])
-    want = torch.tensor([[0.25], [1.0], [0.75]])
-    torch.testing.assert_close(segment_softmax(logits, segment, 4), want)
-    torch.testing.assert_close(
-        segment_softmax(logits + 1000, segment, 4), want, rtol=1e-4, atol=1e-4
-    )
-
-
-def test_attend_equals_dgl():
-    generator = torch.Generator().manual_seed(0)
-    source = torch.randint(30, (200,), generator=generator)
-    segment = torch.randint(12, (200,), generator=generator) // 2 * 2  # every other one is empty
-    values = torch.randn(30, 8, generator=generator, requires_grad=True)
-    attention = torch.rand(200, 2, generator=generator, requires_grad=True)
-    graph = dgl.heterograph(
-        {("node", "to", "segment"): (source, segment)},
-        num_nodes_dict={"node": 30, "segment": 12},
-    )
-    ours = attend(attention, values, source, segment, 12)
-    theirs = dgl.ops.u_mul_e_sum(
-        graph, values.unflatten(1, (2, 4)), attention.unsqueeze(2)
-    ).flatten(1)  # fmt: skip
-    torch.testing.assert_close(ours, theirs)
-    weight = torch.randn(12, 8, generator=generator)
-    for mine, other in zip(
-        torch.autograd.grad(ours, [values, attention], weight),
-        torch.autograd.grad(theirs, [values, attention], weight),
-        strict=True,
-    ):
-        torch.testing.assert_close(mine, other, rtol=1e-4, atol=1e-5)
-
-
-def test_byte_dropout_drops_its_share_and_keeps_the_mean():
-    torch.manual_seed(0)
-    dropout = ByteDropout(0.1)  # rounds to 26 / 256
-    ones = torch.ones(1003, 997)
-    dropped = dropout(ones)
-    share = (dropped == 0).float().mean().item()
-    # standard deviation of the share: sqrt(0.1 * 0.9 / 1e6) = 0.0003
-    assert share == pytest.approx(26 / 256, abs=0.0015)
-    assert dropped.max().item() == pytest.approx(256 / 230)
-    # every position is drawn on its own: neighbours and bytes of one word are uncorrelated
-    zero = (dropped == 0).float().flatten()
-    for lag in (1, 7, 8):
-        both = (zero[lag:] * zero[:-lag]).mean().item()
-        assert both == pytest.approx((26 / 256) ** 2, abs=0.001)
-    assert dropout.eval()(ones) is ones
-    with pytest.raises(ValueError, match=r"dropout must lie in \[0, 1\), got 1.0"):
-        ByteDropout(1.0)
