@@ -30,9 +30,9 @@ from simulator.command_line import (
     parse,
     pick,
 )
-from simulator.events.collection import collect_events
 from simulator.events.files import MANIFEST as EVENT_MANIFEST
 from simulator.events.files import load_events, read_manifest, save_events
+from simulator.events.recorder import collect_events
 from simulator.fan_out import check_workers, fan_out
 from simulator.home_options import HomeOptions
 from simulator.policies import check_policies, identify_policy, make_policy

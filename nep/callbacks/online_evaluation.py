@@ -16,9 +16,8 @@ from nep.model.module import NEPModule
 from nep.players.contestants import MakePolicy
 from nep.players.policy import NEPPolicy
 from nep.report.boards import list_boards, log_figures, log_final, log_table
-from nep.report.figures import draw_calibration, draw_task
+from nep.report.figures import draw_calibration, draw_searches, draw_task, play_search_stories
 from nep.report.results import ScoreSummary
-from nep.report.search_pictures import draw_searches, play_search_stories
 from nep.report.statistics import compute_gap_closed
 from nep.report.tables import (
     BOUNDED,

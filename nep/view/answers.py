@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from nep.view.cones import make_cone
 from nep.view.page_state import Judges, Stage
-from nep.view.plan_shapes import PlanShapes
+from nep.view.plan_shapes import PlanShapes, make_cone
 from nep.view.routes import list_ways
 from nep.view.texts import tell_furniture, tell_step
 from sgm.arrays.relations import NUM_RELATIONS

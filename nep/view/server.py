@@ -1,4 +1,4 @@
-"""Serves the page to this machine alone."""
+"""Serves the page to this machine alone; every value of a request is checked before it is used."""
 
 from __future__ import annotations
 
@@ -12,12 +12,31 @@ from typing import Any
 
 from nep.view.answers import Desk
 from nep.view.document import make_document, make_policy
-from nep.view.inputs import CALLS, MOST_BYTES, read_request
 from nep.view.page_state import Judges, Stage
+from sgm.files import parse_json
+from sgm.memory.clock import MAX_TIME
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import shorten, shorten_text
 from sgm.serve.guard import Guard, Refused
+from sgm.serve.rules import TEXT, make_choice_rule, make_whole_rule
 from simulator.replay.still_memory import StillMemory
 
+MOST_BYTES = 10_000  # of a request; the page sends a hundred
+
+_NUMBER = make_whole_rule(0, MAX_TIME)
+
+# What each call of the page takes, and what does it.
+_STEP = ("step",)
+CALLS: Mapping[str, tuple[tuple[str, ...], Callable[..., Any]]] = {
+    "watch": ((), Desk.watch),
+    "names": (("since",), Desk.list_names),
+    "plan": (_STEP, Desk.tell_plan),
+    "state": (_STEP, Desk.tell_state),
+    "changes": (_STEP, Desk.tell_changes),
+    "answer": (("step", "words", "judge"), Desk.answer),
+    "trace": (("words", "judge"), Desk.trace),
+    "furniture": (("step", "furniture"), Desk.tell_furniture),
+}
 HOST = "127.0.0.1"
 DEFAULT_PORT = 8050
 _MOST_PAGES = 50  # beside each other on one machine
@@ -28,6 +47,44 @@ _HEADERS = (
     ("Cross-Origin-Resource-Policy", "same-origin"),
     ("Cache-Control", "no-store"),
 )
+
+
+def read_request(content: bytes, desk: Desk) -> tuple[str, dict[str, Any]]:
+    """Return the call of a request and its arguments by name: a JSON object of all of them alone.
+
+    Raises:
+        ValueError: if a value breaks its rule.
+    """
+    if len(content) > MOST_BYTES:
+        raise _refuse("request", f"have at most {MOST_BYTES} bytes", len(content))
+    try:
+        body = parse_json(content)
+    except ValueError as error:
+        raise ValueError(
+            f"request must be JSON, got {shorten_text(str(error))}. Reload the page."
+        ) from None
+    if not isinstance(body, dict):
+        raise _refuse("request", "be an object", body)
+    call = body.get("call")
+    if not isinstance(call, str) or call not in CALLS:
+        raise _refuse("call", f"be one of {', '.join(CALLS)}", call)
+    names = CALLS[call][0]
+    if body.keys() != {"call", *names}:
+        raise _refuse(f"arguments of {call}", f"be {', '.join(names) or 'none'}", sorted(body))
+    return call, {name: _read(name, body[name], desk) for name in names}
+
+
+def _read(name: str, value: Any, desk: Desk) -> Any:
+    rules = {"words": TEXT, "judge": make_choice_rule(*desk.judges.names)}
+    rule = rules.get(name, _NUMBER)
+    if rule.convert(name, value) is None:
+        raise _refuse(name, rule.must, value)
+    return value
+
+
+def _refuse(what: str, rule: str, value: object) -> ValueError:
+    got = shorten_text(shorten(value).encode("utf-8", "backslashreplace").decode())
+    return ValueError(f"{what} must {rule}, got {got}. Reload the page.")
 
 
 def show(

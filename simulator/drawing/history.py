@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from matplotlib.axes import Axes
 
-from simulator.drawing.colours import BELIEF, MISSING, SAID, SEEN, TRUE_PLACE, compute_shade
-from simulator.drawing.home import mix
+from simulator.drawing.home import BELIEF, MISSING, SAID, SEEN, TRUE_PLACE, compute_shade, mix
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from simulator.drawing.colours import compute_shade
+from simulator.drawing.home import compute_shade
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.navigation import DIRECTIONS
 from simulator.igridson.scene import (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
-from simulator.drawing import colours
+from simulator.drawing import home as drawn
 from simulator.igridson.layout import GridLayout
 from simulator.world.homes import Homes
 
@@ -25,12 +25,12 @@ FLOORS: tuple[Color, ...] = ((244, 239, 230), (233, 240, 236), (238, 236, 245), 
 DOOR: Color = (201, 173, 133)
 FURNITURE: Color = (255, 253, 248)
 OUTLINE: Color = (120, 124, 134)
-BELIEF: Color = _read_color(colours.BELIEF)
-AGENT: Color = _read_color(colours.ROUTE)
+BELIEF: Color = _read_color(drawn.BELIEF)
+AGENT: Color = _read_color(drawn.ROUTE)
 FOUND: Color = (22, 150, 84)
 TEXT: Color = (28, 30, 36)
 PAPER: Color = (255, 255, 255)
-ASKED: Color = _read_color(colours.TRUE_PLACE)
+ASKED: Color = _read_color(drawn.TRUE_PLACE)
 # Objects without a colour word in their description take one of these by type.
 NEUTRALS: tuple[Color, ...] = (
     (122, 134, 150), (150, 128, 106), (108, 142, 128), (146, 120, 144), (136, 136, 96),

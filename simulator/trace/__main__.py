@@ -19,9 +19,8 @@ from simulator.trace.from_log import make_trace, split_trace
 from simulator.trace.importers import IMPORTERS
 from simulator.trace.layout import read_start
 from simulator.trace.record import record_homes
-from simulator.trace.remembered_trace import remember_trace
 from simulator.trace.source import RecordedSource, check_step_seconds
-from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
+from simulator.trace.trace import Trace, find_traces, load_trace, remember_trace, save_trace
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import SPLITS, Streams
 

@@ -14,9 +14,9 @@ from sgm.names.words import read_words
 from sgm.prior.prior_graph import Adjectives, FurnitureType, ObjectType, Placement, PriorGraph
 from simulator.priors.types import FurnitureRow, ObjectRow, load_types
 from simulator.trace.episode import Episode
+from simulator.trace.recorded_homes import RecordedTypes
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import Trace
-from simulator.trace.types import RecordedTypes
 
 _ROUNDS = 200  # of fitting sample probabilities
 

@@ -13,8 +13,7 @@ from sgm.layout.layout import Layout
 from sgm.memory.clock import DEFAULT_STEP_SECONDS
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import number_names
-from simulator.trace.simulation_file import Truth, list_weights
-from simulator.trace.trace import Trace
+from simulator.trace.trace import Trace, Truth, list_weights
 from simulator.world.sampled_homes import SampledHomes
 
 

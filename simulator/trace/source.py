@@ -15,9 +15,8 @@ from sgm.memory.clock import DEFAULT_STEP_SECONDS
 from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.episode import Episode, make_episode, split_days
 from simulator.trace.layout import LAYOUT_FILE
-from simulator.trace.recorded_homes import RecordedHomes
+from simulator.trace.recorded_homes import RecordedHomes, RecordedTypes
 from simulator.trace.trace import Trace, find_traces, load_trace
-from simulator.trace.types import RecordedTypes
 from simulator.world.config import HomeConfig
 from simulator.world.source import TRUE_TRANSITIONS, Group, HomeSource
 from simulator.world.streams import Streams

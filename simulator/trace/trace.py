@@ -1,8 +1,13 @@
-"""A trace: what was where in a home, and when. A folder of `layout.json` and `events.csv`."""
+"""A trace: what was where in a home, and when. A folder of `layout.json` and `events.csv`.
+
+Beside them a simulator writes what only it knows of the home: `simulation.json`.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import json
+import math
 import os
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
@@ -11,16 +16,124 @@ from datetime import datetime
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
-from sgm.files import write_whole
+from sgm.files import read_json, write_whole
 from sgm.layout.layout import Layout
+from sgm.memory.clock import Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.messages import shorten, shorten_values
 from sgm.names.words import read_words
+from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.events import EVENTS_FILE, GONE, Event, load_events, make_events_csv
 from simulator.trace.layout import LAYOUT_FILE, load_layout, make_layout_json
-from simulator.trace.simulation_file import TRUTH_FILE, Truth, load_truth, make_truth_json
+from simulator.world.config import HomeConfig
 
+TRUTH_FILE = "simulation.json"
+TRUTH_VERSION = 1
+MAX_SLOTS = 100_000  # of a home
+_BROKEN = (
+    OSError, ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError,
+)  # fmt: skip
+
+# Weights of places by the text of what lies there: {"mug": {"3": 0.25, ...}, ...}
+Weights = Mapping[str, Mapping[int, float]]
 _MOST_ENTRIES = 10_000  # of a folder that is searched for traces
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The rules and dynamics of a simulated home; a recorded one has none.
+
+    Attributes:
+        config: the rules.
+        step_seconds: length of a time step.
+        num_slots: most objects that the home can hold; detection draws one number for each.
+        transitions: true dynamics T by description: weight by place (2 x furniture + relation).
+        place_weights: class weights by object label: weight by place.
+    """
+
+    config: HomeConfig
+    step_seconds: float
+    num_slots: int
+    transitions: Weights
+    place_weights: Weights
+
+
+def list_weights(row: np.ndarray) -> dict[int, float]:
+    """List the places of a row of weights (P,) that are not zero."""
+    return {int(place): float(row[place]) for place in np.flatnonzero(row)}
+
+
+def fill_row(weights: Mapping[int, float], num_places: int) -> np.ndarray:
+    """Return a row of weights, float32 (P,)."""
+    row = np.zeros(num_places, dtype=np.float32)
+    row[list(weights)] = list(weights.values())
+    return row
+
+
+def make_truth_json(truth: Truth) -> str:
+    """Write the text of a `simulation.json`; numbers come back as the same float32."""
+    data = {
+        "version": TRUTH_VERSION,
+        "step_seconds": truth.step_seconds,
+        "num_slots": truth.num_slots,
+        "rules": truth.config.describe(),
+        "transitions": truth.transitions,
+        "place_weights": truth.place_weights,
+    }
+    return json.dumps(data, ensure_ascii=False) + "\n"
+
+
+def load_truth(path: Path, num_places: int) -> Truth | None:
+    """Read a `simulation.json` beside a layout of P places; None if there is none.
+
+    Raises:
+        ValueError: if the file is broken; it is named.
+    """
+    if not path.exists():
+        return None
+    try:
+        data = read_json(path)
+        if data["version"] != TRUTH_VERSION:
+            raise ValueError(f"version {shorten(data['version'])} instead of {TRUTH_VERSION}")
+        truth = Truth(
+            HomeConfig.from_json(data["rules"]),
+            float(data["step_seconds"]),
+            int(data["num_slots"]),
+            _read_weights(data["transitions"], num_places),
+            _read_weights(data["place_weights"], num_places),
+        )
+        if not 0 < truth.step_seconds < math.inf:
+            raise ValueError(f"step_seconds {truth.step_seconds}")
+        if not 1 <= truth.num_slots <= MAX_SLOTS:
+            raise ValueError(
+                f"num_slots {shorten(truth.num_slots)}, which must lie in 1 to {MAX_SLOTS}"
+            )
+    except _BROKEN as error:
+        raise ValueError(
+            f"{path}: simulation must be whole, got {type(error).__name__}: "
+            f"{shorten_values(str(error))}. Record the home again, or delete the file to replay it "
+            "like any recorded home."
+        ) from None
+    return truth
+
+
+def _read_weights(data: Any, num_places: int) -> Weights:
+    weights = {
+        str(text): {int(place): float(weight) for place, weight in row.items()}
+        for text, row in data.items()
+    }
+    for text, row in weights.items():
+        if not all(0 <= place < num_places and weight >= 0 for place, weight in row.items()):
+            raise ValueError(
+                f"a place outside the layout, or a negative weight, for {shorten(text)}"
+            )
+    return weights
 
 
 @dataclass(frozen=True)
@@ -169,3 +282,32 @@ def _make_files(trace: Trace) -> dict[str, str]:
     if trace.truth is not None:
         files[TRUTH_FILE] = make_truth_json(trace.truth)
     return files
+
+
+def remember_trace(trace: Trace, prior: PriorGraph | None = None) -> SceneGraphMemory:
+    """Look once at all furniture of a recorded home at its end, without missing anything.
+
+    A home without events is a map: its memory knows the furniture, and has looked at none of it.
+
+    Room and furniture ids are their indices in the layout. If that says when it starts, the memory
+    has a clock, with steps of an hour from the time of the looks on. The prior is the household
+    prior if left out.
+    """
+    start = trace.start
+    memory = SceneGraphMemory(prior, None if start is None else Clock(start).shift(trace.end_s))
+    for room in trace.layout.rooms.values():
+        memory.add_room(room.label)
+    for row in trace.layout.furniture.values():
+        description = row.name if row.description == row.label else row.description
+        memory.add_furniture(row.label, row.room, description, row.position, row.box, row.open_cost)
+    if not trace.events:
+        return memory
+    where = {event.object: event for event in trace.events}
+    for furniture in trace.layout.furniture:
+        seen = [
+            Sighting(event.description, RELATIONS[event.relation])
+            for event in where.values()
+            if event.furniture == furniture
+        ]
+        memory.observe(furniture, seen)
+    return memory

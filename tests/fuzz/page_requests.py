@@ -14,9 +14,8 @@ import numpy as np
 import targets
 
 from nep.view.answers import Desk
-from nep.view.inputs import CALLS
 from nep.view.page_state import Judges, Stage
-from nep.view.server import PageServer
+from nep.view.server import CALLS, PageServer
 from simulator.replay.still_memory import StillMemory
 
 Rng = np.random.Generator

@@ -20,8 +20,8 @@ from sgm.memory.look_log import read_log
 from sgm.prior.prior_graph import load_prior
 from simulator import PriorGraph, SceneGraphMemory
 from simulator.igridson.layout_file import load_layout
-from simulator.trace.importers.label_names import load_label_names
 from simulator.trace.importers.procthor import read_procthor
+from simulator.trace.importers.scene_graph import load_label_names
 from simulator.trace.trace import load_trace
 from tools.priors.table import count_table
 

@@ -46,9 +46,8 @@ from simulator.snapshots.shards import MANIFEST, load_shard, save_shard
 from simulator.trace.from_log import make_trace as make_trace_of_log
 from simulator.trace.importers.procthor import read_procthor
 from simulator.trace.record import record_homes
-from simulator.trace.remembered_trace import remember_trace
 from simulator.trace.source import RecordedSource
-from simulator.trace.trace import save_trace
+from simulator.trace.trace import remember_trace, save_trace
 from simulator.world.source import SampledSource
 from tools.priors.table import count_table
 

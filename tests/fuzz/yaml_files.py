@@ -8,7 +8,7 @@ import commands
 import mutate
 import numpy as np
 
-from simulator.trace.importers.label_names import load_label_names
+from simulator.trace.importers.scene_graph import load_label_names
 
 Rng = np.random.Generator
 LABELS = "label_names:\n- {label: 0, name: unknown}\n- {label: 5, name: chair}\n"

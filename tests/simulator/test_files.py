@@ -19,7 +19,7 @@ from sgm.prior.prior_graph import PriorGraph
 from simulator import SceneGraphMemory
 from simulator.igridson.layout_file import load_layout
 from simulator.snapshots.shards import load_shard
-from simulator.trace.importers.label_names import load_label_names
+from simulator.trace.importers.scene_graph import load_label_names
 from simulator.world.config import HomeConfig
 from tools.priors.procthor_houses import count_procthor_houses
 from tools.priors.table import count_table

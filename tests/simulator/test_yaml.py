@@ -7,7 +7,7 @@ import pytest
 
 from nep.fit import main as fit
 from simulator.collect import main as collect
-from simulator.trace.importers.label_names import load_label_names
+from simulator.trace.importers.scene_graph import load_label_names
 from simulator.yaml_text import parse_yaml
 
 _NAMES = "abcdefghijklm"

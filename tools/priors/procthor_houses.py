@@ -12,7 +12,7 @@ from typing import IO, Any, TypeGuard, cast
 from sgm.files import open_file, parse_json
 from sgm.messages import shorten
 from simulator.priors.types import load_names, load_types
-from simulator.trace.importers.procthor_schema import HouseRooms, find_labels, find_type
+from simulator.trace.importers.procthor import HouseRooms, find_labels, find_type
 from tools.priors.counts import PlacementCounts
 
 INSTALL = "Install it with `pip install prior`, or pass the path of train.jsonl.gz"

@@ -24,8 +24,8 @@ from sgm.memory.spark_graph import (
 from sgm.messages import shorten
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
-from simulator.trace.importers.label_names import load_label_names
 from simulator.trace.trace import Trace
+from simulator.yaml_text import read_yaml
 
 MAX_DISTANCE = 1.0
 """Metres from furniture beyond which an object is not taken to be on it."""
@@ -281,3 +281,35 @@ class _GraphReader:
         name = str(getattr(node.attributes, "name", "")).strip()
         is_symbol = not name or name == str(node.id) or name == node.id.str(True)
         return None if is_symbol else name
+
+
+def load_label_names(path: Path) -> dict[int, str]:
+    """Read a label space: YAML with `label_names`, a list of entries with `label` and `name`.
+
+    Raises:
+        ValueError: if it cannot be read, or an entry is broken or there twice.
+    """
+    try:
+        content: Any = read_yaml(path)
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            f"labels must be a file that can be read as YAML, got {shorten(str(error))} for "
+            f"{path}. Name the label space of your Hydra configuration."
+        ) from error
+    rows = content.get("label_names") if isinstance(content, dict) else None
+    if not isinstance(rows, list) or not rows:
+        raise ValueError(
+            f"labels must have a list label_names, got {shorten(rows, 60)} in {path}. Write "
+            "entries like {label: 5, name: chair}."
+        )
+    names: dict[int, str] = {}
+    for index, row in enumerate(rows):
+        number, name = (row.get("label"), row.get("name")) if isinstance(row, dict) else (None, row)
+        is_named = isinstance(name, str) and name.strip()
+        if type(number) is not int or not is_named or number in names:
+            raise ValueError(
+                f"label_names[{index}] must have a label, a number of its own, and a name, got "
+                f"{shorten(row, 60)} in {path}. Write entries like {{label: 5, name: chair}}."
+            )
+        names[number] = str(name)
+    return names

@@ -4,9 +4,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from nep.callbacks.online_evaluation import OnlineEvaluation
-from nep.report.figures import draw_calibration
+from nep.report.figures import draw_calibration, draw_searches, play_search_stories
 from nep.report.results import ScoreSummary
-from nep.report.search_pictures import draw_searches, play_search_stories
 from simulator import Bayesian, HomeConfig
 from simulator.tasks.find_object import FindObject
 from simulator.world.source import SampledSource

@@ -10,7 +10,7 @@ pytest.importorskip("selenium", reason="selenium is not installed")
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from nep.view.saved_page import save_page
+from nep.view.document import save_page
 from tests.nep.view.page_driver import (
     ask,
     click_map,

@@ -9,9 +9,8 @@ from urllib.parse import urlsplit
 import pytest
 
 from nep.view.answers import Desk
-from nep.view.inputs import CALLS, MOST_BYTES
 from nep.view.page_state import Judges, Stage
-from nep.view.server import PageServer
+from nep.view.server import CALLS, MOST_BYTES, PageServer
 from simulator import SceneGraphMemory, Sighting
 from simulator.replay.still_memory import StillMemory
 

@@ -5,9 +5,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from nep.view.cones import find_outer_corners, make_cone
 from nep.view.page_state import Stage
-from nep.view.plan_shapes import PlanShapes
+from nep.view.plan_shapes import PlanShapes, find_outer_corners, make_cone
 from nep.view.routes import list_ways
 from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint

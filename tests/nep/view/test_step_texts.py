@@ -2,8 +2,8 @@
 
 import pytest
 
+from nep.view.__main__ import open_source
 from nep.view.answers import tell_history
-from nep.view.sources import open_source
 from nep.view.texts import tell_furniture, tell_step
 from sgm.memory.look_log import read_log
 from simulator import SceneGraphMemory, Sighting

@@ -15,8 +15,8 @@ import pytest
 
 from nep.view.__main__ import main
 from nep.view.answers import MOST_CHANGES, Desk
+from nep.view.document import save_page
 from nep.view.page_state import Judges, Stage
-from nep.view.saved_page import save_page
 from nep.view.server import PageServer
 from nep.view.texts import tell_furniture, tell_step
 from sgm.finder.finder import Finder

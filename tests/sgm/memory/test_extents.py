@@ -11,7 +11,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from simulator.trace.from_log import make_trace
 from simulator.trace.layout import load_layout, make_layout_json
-from simulator.trace.remembered_trace import remember_trace
+from simulator.trace.trace import remember_trace
 
 FRIDGE = Box((1, 0.3, 0.9), (0.6, 0.7, 1.8), 1.5, "door")
 _AROUND = [(2.6, 2.4), (3.4, 2.4), (3.4, 3.6), (3.0, 3.6), (3.0, 3.0), (2.6, 3.0)]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from simulator.drawing.colours import compute_shade
+from simulator.drawing.home import compute_shade
 from simulator.igridson.drawing import CAPTION, GLYPH, LABEL_SIZE, LABEL_TOP, LINE, HomePicture
 from simulator.igridson.scene import (
     AGENT,

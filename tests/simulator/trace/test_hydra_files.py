@@ -10,8 +10,8 @@ from sgm.memory.sighting import Sighting
 from simulator.trace import load_trace, save_trace
 from simulator.trace.__main__ import main
 from simulator.trace.importers import IMPORTERS, read_scene_graph
-from simulator.trace.importers.label_names import load_label_names
-from simulator.trace.remembered_trace import remember_trace
+from simulator.trace.importers.scene_graph import load_label_names
+from simulator.trace.trace import remember_trace
 
 spark_dsg = pytest.importorskip("spark_dsg", reason="spark_dsg is not installed: extra spark")
 

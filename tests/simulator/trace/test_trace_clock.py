@@ -16,7 +16,7 @@ from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.trace import RecordedSource, load_trace, make_episode, split_days
 from simulator.trace.__main__ import main
-from simulator.trace.remembered_trace import remember_trace
+from simulator.trace.trace import remember_trace
 from simulator.world.streams import Streams
 
 HOUR = 3600

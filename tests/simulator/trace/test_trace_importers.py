@@ -13,7 +13,7 @@ from simulator.trace import load_trace
 from simulator.trace.__main__ import main
 from simulator.trace.episode import split_days
 from simulator.trace.importers import read_procthor, read_scene_graph
-from simulator.trace.remembered_trace import remember_trace
+from simulator.trace.trace import remember_trace
 
 SQUARE = [{"x": x, "y": 0, "z": z} for x, z in ((0, 0), (0, 4), (4, 4), (4, 0))]
 HOUSE = {

@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from simulator.trace.importers.procthor_schema import find_asset_type
+from simulator.trace.importers.procthor import find_asset_type
 from tools.priors.counts import PlacementCounts
 from tools.priors.procthor_houses import count_houses, count_procthor_houses
 
