@@ -43,7 +43,7 @@ from nep.robot.comparison import compare_in_log
 from nep.setting_groups import list_groups, name_groups
 from sgm.memory.look_log import read_log
 from sgm.messages import shorten, shorten_text
-from sgm.network.retired import RETIRED, drop_retired
+from sgm.network.shipped import RETIRED, drop_retired
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors, use_plain_yaml
 from simulator.process import run_main
 

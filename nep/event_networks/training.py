@@ -13,7 +13,7 @@ from nep.event_networks.episodes import EventEpisode, LookEvents
 from nep.event_networks.network import TemporalNetwork
 from nep.event_networks.stream import EventStream
 from nep.model.loss import listwise_loss
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import compute_probabilities
 from sgm.text import load_text
 from simulator.tasks.metrics import compute_nll
 from simulator.tasks.scores import compute_rank

@@ -19,8 +19,7 @@ from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.evidence_features import compute_features
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
-from sgm.network.sharing import mix_answers
-from sgm.network.step_answers import StepAnswers
+from sgm.network.policy import StepAnswers, mix_answers
 from simulator.policies import Policy
 from simulator.policies.home_filter import HomeFilter
 from simulator.snapshots.snapshots import take_snapshots

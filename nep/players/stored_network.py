@@ -18,7 +18,7 @@ from nep.encoders import Encoder
 from nep.model.module import NEPModule
 from nep.model.settings import GROUPS, group_settings
 from sgm.messages import shorten, shorten_text
-from sgm.network.retired import drop_retired
+from sgm.network.shipped import drop_retired
 from sgm.text import PAPER_PIPELINE, is_text_known
 
 # A number of units or layers may be above the axes of the weights only where nothing is sized by

@@ -16,7 +16,7 @@ from scipy.optimize import isotonic_regression
 from nep.players.contestants import MakePolicy
 from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_interval, smooth
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import compute_probabilities
 from simulator.drawing import FloorPlan, draw_belief
 from simulator.tasks.answer import Answer
 from simulator.tasks.find_object import FindObject

@@ -22,7 +22,7 @@ from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from sgm.kernel import kernel
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.text.similar_words import compare
+from sgm.text.vectors import compare
 
 # Filters that the features show, by name; the network weighs them.
 FILTERS = {

@@ -12,7 +12,7 @@ import numpy as np
 
 from sgm.files import MissingFileError, read_json, write_whole
 from sgm.messages import shorten_text
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import compute_probabilities
 
 FORMAT = "scene graph memory: adaptation"
 MIN_QUESTIONS = 30

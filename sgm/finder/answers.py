@@ -211,11 +211,11 @@ class PlaceRow:
 
 
 @dataclass(frozen=True, slots=True)
-class PlaceList:
-    """Places of the home, in the order of their ids.
+class AnswerList:
+    """A list that is cut off after k rows.
 
     Attributes:
-        status: of the room that was named.
+        status: of what was named.
         rows: k at most.
         left_out: how many more there are.
         at: when this was so.
@@ -224,11 +224,22 @@ class PlaceList:
     """
 
     status: Status
-    rows: tuple[PlaceRow, ...]
+    rows: tuple[Any, ...]
     left_out: int
     at: Moment
     ask: str = ""
     candidates: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceList(AnswerList):
+    """Places of the home, in the order of their ids.
+
+    Attributes:
+        status: of the room that was named.
+    """
+
+    rows: tuple[PlaceRow, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,24 +268,14 @@ class ThingRow:
 
 
 @dataclass(frozen=True, slots=True)
-class ThingList:
+class ThingList(AnswerList):
     """Things at places, those seen last first.
 
     Attributes:
         status: of the place or kind that was named, or of the thing.
-        rows: k at most.
-        left_out: how many more there are.
-        at: when this was so.
-        ask: as in `WhereIs`.
-        candidates: as in `WhereIs`.
     """
 
-    status: Status
     rows: tuple[ThingRow, ...]
-    left_out: int
-    at: Moment
-    ask: str = ""
-    candidates: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -304,24 +305,14 @@ class EventRow:
 
 
 @dataclass(frozen=True, slots=True)
-class EventList:
+class EventList(AnswerList):
     """What is known of a thing over time, the latest first.
 
     Attributes:
         status: of the thing.
-        rows: k at most.
-        left_out: how many more there are.
-        at: when this was so.
-        ask: as in `WhereIs`.
-        candidates: as in `WhereIs`.
     """
 
-    status: Status
     rows: tuple[EventRow, ...]
-    left_out: int
-    at: Moment
-    ask: str = ""
-    candidates: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,10 +16,9 @@ from sgm.evidence.doubted import doubt_sightings
 from sgm.evidence.leaving import Leaving
 from sgm.evidence.outings import Outings, join_left
 from sgm.finder.adaptation import Adaptation
-from sgm.finder.judged import JudgedBeliefs
+from sgm.finder.judged import JudgedBeliefs, list_said_moves, show_said_move, take_thing
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.reasons import gather_evidence
-from sgm.finder.said_moves import list_said_moves, take_thing
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
 from sgm.memory.asking import Asked
@@ -27,8 +26,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
 from sgm.names.name_matching import Resolution, Similarity
-from sgm.policies.policy import Policy
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import Policy, compute_probabilities
 
 _USUAL_DETECTOR = Detector()
 _DETECTOR_HINT = "Give for example Detector(miss_rate=0.1)."
@@ -299,20 +297,18 @@ class Finder:
         so that this holds for that thing alone: the things of such a question are judged one by
         one.
         """
-        moves = {move.row: move for move in list_said_moves(asked)}
-        if not moves:
+        moved = list_said_moves(asked)
+        if not moved:
             return self._judge_elsewhere(asked, is_looked)
         beliefs = []
         for row in range(len(asked.rows)):
-            if row not in moves:
-                beliefs.append(self._judge_elsewhere(take_thing(asked, row), is_looked[[row]]))
-                continue
-            shown = moves[row].show(asked)
-            missed, _ = self.detector.compute_log_likelihood(
-                shown.looks, self._policy.looks_counted
-            )
-            belief = self._judge_elsewhere(shown, is_looked[[row]])
-            beliefs.append(belief.look(missed, keeps_elsewhere=True))
+            own = show_said_move(asked, row) if row in moved else take_thing(asked, row)
+            belief = self._judge_elsewhere(own, is_looked[[row]])
+            if row in moved:
+                counted = self._policy.looks_counted
+                missed, _ = self.detector.compute_log_likelihood(own.looks, counted)
+                belief = belief.look(missed, keeps_elsewhere=True)
+            beliefs.append(belief)
         return Belief(np.concatenate([belief.log_weights for belief in beliefs]))
 
     def _judge_elsewhere(self, asked: Asked, is_looked: np.ndarray) -> Belief:

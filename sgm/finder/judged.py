@@ -1,4 +1,7 @@
-"""Beliefs about one state of a memory, each computed once, and those that come along."""
+"""Beliefs about one state of a memory, each computed once, and what is judged along or alone.
+
+What was said of a thing is evidence about that thing alone: it left where it was.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ import numpy as np
 
 from sgm.belief import Belief
 from sgm.memory.asking import Asked
+from sgm.memory.home_history import BOTH, NUM_LOOKS_KEPT
 from sgm.memory.queries import Queries
 
 MOST_TOGETHER = 16  # things in one pass: twice the time of one
@@ -156,4 +160,57 @@ def _add_questions(asked: Asked, more: list[_Things]) -> Asked:
         queries=asked.queries.join(Queries(home, rows, prior, num_asked - len(asked.rows))),
         rows=np.append(asked.rows, rows),
         said=(*asked.said, *[None] * len(rows)),
+    )
+
+
+def list_said_moves(asked: Asked) -> list[int]:
+    """List the rows of things that were said in an earlier step to be elsewhere, and not seen."""
+    return [
+        row
+        for row, said in enumerate(asked.said)
+        if said is not None and said.furniture is not None and said.was_at
+        and said.time < asked.current.time
+    ]  # fmt: skip
+
+
+def show_said_move(asked: Asked, row: int) -> Asked:
+    """Return the question about one thing that was moved, as if a look had missed it where it was.
+
+    The look, at the time of the newest word about it, is in its memory, for policies, and alone in
+    `looks`, for Bayes' rule.
+    """
+    own, said = take_thing(asked, row), asked.said[row]
+    assert said is not None
+    places = np.flatnonzero(np.isin(asked.furniture_ids, said.was_at))
+    batch = asked.batch.share()
+    batch.derived = {}
+    batch.furniture = batch.furniture.copy()
+    batch.count_history(batch.history.copy())
+    column = batch.furniture["num_observed"][0, places] % NUM_LOOKS_KEPT
+    batch.history.look_times[0, places, column] = said.time
+    if batch.history.look_relations is not None:
+        batch.history.look_relations[0, places, column] = BOTH
+    batch.furniture["num_observed"][0, places] += 1
+    last = batch.furniture["last_observed"]
+    last[0, places] = np.maximum(last[0, places], said.time)
+    nothing = np.zeros_like(own.looks.negative)
+    steps_ago = np.full((*nothing.shape, 1), np.inf)
+    steps_ago[0, places] = asked.current.time - said.time
+    looks = replace(
+        own.looks, negative=nothing, steps_ago=steps_ago, sought=nothing,
+        sought_ago=np.full_like(nothing, np.inf), seen=nothing,
+    )  # fmt: skip
+    return replace(own, batch=batch, origin=object(), looks=looks)
+
+
+def take_thing(asked: Asked, row: int) -> Asked:
+    """Return what a policy is asked about one of several things."""
+    return replace(
+        asked,
+        queries=asked.queries.take(np.array([row])),
+        rows=asked.rows[[row]],
+        said=(asked.said[row],),
+        statements=(asked.statements[row],),
+        looks=asked.looks.take([row], [False]),
+        num_instances=asked.num_instances[[row]],
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import Any
 
 from sgm.finder.answers import Status
 from sgm.finder.finder import Finder
@@ -126,6 +127,13 @@ def doubt(resolution: Resolution) -> Unclear | None:
     if resolution.is_ambiguous:
         return _tell_ambiguous(resolution)
     return None if resolution.matches else _tell_unknown(resolution)
+
+
+def tell_doubt(unclear: Unclear | None) -> dict[str, Any]:
+    """Return the fields of an answer that say what to ask; without anything unclear, nothing."""
+    if unclear is None:
+        return {"status": "ok", "ask": "", "candidates": ()}
+    return {"status": unclear.status, "ask": unclear.ask, "candidates": unclear.candidates}
 
 
 def _tell_ambiguous(resolution: Resolution) -> Unclear:

@@ -11,31 +11,25 @@ from functools import wraps
 from threading import RLock
 from typing import Any, Literal, TypeVar, cast
 
-from sgm.finder.answers import (
-    ChangeList,
-    ChangeRow,
-    EventList,
-    Moment,
-    NextLook,
-    Noted,
-    PlaceList,
-    Searching,
-    ThingList,
-    WhereIs,
-)
+from sgm.finder.answers import ChangeRow, Moment, NextLook, Noted, Searching
 from sgm.finder.finder import Finder
-from sgm.finder.listings import list_changes, list_history, list_places, list_things
-from sgm.finder.meanings import Unclear, ask_room, doubt, find_place, find_rooms, find_thing
+from sgm.finder.meanings import (
+    Unclear,
+    ask_room,
+    doubt,
+    find_place,
+    find_rooms,
+    find_thing,
+    tell_doubt,
+)
+from sgm.finder.read_calls import MOST_ROWS, ReadCalls
 from sgm.finder.search import ObjectSearch
 from sgm.finder.search_plan import find_distance
-from sgm.finder.where import tell_name, tell_where
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
 
-MOST_ROWS = 50
-DEFAULT_ROWS = 20  # of lists
 MOST_SEARCHES = 100  # at once; the one that was not used for longest ends
 
 Result = Literal["found", "not_found", "seen"]
@@ -74,22 +68,22 @@ def _write(method: _Method) -> _Method:
             try:
                 return method(self, *args, **kwargs)
             except Unclear as unclear:
-                at = Moment.tell(self.memory.time, self.memory.time, self.memory.clock)
+                at = self._tell_time(self.memory.time, self.memory.time)
+                told = tell_doubt(unclear)
                 return Noted(
-                    unclear.status, unclear.thing, None, "nothing was noted", at, unclear.ask,
-                    unclear.candidates,
-                )  # fmt: skip
+                    thing=unclear.thing, place=None, said="nothing was noted", at=at, **told
+                )
 
     return cast("_Method", write)
 
 
-class MemoryService:
+class MemoryService(ReadCalls):
     """Every call that `python -m sgm.serve` offers over HTTP and MCP, in Python.
 
-    Names are as people say them. A name that means several things, or none, is an answer with a
-    question to the user and candidates, no error. Answers hold at most k rows. Time passes by
-    itself, by the memory's clock. Threads may share a service: writes are made one after the other,
-    and what only reads waits for no disk.
+    Those that only read are of `ReadCalls`. Names are as people say them. A name that means several
+    things, or none, is an answer with a question to the user and candidates, no error. Answers hold
+    at most k rows. Time passes by itself, by the memory's clock. Threads may share a service:
+    writes are made one after the other, and what only reads waits for no disk.
 
     Example:
         >>> service = MemoryService(memory, ObjectFinder.load())
@@ -120,8 +114,7 @@ class MemoryService:
         Raises:
             ValueError: if that time is more than a month ahead.
         """
-        self.memory = memory
-        self.finder = finder
+        super().__init__(memory, finder)
         self._now = now
         self._writing = RLock()
         self._searches: OrderedDict[str, ObjectSearch] = OrderedDict()
@@ -166,24 +159,6 @@ class MemoryService:
             self.memory.step_to(now, accept_jump=accept_jump)
             return self.memory.time - before
 
-    def where_is(
-        self, thing: str, at: datetime | int | None = None, k: int | None = None
-    ) -> WhereIs:
-        """Say where a thing may be, the likeliest place first.
-
-        Args:
-            thing: in words, "the red mug".
-            at: date and time, or time step, to come; None for now.
-            k: most places; None for three, or fewer where the answer would have more than 600
-                bytes.
-
-        Raises:
-            ValueError: if the name is none, the home has no place, the time has passed, or k is out
-                of range.
-        """
-        _check_rows(k)
-        return tell_where(self.memory, self.finder, thing, at, k)
-
     def search_start(
         self,
         thing: str,
@@ -213,8 +188,8 @@ class MemoryService:
                 start = find_place(self.memory, start)
         except Unclear as asks:
             return Searching(
-                asks.status, "", thing, None, False, 0, "no search was started", asks.ask,
-                asks.candidates,
+                search_id="", thing=thing, next=None, is_found=False, looks=0,
+                outcome="no search was started", **tell_doubt(asks),
             )  # fmt: skip
         if isinstance(start, int):
             self.memory.describe(start)
@@ -299,7 +274,7 @@ class MemoryService:
         self.let_time_pass()
         self.memory.observe(here, seen, coverage)
         things = "1 thing" if len(seen) == 1 else f"{len(seen)} things"
-        return self._note("observe", "", here, f"{things} seen at {tell_name(self.memory, here)}")
+        return self._note("observe", "", here, f"{things} seen at {self._tell_name(here)}")
 
     @_write
     def note_moved(
@@ -329,7 +304,7 @@ class MemoryService:
         own = find_thing(self.memory, self.finder, thing)
         self.let_time_pass()
         self.memory.note_moved(own, here, by, relation, confidence, before)
-        said = f"{by} said that {own} is at {tell_name(self.memory, here)}"
+        said = f"{by} said that {own} is at {self._tell_name(here)}"
         return self._note("note_moved", own, here, said)
 
     @_write
@@ -370,7 +345,7 @@ class MemoryService:
         own = find_thing(self.memory, self.finder, thing)
         self.let_time_pass()
         self.memory.put_down(own, here, relation)
-        said = f"the robot put {own} at {tell_name(self.memory, here)}"
+        said = f"the robot put {own} at {self._tell_name(here)}"
         return self._note("put_down", own, here, said)
 
     @_write
@@ -402,7 +377,7 @@ class MemoryService:
             return self._note("forget", own, None, f"{by} said that there is no {own}")
         assert place is not None
         here = find_place(self.memory, place)
-        name = tell_name(self.memory, here)
+        name = self._tell_name(here)
         self.let_time_pass()
         self.memory.forget(here, by)
         return self._note("forget", "", here, f"{by} said that there is no {name}")
@@ -515,73 +490,11 @@ class MemoryService:
             raise ask_room(self.memory, room, rooms)
         at: Any = None if position is None else tuple(position)
         place = self.memory.add_furniture(label, rooms[0], name, at)
-        return self._note("add_place", "", place, f"there is a {tell_name(self.memory, place)}")
-
-    def list_places(self, room: str | None = None, k: int = DEFAULT_ROWS) -> PlaceList:
-        """List the places of a room, or of the home.
-
-        Args:
-            room: by name; None for all.
-            k: most rows.
-
-        Raises:
-            ValueError: if the name is none, or k is out of range.
-        """
-        _check_rows(k)
-        return list_places(self.memory, room, k)
-
-    def list_things(
-        self, place: int | str | None = None, kind: str | None = None, k: int = DEFAULT_ROWS
-    ) -> ThingList:
-        """List what is at a place, or all things of a kind, or all that is known.
-
-        Of a place, what the last look showed; of other things, each where it is by the last looks,
-        or where it was seen last.
-
-        Args:
-            place: id or name; None for all.
-            kind: "mug"; None for all.
-            k: most rows.
-
-        Raises:
-            KeyError: if there is no place of that id.
-            ValueError: if a name is none, or k is out of range.
-        """
-        _check_rows(k)
-        return list_things(self.memory, self.finder, place, kind, k)
-
-    def history(self, thing: str, k: int = DEFAULT_ROWS) -> EventList:
-        """List what is known of a thing over time, the latest first.
-
-        Where it was seen last at each place, the first look that missed it there, and what was said
-        of it and done with it; the log has all.
-
-        Args:
-            thing: in words; of several things that it means, all are listed.
-            k: most rows.
-
-        Raises:
-            ValueError: if the name is none, or k is out of range.
-        """
-        _check_rows(k)
-        return list_history(self.memory, self.finder, thing, k)
-
-    def changes(self, since: datetime | int, k: int = DEFAULT_ROWS) -> ChangeList:
-        """List what is new, was moved, is gone or was picked up, the latest first.
-
-        Args:
-            since: date and time, or time step, from which on it was noticed.
-            k: most rows.
-
-        Raises:
-            ValueError: if it is a date and the memory has no clock, or k is out of range.
-        """
-        _check_rows(k)
-        return list_changes(self.memory, since, k)
+        return self._note("add_place", "", place, f"there is a {self._tell_name(place)}")
 
     def _note(self, call: str, thing: str, place: int | None, said: str) -> Noted:
         """Tell all who listen what was written, and return it."""
-        at = Moment.tell(self.memory.time, self.memory.time, self.memory.clock)
+        at = self._tell_time(self.memory.time, self.memory.time)
         self._num_happened += 1
         if self._listeners:
             changes = self._find_new_changes()
@@ -593,25 +506,15 @@ class MemoryService:
     def _find_new_changes(self) -> tuple[ChangeRow, ...]:
         """Return the changes of this time step that were not found before."""
         now = self.memory.time
-        rows = list_changes(self.memory, now, MOST_ROWS).rows
+        rows = self.changes(now, MOST_ROWS).rows
         known = self._found[1] if self._found[0] == now else frozenset()
         self._found = now, frozenset(rows)
         return tuple(row for row in rows if row not in known)
 
 
-def _check_rows(k: int | None) -> None:
-    if k is None:
-        return
-    if not isinstance(k, int) or isinstance(k, bool) or not 1 <= k <= MOST_ROWS:
-        raise ValueError(
-            f"k must be a whole number from 1 to {MOST_ROWS}, got {shorten(k)}. Ask for fewer rows."
-        )
-
-
 def _tell_search(search_id: str, search: ObjectSearch, near: Unclear | None = None) -> Searching:
     look = search.going
     return Searching(
-        status="ok",
         search_id=search_id,
         thing=search.description,
         next=None
@@ -620,6 +523,5 @@ def _tell_search(search_id: str, search: ObjectSearch, near: Unclear | None = No
         is_found=search.is_found,
         looks=search.num_looks,
         outcome=search.outcome,
-        ask="" if near is None else near.ask,
-        candidates=() if near is None else near.candidates,
+        **{**tell_doubt(near), "status": "ok"},  # what nothing is known of is looked for, too
     )

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from sgm.layout.approach import compute_positions
 from sgm.layout.box import Box, read_box
-from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
+from sgm.layout.furniture import Furniture, Room, compute_positions, read_open_cost, read_position
 from sgm.messages import shorten
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import MAX_LENGTH, read_words

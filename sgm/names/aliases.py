@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from sgm.messages import shorten
-from sgm.names.name_words import compute_singular, make_key, split_words
-from sgm.names.words import read_words
+from sgm.names.words import compute_singular, make_key, read_words, split_words
 
 # Rows of one's own: a CSV file, or {name: its aliases, or {"kind": ..., "aliases": ...}}.
 Aliases = str | Path | Mapping[str, Sequence[str] | Mapping[str, Any]]

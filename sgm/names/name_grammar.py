@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 from sgm.names.aliases import AliasTable
-from sgm.names.name_words import (
+from sgm.names.words import (
     DETERMINERS,
     compute_singular,
     make_key,

@@ -9,8 +9,7 @@ from functools import lru_cache, partial
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import Reading, contradict, is_property, make_reader, spell
-from sgm.names.name_words import split_words, strip_question
-from sgm.names.words import read_words
+from sgm.names.words import read_words, split_words, strip_question
 
 # How alike two labels are, -1 to 1: cosine of their text vectors.
 Similarity = Callable[[str, Sequence[str]], Sequence[float]]

@@ -13,8 +13,7 @@ from sgm.evidence.columns import EVIDENCE_VERSION, PLACE_COLUMNS, QUESTION_COLUM
 from sgm.files import make_read_error, open_file, read_json
 from sgm.messages import shorten, shorten_text
 from sgm.network.onnx_check import check_onnx
-from sgm.network.retired import drop_retired
-from sgm.network.shipped import CONFIG, find_part
+from sgm.network.shipped import CONFIG, drop_retired, find_part
 from sgm.text import load_text
 
 ONNX = "network.onnx"

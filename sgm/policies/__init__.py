@@ -4,8 +4,15 @@ Oracles, and filters that are given the rules of homes, are in `simulator.polici
 """
 
 from sgm.policies.adaptive import Adaptive
-from sgm.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
-from sgm.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior
+from sgm.policies.heuristics import (
+    Bayesian,
+    Frequentist,
+    LastSeenUnlessAbsent,
+    LastSeenUnlessAbsentPrior,
+    Myopic,
+    Priors,
+    Random,
+)
 from sgm.policies.persistence import Persistence
 from sgm.policies.policy import Policy
 

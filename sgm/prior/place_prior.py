@@ -10,7 +10,7 @@ import numpy as np
 
 from sgm.arrays.relations import sum_relations
 from sgm.prior.prior_graph import PriorGraph
-from sgm.text.similar_words import Alike, weigh
+from sgm.text.vectors import Alike, weigh
 
 
 class PlacePrior:

@@ -43,10 +43,11 @@ def make_schema(kind: Any) -> dict[str, Any]:
 
 
 def read_attributes(kind: Any) -> dict[str, str]:
-    """Return what the docstring of a dataclass says of each field."""
-    _, _, attributes = (kind.__doc__ or "").partition("Attributes:\n")
-    return {
-        name.strip(): " ".join(text.split()).rstrip(".")
-        for names, text in _FIELD.findall(dedent(attributes))  # as Python 3.13 does by itself
-        for name in names.split(",")
-    }
+    """Return what the docstrings of a dataclass and of what it extends say of each field."""
+    told: dict[str, str] = {}
+    for one in reversed(kind.__mro__):
+        _, _, attributes = (one.__doc__ or "").partition("Attributes:\n")
+        for names, text in _FIELD.findall(dedent(attributes)):  # as Python 3.13 does by itself
+            about = " ".join(text.split()).rstrip(".")
+            told |= {name.strip(): about for name in names.split(",")}
+    return told

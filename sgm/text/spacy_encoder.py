@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sgm.messages import shorten
-from sgm.text.encoder import WIDTH, FloatArray, scale_mean
+from sgm.text.tok2vec import WIDTH, FloatArray, scale_mean
 
 if TYPE_CHECKING:
     from spacy.language import Language

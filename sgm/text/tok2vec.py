@@ -1,4 +1,8 @@
-"""The text encoder that ships: a Tok2Vec of spaCy, computed with numpy alone."""
+"""The text encoder that ships: a Tok2Vec of spaCy, computed with numpy alone.
+
+An encoder has a `name`, language, name and version, such as "en_household-1.0.0", and `encode`,
+which gives the vector of each of some texts in lower case: all of one width and one scale.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +16,18 @@ from safetensors import SafetensorError, safe_open
 
 from sgm.files import parse_json
 from sgm.messages import shorten
-from sgm.text.encoder import WIDTH, FloatArray, scale_mean
-from sgm.text.hashing import hash_rows, hash_string
 from sgm.text.tokenizer import Token, Tokenizer
 
+FloatArray = NDArray[np.float32]
+
+WIDTH = 96
+RMS = 0.5  # root mean square of the entries of a vector
 ENCODER_FILE = "encoder.safetensors"
 METADATA = "encoder"  # key of the JSON in that file
 ATTRIBUTES = ("norm", "prefix", "suffix", "shape")  # of a token, in the order of the tables
 DEPTH = 4  # window layers
 PIECES = 3  # of a maxout
+_MASK = 2**64 - 1  # of a hash
 
 
 class Tok2Vec:
@@ -166,3 +173,59 @@ def load_tok2vec(path: Path) -> Tok2Vec:
             f"text encoder must be a whole file of tools.text_training, got {shorten(str(error))} "
             f"for {path}. Write it anew: python -m tools.text_training --convert_only --out FOLDER"
         ) from error
+
+
+def hash_string(text: str) -> int:
+    """Hash a string as spaCy does: MurmurHash64A with seed 1 of its UTF-8 bytes, 0 if empty.
+
+    Source: A. Appleby, MurmurHash2, 64-bit version; spaCy's StringStore.
+    """
+    if not text:
+        return 0
+    data, factor = text.encode("utf-8"), 0xC6A4A7935BD1E995
+    hashed = (1 ^ (len(data) * factor)) & _MASK
+    num_whole = len(data) // 8 * 8
+    for start in range(0, num_whole, 8):
+        block = int.from_bytes(data[start : start + 8], "little") * factor & _MASK
+        block = (block ^ block >> 47) * factor & _MASK
+        hashed = (hashed ^ block) * factor & _MASK
+    if num_whole < len(data):
+        hashed = (hashed ^ int.from_bytes(data[num_whole:], "little")) * factor & _MASK
+    hashed = (hashed ^ hashed >> 47) * factor & _MASK
+    return hashed ^ hashed >> 47
+
+
+def hash_rows(
+    ids: NDArray[np.uint64], seeds: NDArray[np.uint64], num_rows: NDArray[np.uint64]
+) -> NDArray[np.intp]:
+    """Choose four rows of each hash table for each id, (T, A) -> (T, A, 4).
+
+    MurmurHash3_x64_128 of the eight bytes of an id, as thinc's `HashEmbed` computes it: of T
+    tokens' A attributes, with seeds and numbers of rows of the tables, (A,).
+
+    Source: A. Appleby, MurmurHash3; J. Svenstrup et al., "Hash embeddings", 2017.
+    """
+    first = ids * np.uint64(0x87C37B91114253D5)  # products modulo 2^64, as the hash wants them
+    first = (first << np.uint64(31) | first >> np.uint64(33)) * np.uint64(0x4CF5AD432745937F)
+    second = seeds ^ np.uint64(8)  # 8 bytes long
+    first = (first ^ second) + second
+    second = second + first
+    first, second = _mix(first), _mix(second)
+    first = first + second
+    second = second + first
+    low = np.uint64(0xFFFFFFFF)
+    parts = [first & low, first >> np.uint64(32), second & low, second >> np.uint64(32)]
+    return (np.stack(parts, axis=-1) % num_rows[:, None]).astype(np.intp)
+
+
+def _mix(hashed: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    for factor in (0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53):
+        hashed = (hashed ^ hashed >> np.uint64(33)) * np.uint64(factor)
+    return hashed ^ hashed >> np.uint64(33)
+
+
+def scale_mean(tokens: NDArray[Any]) -> FloatArray:
+    """Scale the mean of the vectors of a text's tokens to `RMS`, (T, 96) -> float32 (96,)."""
+    mean = tokens.mean(axis=0)  # (96,)
+    scale = RMS / max(float(np.sqrt(np.mean(mean**2))), 1e-8)
+    return (mean * scale).astype(np.float32)

@@ -1,18 +1,21 @@
-"""The 96-d text vector of a label."""
+"""The 96-d text vector of a label, and which known words a word is like."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from sgm.messages import shorten
-from sgm.text.encoder import RMS, WIDTH, FloatArray
 from sgm.text.spacy_encoder import PAPER_PIPELINE, SpacyEncoder, load_spacy
-from sgm.text.tok2vec import ENCODER_FILE, Tok2Vec, load_tok2vec
+from sgm.text.tok2vec import ENCODER_FILE, RMS, WIDTH, FloatArray, Tok2Vec, load_tok2vec
 
 SHIPPED_PIPELINE = Path(__file__).parent / "pipeline"
+# Width of the weights of words around the most alike one. Chosen on the shipped prior alone: each
+# object type left out and predicted from the others (cross-entropy 1.95 nats, 2.88 without words).
+_SPREAD = 0.05
 
 
 class TextVectors:
@@ -113,3 +116,51 @@ def _load_encoder(pipeline: str | Path) -> SpacyEncoder | Tok2Vec:
     if pipeline != PAPER_PIPELINE and file.is_file():
         return load_tok2vec(file)
     return load_spacy(pipeline)
+
+
+class Alike:
+    """Cosines between any words and a list of known ones, (K,)."""
+
+    def __init__(self, known: Sequence[str]) -> None:
+        self._known = list(known)
+        self._row_of: dict[str, np.ndarray] = {}
+
+    def cosines(self, words: Sequence[str]) -> np.ndarray:
+        """Return the cosine of each word to each known one, float64 (n, K), -1 to itself."""
+        new = [word for word in dict.fromkeys(words) if word not in self._row_of]
+        if new:
+            for word, row in zip(new, compare(new, self._known), strict=True):
+                row[[known == word for known in self._known]] = -1
+                self._row_of[word] = row
+        return np.array([self._row_of[word] for word in words]).reshape(-1, len(self._known))
+
+
+def weigh(cosines: np.ndarray, is_present: np.ndarray | bool = True) -> np.ndarray:
+    """Return weights of known words from cosines, (n, K) -> (n, K), a sum of one in each row.
+
+    exp(cosine / `_SPREAD`), normalised over those present; zeros where none is.
+    """
+    cosines = np.where(is_present, cosines, -np.inf)
+    most = cosines.max(axis=1, keepdims=True, initial=-1)
+    weights = np.exp((cosines - most) / _SPREAD)
+    total = weights.sum(axis=1, keepdims=True)
+    return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)
+
+
+def compare(words: Sequence[str], others: Sequence[str]) -> np.ndarray:
+    """Return the cosine of each word to each of others, float64 (n, m).
+
+    Products are added up in one order whatever n and m are, so that no word's depends on another.
+    """
+    return np.einsum("nd,md->nm", _compute_units(words), _take_others(tuple(others)))
+
+
+def _compute_units(words: Sequence[str]) -> np.ndarray:
+    """Return vectors of length one, float64 (n, 96)."""
+    vectors = load_text().vectors(words).astype(float)
+    return vectors / np.sqrt((vectors**2).sum(axis=1, keepdims=True))
+
+
+@lru_cache(maxsize=4)  # a memory is asked again and again, and seldom learns a word
+def _take_others(words: tuple[str, ...]) -> np.ndarray:
+    return _compute_units(words)

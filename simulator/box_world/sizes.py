@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from sgm.names.words import read_words
-from sgm.prior.tables import read_table
+from sgm.prior.household import read_table
 
 SHAPES = ("solid", "table", "shelves", "basin", "doors")
 USUAL_FURNITURE = "cabinet"  # whose size furniture has that no row names

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.spaces import Discrete
 
 from sgm.messages import shorten
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import compute_probabilities
 from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
 from simulator.gym.search_series import SearchSeries
 from simulator.policies import Policy

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.finder.tour import plan_tour
-from sgm.policies.policy import ScoreKind
-from sgm.policies.probabilities import compute_probabilities
+from sgm.finder.search_plan import plan_tour
+from sgm.policies.policy import ScoreKind, compute_probabilities
 from simulator.igridson.walk import Walk
 from simulator.tasks.search import SearchOrder
 

@@ -9,7 +9,7 @@ import numpy as np
 from sgm.arrays.relations import NUM_RELATIONS, sum_relations
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.policies.last_seen import LastSeenUnlessAbsent
+from sgm.policies.heuristics import LastSeenUnlessAbsent
 from simulator.world.homes import Homes
 from simulator.world.source import TRUE_TRANSITIONS
 

@@ -5,8 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from sgm.policies.adaptive import Adaptive
-from sgm.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
-from sgm.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior
+from sgm.policies.heuristics import (
+    Bayesian,
+    Frequentist,
+    LastSeenUnlessAbsent,
+    LastSeenUnlessAbsentPrior,
+    Myopic,
+    Priors,
+    Random,
+)
 from sgm.policies.persistence import Persistence
 from sgm.policies.policy import Policy
 from simulator.policies.event_rules import Base3, EdgeBank, EdgeBankWindow, PopTrack

@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any, TypeVar
 
+from sgm.prior.household import read_table
 from sgm.prior.prior_graph import Adjectives
-from sgm.prior.tables import read_table
 
 Row = TypeVar("Row")
 ROOMS = ("kitchen", "living room", "bedroom", "bathroom")

@@ -9,7 +9,7 @@ import pytest
 
 from sgm.belief import CORRECTIONS, Corrections, Detector
 from sgm.finder.finder import Finder
-from sgm.network.sharing import mix_answers
+from sgm.network.policy import mix_answers
 from sgm.policies.heuristics import Bayesian
 from sgm.policies.policy import Policy
 

@@ -18,9 +18,16 @@ from spacy.strings import get_string_id
 from thinc.api import NumpyOps
 
 from sgm.text import TextVectors
-from sgm.text.encoder import scale_mean
-from sgm.text.hashing import hash_rows, hash_string
-from sgm.text.tok2vec import ENCODER_FILE, METADATA, Tok2Vec, compute_shape, load_tok2vec
+from sgm.text.tok2vec import (
+    ENCODER_FILE,
+    METADATA,
+    Tok2Vec,
+    compute_shape,
+    hash_rows,
+    hash_string,
+    load_tok2vec,
+    scale_mean,
+)
 from sgm.text.vectors import SHIPPED_PIPELINE
 from tools.text_training import __main__ as train
 from tools.text_training.convert import TOLERANCE, convert

@@ -20,7 +20,7 @@ from sgm.files import write_whole
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_matching import SYNONYM, NameIndex, Resolution, Similarity
-from sgm.text.similar_words import compare
+from sgm.text.vectors import compare
 
 PARTS = ("tuning", "report", "spoken", "fresh")
 MOST = 3  # matches among which a right one counts

@@ -10,9 +10,8 @@ import numpy as np
 from safetensors.numpy import save
 
 from sgm.messages import shorten
-from sgm.text.encoder import scale_mean
 from sgm.text.spacy_encoder import SpacyEncoder
-from sgm.text.tok2vec import ATTRIBUTES, METADATA, Tok2Vec
+from sgm.text.tok2vec import ATTRIBUTES, METADATA, Tok2Vec, scale_mean
 from sgm.text.tokenizer import Tokenizer
 
 if TYPE_CHECKING:

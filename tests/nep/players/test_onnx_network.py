@@ -20,7 +20,7 @@ from sgm.belief.corrections import CORRECTIONS
 from sgm.network.network import INPUTS, ONNX, Network
 from sgm.network.policy import NetworkPolicy
 from sgm.network.shipped import PRETRAINED
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import compute_probabilities
 from simulator.policies import Policy
 from simulator.tasks.evaluation import play_task
 from simulator.testing import check_policy
@@ -129,7 +129,7 @@ def test_a_network_that_has_learnt_what_is_asked_is_not_corrected(learns, tmp_pa
     said = {}
     for weight in (0.0, 0.4):
         monkeypatch.setattr(
-            "sgm.network.sharing.CORRECTIONS", replace(CORRECTIONS, asked_weight=weight)
+            "sgm.network.policy.CORRECTIONS", replace(CORRECTIONS, asked_weight=weight)
         )
         both = Both(alone.for_questions(0.0), alone)
         homes = SMALL.make(Streams(3, "test", range(4)))

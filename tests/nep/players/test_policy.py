@@ -14,8 +14,8 @@ from sgm.evidence.adaptive_filter import follow_prior, trust_prior
 from sgm.evidence.columns import QUESTION_COLUMNS
 from sgm.evidence.evidence_features import compute_features
 from sgm.evidence.expected_places import Expected
-from sgm.network.sharing import share_answers
-from sgm.policies.probabilities import compute_probabilities
+from sgm.network.policy import share_answers
+from sgm.policies.policy import compute_probabilities
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots

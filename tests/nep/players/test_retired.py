@@ -9,8 +9,7 @@ import torch
 from nep.players.checkpoints import load_trained
 from nep.players.stored_network import build_network
 from sgm.network.network import Network
-from sgm.network.retired import RETIRED, drop_retired
-from sgm.network.shipped import CONFIG, PRETRAINED
+from sgm.network.shipped import CONFIG, PRETRAINED, RETIRED, drop_retired
 
 FORMER = {"filter_share": 0.1, "hours_share": 0.8}
 LINE = r"filter_share 0\.1 and hours_share 0\.8 in .* must be left out: .* is ignored"

@@ -12,7 +12,7 @@ from nep.model.settings import NetworkConfig
 from nep.players.policy import NEPPolicy
 from sgm.memory.queries import Queries
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import compute_probabilities
 from simulator.tasks.registry import TASKS
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig

@@ -17,7 +17,7 @@ from sgm.evidence.place_features import fill_place_features
 from sgm.evidence.question import Question
 from sgm.evidence.question_features import fill_question_features
 from sgm.policies.adaptive import Adaptive
-from sgm.text.similar_words import Alike
+from sgm.text.vectors import Alike
 from simulator.tasks.rollout import Rollout
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)

@@ -6,7 +6,7 @@ import pytest
 from sgm.evidence.expected_places import Expected
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import PriorGraph
-from sgm.text.similar_words import WIDTH, Alike, weigh
+from sgm.text.vectors import WIDTH, Alike, weigh
 from simulator import SceneGraphMemory
 from simulator.tasks.rollout import make_memory
 from simulator.world.mixture.source import MixtureSource

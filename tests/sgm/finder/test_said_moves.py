@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
+from sgm.finder.judged import list_said_moves, show_said_move
 from sgm.finder.object_finder import ObjectFinder
-from sgm.finder.said_moves import list_said_moves
 from sgm.policies.adaptive import Adaptive
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
 
@@ -169,11 +169,11 @@ def test_it_left_the_place_whatever_looks_had_in_view():
     state(memory)
     memory.step()
     asked = memory.ask(["keys"])
-    (move,) = list_said_moves(asked)
+    (row,) = list_said_moves(asked)
     is_in = np.tile([1.0, 0.0], (1, 3, 1))
     before, after = (
         one.batch.history.list_look_times(np.zeros(1, int), is_in)[0, TABLE]
-        for one in (asked, move.show(asked))
+        for one in (asked, show_said_move(asked, row))
     )
-    assert move.time not in before
-    assert move.time in after
+    assert asked.said[row].time not in before
+    assert asked.said[row].time in after

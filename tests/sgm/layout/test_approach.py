@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from sgm.layout.approach import compute_positions
 from sgm.layout.box import Box
-from sgm.layout.furniture import Furniture
+from sgm.layout.furniture import Furniture, compute_positions
 
 FLOOR = Furniture("floor", 0, "floor", box=Box.of_floor((0, 0), (4, 4)))
 # Its front looks along y, at y = .6.

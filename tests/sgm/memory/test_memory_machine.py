@@ -18,7 +18,7 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import compute_probabilities
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.snapshots.snapshots import take_snapshots
 

@@ -9,8 +9,8 @@ import pytest
 import sgm.names
 from sgm import PriorGraph, SceneGraphMemory, Sighting
 from sgm.names.aliases import AliasTable, read_rows
-from sgm.names.name_words import split_words
 from sgm.names.vocabulary import Vocabulary
+from sgm.names.words import split_words
 
 TABLE = Path(sgm.names.__file__).parent / "data" / "aliases.csv"
 

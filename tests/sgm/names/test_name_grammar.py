@@ -8,7 +8,7 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.names.aliases import AliasTable
 from sgm.names.name_grammar import make_reader
-from sgm.names.name_words import strip_question
+from sgm.names.words import strip_question
 from simulator import Bayesian, SceneGraphMemory, Sighting
 
 

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from sgm.names.name_matching import NameIndex, count_mistakes
-from sgm.names.name_words import compute_singular
-from sgm.names.words import read_name
+from sgm.names.words import compute_singular, read_name
 
 SEEN = (
     "kettle", "large red mug", "blue mug", "remote control", "umbrella", "cell phone",

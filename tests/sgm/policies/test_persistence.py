@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sgm.policies.persistence import Persistence
-from sgm.policies.two_states import compute_presence
+from sgm.policies.persistence import Persistence, compute_presence
 from simulator.policies import make_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout

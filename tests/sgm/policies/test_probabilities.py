@@ -1,6 +1,6 @@
 import numpy as np
 
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import compute_probabilities
 
 NO = -np.inf
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sgm.policies.two_states import compute_presence, follow_interval
+from sgm.policies.persistence import compute_presence, follow_interval
 
 
 def test_presence_by_hand():

@@ -5,9 +5,8 @@ import pytest
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.policies.heuristics import Bayesian
-from sgm.prior.household import ROOMS
+from sgm.prior.household import ROOMS, read_table
 from sgm.prior.prior_graph import PriorGraph, find_shipped, load_prior
-from sgm.prior.tables import read_table
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource

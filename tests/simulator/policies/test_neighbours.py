@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sgm.policies.probabilities import compute_probabilities
+from sgm.policies.policy import compute_probabilities
 from simulator.policies import POLICIES, make_policy
 from simulator.policies.filter_looks import FilterLooks
 from simulator.policies.place_filter import PlaceFilter

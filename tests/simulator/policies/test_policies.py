@@ -1,8 +1,15 @@
 import numpy as np
 import pytest
 
-from sgm.policies.heuristics import Bayesian, Frequentist, Myopic, Priors, Random
-from sgm.policies.last_seen import LastSeenUnlessAbsent, LastSeenUnlessAbsentPrior
+from sgm.policies.heuristics import (
+    Bayesian,
+    Frequentist,
+    LastSeenUnlessAbsent,
+    LastSeenUnlessAbsentPrior,
+    Myopic,
+    Priors,
+    Random,
+)
 from simulator.policies import POLICIES, identify_policy, make_policy
 from simulator.policies.oracle import Oracle
 from simulator.tasks.evaluation import evaluate_policy

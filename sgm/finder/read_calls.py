@@ -1,0 +1,369 @@
+"""The calls of a service that only read: where a thing is, and lists of k rows at most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import datetime
+from typing import TypeVar
+
+from sgm.finder.answers import (
+    MOST_BYTES,
+    ChangeList,
+    ChangeRow,
+    EventList,
+    EventRow,
+    LastSeen,
+    Moment,
+    PlaceFound,
+    PlaceList,
+    PlaceRow,
+    ThingList,
+    ThingRow,
+    WhereIs,
+    write_json,
+)
+from sgm.finder.finder import Finder
+from sgm.finder.meanings import (
+    MOST_CANDIDATES,
+    Unclear,
+    ask_room,
+    doubt,
+    find_place,
+    find_rooms,
+    tell_doubt,
+)
+from sgm.finder.ranking import Place, Ranking
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import SeenAt
+from sgm.messages import shorten, shorten_text
+
+MOST_ROWS = 50
+DEFAULT_ROWS = 20  # of lists
+DEFAULT_PLACES = 3
+_MOST_WHY = 80  # characters of the evidence of a place
+
+_List = TypeVar("_List", PlaceList, ThingList, EventList)
+
+
+class ReadCalls:
+    """Answers about a memory, which change nothing and wait for no disk.
+
+    Attributes:
+        memory: what is remembered.
+        finder: says where things are.
+    """
+
+    def __init__(self, memory: SceneGraphMemory, finder: Finder) -> None:
+        self.memory = memory
+        self.finder = finder
+
+    def where_is(
+        self, thing: str, at: datetime | int | None = None, k: int | None = None
+    ) -> WhereIs:
+        """Say where a thing may be, the likeliest place first.
+
+        Args:
+            thing: in words, "the red mug".
+            at: date and time, or time step, to come; None for now.
+            k: most places; None for three, or fewer where the answer would have more than 600
+                bytes.
+
+        Raises:
+            ValueError: if the name is none, the home has no place, the time has passed, or k is out
+                of range.
+        """
+        if k is not None:
+            _check_rows(k)
+        ranking = self.finder.rank(self.memory, thing, k or DEFAULT_PLACES, at=at)
+        now, clock = self.memory.time, self.memory.clock
+        seen, asked = _choose_last_seen(ranking), now
+        if isinstance(at, datetime) and clock is not None:
+            asked = int((at - clock.start).total_seconds() // clock.step_seconds)
+        elif isinstance(at, int):
+            asked = at
+        answer = WhereIs(
+            thing=ranking.description,
+            taken_for=ranking.resolution.matches[:MOST_CANDIDATES],
+            places=tuple(
+                PlaceFound(
+                    place=place.furniture,
+                    name=place.name,
+                    relation=place.relation,
+                    probability=place.probability,
+                    why=shorten_text(_tell_why(place), _MOST_WHY),
+                )
+                for place in ranking
+            ),
+            left_out=0,
+            elsewhere=ranking.elsewhere,
+            with_robot=ranking.with_robot,
+            last_seen=None
+            if seen is None
+            else LastSeen(
+                place=seen.furniture,
+                name=self._tell_name(seen.furniture),
+                is_there=seen.is_there,
+                by=seen.by,
+                at=self._tell_time(seen.time, now),
+            ),
+            at=self._tell_time(asked, now),
+            **tell_doubt(doubt(ranking.resolution)),
+        )
+        return answer if k is not None else _fit(answer)
+
+    def list_places(self, room: str | None = None, k: int = DEFAULT_ROWS) -> PlaceList:
+        """List the places of a room, or of the home.
+
+        Args:
+            room: by name; None for all.
+            k: most rows.
+
+        Raises:
+            ValueError: if the name is none, or k is out of range.
+        """
+        _check_rows(k)
+        rooms = None if room is None else find_rooms(self.memory, room)
+        if room is not None and not rooms:
+            unclear = ask_room(self.memory, room, [])
+            return self._cut(PlaceList, [], k, self.memory.time, unclear)
+        home, layout = self.memory.to_dict(), self.memory.layout
+        now, rows = home["time"], []
+        for own in home["rooms"]:
+            for node in own["furniture"]:
+                is_left_out = rooms is not None and own["id"] not in rooms
+                if is_left_out or node["id"] not in layout.furniture:  # removed meanwhile
+                    continue
+                looked = node["last_looked"]
+                rows.append(
+                    PlaceRow(
+                        place=node["id"],
+                        name=layout.describe(node["id"]),
+                        room=str(layout.rooms[layout.furniture[node["id"]].room]),
+                        label=node["label"],
+                        position=layout.furniture[node["id"]].position,
+                        last_looked=None if looked is None else self._tell_time(looked, now),
+                        things=sum(seen["is_there"] for seen in node["objects"]),
+                    )
+                )
+        rows.sort(key=lambda row: row.place)
+        return self._cut(PlaceList, rows, k, now)
+
+    def list_things(
+        self, place: int | str | None = None, kind: str | None = None, k: int = DEFAULT_ROWS
+    ) -> ThingList:
+        """List what is at a place, or all things of a kind, or all that is known.
+
+        Of a place, what the last look showed; of other things, each where it is by the last looks,
+        or where it was seen last.
+
+        Args:
+            place: id or name; None for all.
+            kind: "mug"; None for all.
+            k: most rows.
+
+        Raises:
+            KeyError: if there is no place of that id.
+            ValueError: if a name is none, or k is out of range.
+        """
+        _check_rows(k)
+        matches: Sequence[str] | None = None
+        try:
+            found = None if place is None else find_place(self.memory, place)
+            if kind is not None:
+                resolution = self.finder.resolve(self.memory, kind)
+                matches, unknown = resolution.matches, doubt(resolution)
+                if unknown is not None and not matches:
+                    raise unknown
+        except Unclear as unclear:
+            return self._cut(ThingList, [], k, self.memory.time, unclear)
+        rows = self._list_rows(matches)
+        if found is not None:
+            rows = [row for row in rows if row.place == found and row.is_there]
+        else:
+            rows = _keep_current(rows)
+        return self._cut(ThingList, rows, k, self.memory.time)
+
+    def history(self, thing: str, k: int = DEFAULT_ROWS) -> EventList:
+        """List what is known of a thing over time, the latest first.
+
+        Where it was seen last at each place, the first look that missed it there, and what was said
+        of it and done with it; the log has all.
+
+        Args:
+            thing: in words; of several things that it means, all are listed.
+            k: most rows.
+
+        Raises:
+            ValueError: if the name is none, or k is out of range.
+        """
+        _check_rows(k)
+        resolution, now = self.finder.resolve(self.memory, thing), self.memory.time
+        unclear = doubt(resolution)
+        matches = resolution.matches if unclear is None else ()
+        rows = [
+            EventRow(
+                thing=match,
+                what=event.kind,
+                place=event.furniture,
+                name=self._tell_name(event.furniture),
+                relation=event.relation,
+                confidence=event.confidence,
+                by=event.by,
+                at=self._tell_time(event.time, now),
+            )
+            for match in matches
+            for event in self.memory.history(match)
+        ]
+        rows.sort(key=lambda row: -row.at.step)
+        return self._cut(EventList, rows, k, now, unclear)
+
+    def changes(self, since: datetime | int, k: int = DEFAULT_ROWS) -> ChangeList:
+        """List what is new, was moved, is gone or was picked up, the latest first.
+
+        Args:
+            since: date and time, or time step, from which on it was noticed.
+            k: most rows.
+
+        Raises:
+            ValueError: if it is a date and the memory has no clock, or k is out of range.
+        """
+        _check_rows(k)
+        changes, now = self.memory.changes(since), self.memory.time
+        rows = tuple(
+            ChangeRow(
+                what=change.kind,
+                thing=change.thing,
+                thing_id=change.id,
+                from_place=change.from_place,
+                from_name=self._tell_name(change.from_place),
+                to_place=change.to_place,
+                to_name=self._tell_name(change.to_place),
+                after=None if change.after is None else self._tell_time(change.after, now),
+                at=self._tell_time(change.time, now),
+                probability=change.probability,
+                by=change.by,
+            )
+            for change in changes[:k]
+        )
+        return ChangeList("ok", rows, max(len(changes) - k, 0), self._tell_time(now, now))
+
+    def _list_rows(self, things: Sequence[str] | None) -> list[ThingRow]:
+        """List all places where things were ever seen, the latest first; None for all things."""
+        home = self.memory.to_dict()
+        now, wanted = home["time"], None if things is None else set(things)
+        rows = [
+            ThingRow(
+                thing=seen["description"],
+                place=node["id"],
+                name=self._tell_name(node["id"]),
+                relation=seen["relation"],
+                is_there=seen["is_there"],
+                times_seen=seen["times_seen"],
+                times_looked=seen["times_looked"],
+                last_seen=self._tell_time(seen["last_seen"], now),
+            )
+            for room in home["rooms"]
+            for node in room["furniture"]
+            for seen in node["objects"]
+            if wanted is None or seen["description"] in wanted
+        ]
+        for seen in home["unplaced"]:
+            if wanted is None or seen["description"] in wanted:
+                last = self._tell_time(seen["last_seen"], now)
+                rows.append(ThingRow(seen["description"], None, "", "", False, 0, 0, last))
+        return sorted(rows, key=lambda row: (-row.last_seen.step, row.thing))
+
+    def _cut(
+        self, kind: type[_List], rows: Sequence[object], k: int, now: int,
+        unclear: Unclear | None = None,
+    ) -> _List:  # fmt: skip
+        """Return a list of k rows at most, or what to ask."""
+        return kind(
+            rows=tuple(rows[:k]),  # type: ignore[arg-type]
+            left_out=max(len(rows) - k, 0),
+            at=self._tell_time(now, now),
+            **tell_doubt(unclear),
+        )
+
+    def _tell_time(self, step: int, now: int) -> Moment:
+        return Moment.tell(step, now, self.memory.clock)
+
+    def _tell_name(self, place: int | None) -> str:
+        """Return the name of a place; empty if it was removed."""
+        try:
+            return "" if place is None else self.memory.describe(place)
+        except KeyError:
+            return ""
+
+
+def _check_rows(k: int) -> None:
+    if not isinstance(k, int) or isinstance(k, bool) or not 1 <= k <= MOST_ROWS:
+        raise ValueError(
+            f"k must be a whole number from 1 to {MOST_ROWS}, got {shorten(k)}. Ask for fewer rows."
+        )
+
+
+def _keep_current(rows: Sequence[ThingRow]) -> list[ThingRow]:
+    """Keep of each thing where it is, or if it is nowhere, where it was seen last."""
+    placed = {row.thing for row in rows if row.is_there}
+    kept, told = [], set()
+    for row in rows:  # the latest first
+        if row.is_there or (row.thing not in placed and row.thing not in told):
+            kept.append(row)
+            told.add(row.thing)
+    return kept
+
+
+def _choose_last_seen(ranking: Ranking) -> SeenAt | None:
+    """Return the latest sighting; of those of one time step one where the thing still is."""
+    last = ranking.last_seen
+    if last is None or last.is_there:
+        return last
+    own = (place.last_seen for place in ranking)
+    still = (one for one in own if one is not None and one.is_there and one.time == last.time)
+    return next(still, last)
+
+
+def _tell_why(place: Place) -> str:
+    """Say the evidence; where the thing was seen itself, other things and the prior say little."""
+    evidence = place.evidence
+    if evidence.seen is not None:
+        evidence = replace(evidence, similar=(), prior=0.0)
+    return str(evidence)
+
+
+def _fit(answer: WhereIs) -> WhereIs:
+    """Leave places out, then shorten names, until an answer is short enough."""
+    sizes = [len(write_json(place)) + 1 for place in answer.places]  # with a comma, but for one
+    left = MOST_BYTES - len(write_json(replace(answer, places=()))) + 1
+    kept = len(sizes)
+    while kept > 1 and sum(sizes[:kept]) > left:
+        kept -= 1
+    num_left_out = answer.left_out + len(sizes) - kept
+    whole = answer = replace(answer, places=answer.places[:kept], left_out=num_left_out)
+    if sum(sizes[:kept]) <= left:
+        return answer
+    for most in (60, 40, 20, 10, 5, 1):  # names may have hundreds of letters
+        if len(write_json(answer)) <= MOST_BYTES:
+            break
+        answer = _shorten_names(whole, most)
+    return answer
+
+
+def _shorten_names(answer: WhereIs, most: int) -> WhereIs:
+    def cut(text: str) -> str:
+        return text if len(text) <= most else f"{text[:most]}..."
+
+    seen = answer.last_seen
+    return replace(
+        answer,
+        thing=cut(answer.thing),
+        taken_for=tuple(map(cut, answer.taken_for)),
+        places=tuple(
+            replace(place, name=cut(place.name), why=cut(place.why)) for place in answer.places
+        ),
+        last_seen=None if seen is None else replace(seen, name=cut(seen.name)),
+        ask=cut(answer.ask),
+        candidates=tuple(map(cut, answer.candidates)),
+    )
