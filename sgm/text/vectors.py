@@ -13,9 +13,9 @@ from sgm.text.spacy_encoder import PAPER_PIPELINE, SpacyEncoder, load_spacy
 from sgm.text.tok2vec import ENCODER_FILE, RMS, WIDTH, FloatArray, Tok2Vec, load_tok2vec
 
 SHIPPED_PIPELINE = Path(__file__).parent / "pipeline"
-# Width of the weights of words around the most alike one. Chosen on the shipped prior alone: each
+# Of the weights of words around the most alike one. Chosen on the shipped prior alone: each
 # object type left out and predicted from the others (cross-entropy 1.95 nats, 2.88 without words).
-_SPREAD = 0.05
+WORD_WIDTH = 0.05
 
 
 class TextVectors:
@@ -138,11 +138,11 @@ class Alike:
 def weigh(cosines: np.ndarray, is_present: np.ndarray | bool = True) -> np.ndarray:
     """Return weights of known words from cosines, (n, K) -> (n, K), a sum of one in each row.
 
-    exp(cosine / `_SPREAD`), normalised over those present; zeros where none is.
+    exp(cosine / `WORD_WIDTH`), normalised over those present; zeros where none is.
     """
     cosines = np.where(is_present, cosines, -np.inf)
     most = cosines.max(axis=1, keepdims=True, initial=-1)
-    weights = np.exp((cosines - most) / _SPREAD)
+    weights = np.exp((cosines - most) / WORD_WIDTH)
     total = weights.sum(axis=1, keepdims=True)
     return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)
 

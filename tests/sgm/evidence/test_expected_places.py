@@ -6,7 +6,7 @@ import pytest
 from sgm.evidence.expected_places import Expected
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import PriorGraph
-from sgm.text.vectors import WIDTH, Alike, weigh
+from sgm.text.vectors import WORD_WIDTH, Alike, weigh
 from simulator import SceneGraphMemory
 from simulator.tasks.rollout import make_memory
 from simulator.world.mixture.source import MixtureSource
@@ -24,7 +24,7 @@ def ask(name: str, furniture=KITCHEN, room="kitchen") -> Expected:
 
 
 def test_weights_of_words_by_hand():
-    cosines = np.array([[0.9, 0.9 - WIDTH, -1.0], [0.5, 0.4, 0.3]])
+    cosines = np.array([[0.9, 0.9 - WORD_WIDTH, -1.0], [0.5, 0.4, 0.3]])
     assert weigh(cosines)[0] == pytest.approx([1 / (1 + np.exp(-1)), 1 / (1 + np.e), 0], abs=1e-9)
     only = weigh(cosines, np.array([[False, True, False], [False, False, False]]))
     assert only.tolist() == [[0, 1, 0], [0, 0, 0]]
