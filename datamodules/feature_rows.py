@@ -133,6 +133,9 @@ class QuestionRows:
         return _find_extra(self.snapshots.question_extras, name)
 
 
+Rows = NodeRows | LayoutRows | EdgeRows | QuestionRows
+
+
 def _find_extra(extras: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     if name not in extras:
         raise ValueError(

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from datamodules.feature_rows import EdgeRows
+from datamodules.feature_rows import EdgeRows, LayoutRows, Rows
 from sgm.evidence.columns import (
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,
@@ -71,6 +71,11 @@ class Feature:
     layout: float | None = 0.0
     recorded: str | None = None
     reads_others: bool = False
+
+    def compute_for(self, rows: Rows) -> np.ndarray | float:
+        """Return it for rows, (n,) or (n, width), or one number that stands for all of them."""
+        is_given = isinstance(rows, LayoutRows) and self.layout is not None
+        return self.layout if is_given else self.compute(rows)
 
 
 @dataclass(frozen=True)
@@ -213,20 +218,16 @@ def compute_clock_features(
     return np.concatenate([now, seen], axis=1).astype(np.float32)
 
 
-def require_clock(clock: np.ndarray | None) -> np.ndarray:
-    """Return the clocks of homes, (n, 2); raises ValueError if there is none, or of some home."""
+def _compute_clock(edges: EdgeRows) -> np.ndarray:
+    clock = edges.snapshots.clock
     if clock is None or np.isnan(clock).any():
         raise ValueError(
             "homes must have a clock for features.clock, got one without. Say in layout.json when "
             "a recorded home starts, or make the memory with SceneGraphMemory(clock=Clock(...)); "
             "simulated homes have none."
         )
-    return clock
-
-
-def _compute_clock(edges: EdgeRows) -> np.ndarray:
-    clock = require_clock(edges.snapshots.clock)[edges.snapshot]
-    return compute_clock_features(clock, edges.time, edges.take("last_true", NEVER))
+    last_true = edges.take("last_true", NEVER)
+    return compute_clock_features(clock[edges.snapshot], edges.time, last_true)
 
 
 def _compute_circles(week_seconds: np.ndarray) -> np.ndarray:

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
 
 from datamodules.batch import Batch
-from datamodules.feature_rows import EdgeRows, LayoutRows, NodeRows, QuestionRows
-from datamodules.features import TABLES, TEXT_DIM, FeatureConfig, count_columns, list_columns
+from datamodules.feature_rows import EdgeRows, LayoutRows, NodeRows, QuestionRows, Rows
+from datamodules.features import (
+    TABLES,
+    TEXT_DIM,
+    FeatureConfig,
+    Of,
+    count_columns,
+    list_columns,
+)
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.queries import propose_rows, sample_places
 from sgm.text import load_text
@@ -46,6 +53,8 @@ class GraphBuilder:
                     if feature.group in on]
             for table in TABLES
         }  # fmt: skip
+        if not self._columns["node"]:
+            self._width["node"] = 0
         self._rng = np.random.default_rng(seed)
         self._text = load_text(config.text_pipeline)
         self._labels: tuple[str, ...] = ()
@@ -68,13 +77,12 @@ class GraphBuilder:
         is_kept, pair, is_up, first_edge = graph.list_edges(self.num_hops)
         node, number_of_node = np.flatnonzero(is_kept), np.cumsum(is_kept) - 1
         first_node = np.searchsorted(node, graph.first_node)
-        furniture, objects = (
-            NodeRows(snapshots, name, node[start:end] - graph.first_node[kind])
-            for name, kind, start, end in (
-                ("furniture", FURNITURE, *first_node[FURNITURE : FURNITURE + 2]),
-                ("object", OBJECT, *first_node[OBJECT : OBJECT + 2]),
-            )
+        places, things = (
+            node[slice(*first_node[kind : kind + 2])] - graph.first_node[kind]
+            for kind in (FURNITURE, OBJECT)
         )
+        furniture = NodeRows(snapshots, "furniture", places)
+        objects = NodeRows(snapshots, "object", things)
         child, parent = graph.child[pair], graph.parent[pair]
         src, dst = np.where(is_up, child, parent), np.where(is_up, parent, child)
         edge_cosine = cosine[graph.label[src], graph.label[dst]]
@@ -84,14 +92,18 @@ class GraphBuilder:
             snapshots, graph.remembered[joined], graph.furniture[joined], graph.is_on_top[joined],
             edge_cosine[num_layout:],
         )  # fmt: skip
+        layout = LayoutRows(
+            edge_cosine[:num_layout], _read_prob(snapshots, graph, pair[:num_layout])
+        )
         upward = slice(*first_edge[[OBJECT_UP.start, OBJECT_UP.stop]].tolist())
         is_asked = graph.is_query[joined[upward.start - num_layout : upward.stop - num_layout]]
         query_edge = np.flatnonzero(is_asked) + upward.start
 
-        asked = edges.furniture[query_edge - num_layout]
-        target = np.full(len(asked), np.nan, dtype=np.float32)
+        asked = edges.select(query_edge - num_layout)
+        place = asked.furniture
+        target = np.full(len(place), np.nan, dtype=np.float32)
         if snapshots.answers is not None:
-            target[:] = snapshots.answers[asked]
+            target[:] = snapshots.answers[place]
         relevance = snapshots.extras.get("relevance")
         degrees = np.zeros((len(node), MAX_ENTERING), dtype=np.float32)
         if self.num_hops != 0:
@@ -99,20 +111,29 @@ class GraphBuilder:
         node_snapshot = graph.snapshot[node]
         arrays = {
             "label": graph.label[node],
-            "node_feature": self._compute_nodes(first_node, furniture, objects),
+            "node_feature": self._compute(
+                "node",
+                len(node),
+                (furniture, slice(*first_node[FURNITURE : FURNITURE + 2]), ("node", "furniture")),
+                (objects, slice(*first_node[OBJECT : OBJECT + 2]), ("node",)),
+            ),
             "degrees": degrees,
             "node_snapshot": node_snapshot,
             "furniture_index": furniture.rows - snapshots.first_furniture[furniture.snapshot],
             "edge_src": number_of_node[src],
             "edge_dst": number_of_node[dst],
-            "edge_feature": self._compute_edges(
-                edges, query_edge, edge_cosine, _read_prob(snapshots, graph, pair[:num_layout])
+            "edge_feature": self._compute(
+                "edge",
+                len(pair),
+                (layout, slice(num_layout), ("edge",)),
+                (edges, slice(num_layout, None), ("edge", "object edge")),
+                (asked, query_edge, ("query edge",)),
             ),
             "query_edge": query_edge,
             "query_snapshot": graph.snapshot[dst[query_edge]],
             "query_target": target,
-            "query_relevance": None if relevance is None else relevance[asked].astype(np.float32),
-            "evidence": self._compute_evidence("place", furniture, len(furniture.rows)),
+            "query_relevance": None if relevance is None else relevance[place].astype(np.float32),
+            "evidence": self._compute_evidence("place", furniture, len(places)),
             "question": self._compute_evidence(
                 "question", QuestionRows(snapshots), snapshots.num_snapshots
             ),
@@ -122,59 +143,39 @@ class GraphBuilder:
             node_counts=tuple(np.diff(first_node).tolist()),
             edge_counts=tuple(np.diff(first_edge).tolist()),
             num_snapshots=snapshots.num_snapshots,
-            **{name: _as_tensor(values) for name, values in arrays.items()},
+            **{
+                name: None if values is None else torch.from_numpy(values)
+                for name, values in arrays.items()
+            },
         )
 
-    def _compute_nodes(
-        self, first_node: np.ndarray, furniture: NodeRows, objects: NodeRows
+    def _compute(
+        self, table: str, count: int, *parts: tuple[Rows, Any, tuple[Of, ...]]
     ) -> np.ndarray:
-        """Compute the features of all nodes, float32 (N, D); (N, 0) if none of them are on."""
-        columns = self._columns["node"]
-        width = self._width["node"] if columns else 0
-        values = np.zeros((first_node[-1], width), dtype=np.float32)
-        parts = (values[slice(*first_node[kind : kind + 2])] for kind in (FURNITURE, OBJECT))
-        for rows, part in zip((furniture, objects), parts, strict=True):
-            for feature, where in columns:
-                if feature.of in ("node", rows.kind):
-                    part[:, where] = _as_columns(feature.compute(rows))
-        return values
+        """Compute the features of one of `TABLES`, float32 (count, D); zero where there are none.
 
-    def _compute_edges(
-        self, edges: EdgeRows, query_edge: np.ndarray, cosine: np.ndarray, prob: np.ndarray
-    ) -> np.ndarray:
-        """Compute the features of all edges, those of the layout first, float32 (E, D).
-
-        `edges` are those that join objects, `query_edge` some of all edges, and `prob` is the prior
-        of those of the layout; `cosine` is of the text vectors of all edges' nodes, (E,).
+        Each of its parts is rows, where they are in the table, and of what their features are.
         """
-        num_layout = len(prob)
-        values = np.zeros((len(cosine), self._width["edge"]), np.float32)
-        layout = LayoutRows(cosine[:num_layout], prob)
-        for feature, where in self._columns["edge"]:
-            if feature.of == "query edge":
-                asked = edges.select(query_edge - num_layout)
-                values[query_edge, where] = _as_columns(feature.compute(asked))
-                continue
-            values[num_layout:, where] = _as_columns(feature.compute(edges))
-            if feature.of == "edge":
-                known = feature.compute(layout) if feature.layout is None else feature.layout
-                values[:num_layout, where] = _as_columns(known)
+        values = np.zeros((count, self._width[table]), dtype=np.float32)
+        for rows, where, of in parts:
+            for feature, columns in self._columns[table]:
+                if feature.of in of:
+                    found = np.asarray(feature.compute_for(rows))
+                    values[where, columns] = found if found.ndim == 2 else found.reshape(-1, 1)
         return values
 
     def _compute_evidence(
-        self, table: str, rows: NodeRows | QuestionRows, count: int
+        self, table: Literal["place", "question"], rows: Rows, count: int
     ) -> np.ndarray | None:
         """Compute what the memory says of places or questions, (n, D); None if that is off."""
-        columns = self._columns[table]
-        if not columns:
+        if not self._columns[table]:
             return None
-        values = np.zeros((count, self._width[table]), dtype=np.float32)
-        names = {"place": PLACE_COLUMNS, "question": QUESTION_COLUMNS}[table]
-        for feature, where in columns:
-            values[:, where] = _as_columns(feature.compute(rows))
+        values = self._compute(table, count, (rows, slice(None), (table,)))
+        names = PLACE_COLUMNS if table == "place" else QUESTION_COLUMNS
+        without = self.config.evidence_without
+        for feature, columns in self._columns[table]:
             if feature.group == "evidence":
-                without = self.config.evidence_without
-                values[:, where] *= [name.partition(".")[0] not in without for name in names]
+                values[:, columns] *= [name.partition(".")[0] not in without for name in names]
         return values
 
     def _get_text(self, labels: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -216,13 +217,3 @@ def _read_prob(snapshots: Snapshots, graph: SnapshotGraph, pairs: np.ndarray) ->
     """Return the prior of edges of the layout; those between rooms, floor and home are certain."""
     furniture = pairs - graph.first_pair[2]
     return np.where(furniture < 0, 1.0, snapshots.furniture_prob[np.maximum(furniture, 0)])
-
-
-def _as_columns(values: np.ndarray | float) -> np.ndarray:
-    """Return values (n,) as a column; a number stands for all rows."""
-    values = np.asarray(values)
-    return values if values.ndim == 2 else values.reshape(-1, 1)
-
-
-def _as_tensor(values: np.ndarray | None) -> Any:
-    return None if values is None else torch.from_numpy(values)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from itertools import product
 from typing import Any
@@ -138,17 +137,14 @@ class CollectionConfig:
             num_homes=val_source.num_homes or self.num_val_homes,
             steps=val_source.num_steps or self.steps,
         )
-        return train, val, list(self._list_all(train, [source, *also]))[1:]
-
-    def _list_all(self, train: CollectConfig, sources: list[HomeSource]) -> Iterator[CollectConfig]:
-        """List all collections that are trained on; the first is `train`."""
         policies = (self.policy, *(self.also_policies or ()))
-        tasks = (self.task, *(self.also_tasks or ()))
-        for source in sources:
-            for number, (policy, task) in enumerate(product(policies, tasks)):
-                yield replace(
-                    train, homes=source, policy=policy, task=task, seed=self.seed + number
-                )
+        played = list(enumerate(product(policies, (self.task, *(self.also_tasks or ())))))
+        more = [
+            replace(train, homes=own, policy=policy, task=task, seed=self.seed + number)
+            for own in (source, *also)
+            for number, (policy, task) in played
+        ]
+        return train, val, more[1:]  # the first is `train`
 
 
 @dataclass(frozen=True)

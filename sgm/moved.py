@@ -33,6 +33,7 @@ MOVED = {
     "sgm.memory.table_content": "sgm.memory.columns",
     "sgm.memory.candidates": "sgm.memory.queries",
     "sgm.memory.change": "sgm.memory.queries",
+    "datamodules.mapped_table": "datamodules.snapshot_tables",
     "nep.encoders.dgl_encoder": "nep.encoders.encoder",
     "nep.kinds": "nep.bench",
     "nep.layers.alike": "nep.encoders.encoder",

@@ -13,7 +13,7 @@ from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from nep.encoders.encoder import ConvolvingEncoder, check_heads, draw_glorot
 from nep.layers.equal_rows import Linear, apply_to_each, multiply, project_per_node_type
 from nep.layers.segment import attend, segment_softmax, segment_sum
-from sgm.messages import shorten
+from sgm.checks import check_choice
 
 # How the neighbours of a node share its attention.
 Sharing = Literal["softmax", "sigmoid"]
@@ -75,11 +75,7 @@ class HEATConv(nn.Module):
     ) -> None:
         super().__init__()
         check_heads("HEAT", heads, out_units)
-        if sharing not in get_args(Sharing):
-            raise ValueError(
-                f"sharing must be one of {', '.join(get_args(Sharing))}, got {shorten(sharing)}. "
-                "Choose one of these."
-            )
+        check_choice("sharing", sharing, get_args(Sharing))
         self.root_weight = root_weight
         self.sharing = sharing
         head_units = out_units // heads

@@ -10,9 +10,8 @@ import pytest
 from datamodules import snapshot_tables
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from datamodules.mapped_table import MappedTable
 from datamodules.snapshot_dataset import SnapshotDataset
-from datamodules.snapshot_tables import SnapshotTables
+from datamodules.snapshot_tables import MappedTable, SnapshotTables
 from simulator.snapshots.shards import load_manifest, load_shard
 
 STATM = Path("/proc/self/statm")
