@@ -59,9 +59,8 @@ class HANConv(nn.Module):
 
     def forward(self, batch: Batch, node: Tensor) -> Tensor:
         """Convolve once: (N, units) -> (N, units)."""
-        hidden = project_per_node_type(batch, node, self.node_weight, self.node_bias).unflatten(
-            1, (self.heads, -1)
-        )  # (N, K, d)
+        hidden = project_per_node_type(batch, node, self.node_weight, self.node_bias)
+        hidden = hidden.unflatten(1, (self.heads, -1))  # (N, K, d)
         # One segment per destination and edge type that occur together, P of them.
         counts = torch.tensor(batch.edge_counts, device=batch.edge_dst.device)
         etype = torch.repeat_interleave(counts)  # (E,)
@@ -69,21 +68,15 @@ class HANConv(nn.Module):
         pair_dst = pair // len(EDGE_TYPES)
 
         message = hidden.index_select(0, batch.edge_src)  # (E, K, d)
-        logits = (message * _per_edge(batch, self.attend_src)).sum(dim=2) + (
-            hidden.index_select(0, batch.edge_dst) * _per_edge(batch, self.attend_dst)
-        ).sum(dim=2)  # (E, K)
-        attention = segment_softmax(
-            F.leaky_relu(logits, _NEGATIVE_SLOPE), segment, len(pair)
-        ).unsqueeze(2)
+        of_src = message * batch.repeat_per_edge_type(self.attend_src)
+        of_dst = hidden.index_select(0, batch.edge_dst)
+        of_dst = of_dst * batch.repeat_per_edge_type(self.attend_dst)
+        logits = F.leaky_relu(of_src.sum(dim=2) + of_dst.sum(dim=2), _NEGATIVE_SLOPE)  # (E, K)
+        attention = segment_softmax(logits, segment, len(pair)).unsqueeze(2)
         z = torch.relu(segment_sum((attention * message).flatten(1), segment, len(pair)))  # (P, D)
         weight = self.semantic_query(torch.tanh(self.semantic(z)))  # (P, 1)
         weight = segment_softmax(weight, pair_dst, batch.num_nodes)
         return segment_sum(weight * z, pair_dst, batch.num_nodes)
-
-
-def _per_edge(batch: Batch, values: Tensor) -> Tensor:
-    """Give each edge the rows of its edge type: (10, K, d) -> (E, K, d)."""
-    return batch.repeat_per_edge_type(values.flatten(1)).unflatten(1, values.shape[1:])
 
 
 class HAN(ConvolvingEncoder):

@@ -60,9 +60,8 @@ class HGTConv(nn.Module):
 
     def forward(self, batch: Batch, node: Tensor) -> Tensor:
         """Convolve once: (N, units) -> (N, units)."""
-        query = project_per_node_type(batch, node, self.query).unflatten(
-            1, (self.heads, -1)
-        )  # (N, K, d)
+        query = project_per_node_type(batch, node, self.query)
+        query = query.unflatten(1, (self.heads, -1))  # (N, K, d)
         key, message = self._gather(batch, node)  # (E, K, d), twice
         scale = self.importance / math.sqrt(query.shape[2])  # (10, K)
         logits = (key * query.index_select(0, batch.edge_dst)).sum(dim=2)
@@ -73,10 +72,8 @@ class HGTConv(nn.Module):
             (attention.unsqueeze(2) * message).flatten(1), batch.edge_dst, batch.num_nodes
         )
         share = torch.sigmoid(batch.repeat_per_node_type(self.skip.unsqueeze(1)))  # (N, 1)
-        return (
-            share * project_per_node_type(batch, torch.relu(incoming), self.output)
-            + (1 - share) * node
-        )
+        own = project_per_node_type(batch, torch.relu(incoming), self.output)
+        return share * own + (1 - share) * node
 
     def _gather(self, batch: Batch, node: Tensor) -> list[Tensor]:
         """Keys and messages of every edge, each (E, K, d)."""
@@ -84,12 +81,11 @@ class HGTConv(nn.Module):
         gathered = []
         for weight, of_types in ((self.key, self.attend), (self.value, self.message)):
             hidden = project_per_node_type(batch, node, weight).unflatten(1, (self.heads, -1))
-            of_source, parts = batch.split_nodes(hidden), []
-            for matrix, (etype, src) in zip(
-                of_types, batch.split_edges(batch.edge_src).items(), strict=True
-            ):
-                sent = torch.einsum("nkd,kdo->nko", of_source[etype[0]], matrix)
-                parts.append(sent.index_select(0, src - first_node[etype[0]]))
+            blocks, ends = batch.split_nodes(hidden), batch.split_edges(batch.edge_src)
+            parts = []
+            for matrix, ((ntype, *_), src) in zip(of_types, ends.items(), strict=True):
+                sent = torch.einsum("nkd,kdo->nko", blocks[ntype], matrix)
+                parts.append(sent.index_select(0, src - first_node[ntype]))
             gathered.append(torch.cat(parts))
         return gathered
 

@@ -9,9 +9,8 @@ import numpy as np
 import torch
 
 from nep.event_networks.episodes import make_asked, make_events
-from nep.event_networks.files import TrainedNetwork, load_parameters
 from nep.event_networks.network import TemporalNetwork
-from nep.event_networks.registry import make_network
+from nep.event_networks.registry import TrainedNetwork, load_parameters, make_network
 from nep.event_networks.stream import EventStream
 from sgm.files import compute_checksum
 from sgm.memory.memory_batch import MemoryBatch

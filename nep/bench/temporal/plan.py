@@ -16,11 +16,9 @@ from nep.bench.home_games import list_simulated
 from nep.bench.task_game import TaskGame
 from nep.bench.temporal.kept_units import keep_unit
 from nep.event_networks.episodes import EventEpisode, record_episodes
-from nep.event_networks.files import TrainedNetwork
 from nep.event_networks.policy import EventPolicy
-from nep.event_networks.registry import make_network
-from nep.event_networks.training import train_network, validate
-from nep.event_networks.tuning import tune
+from nep.event_networks.registry import TrainedNetwork, make_network
+from nep.event_networks.training import train_network, tune, validate
 from sgm.files import compute_checksum
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries

@@ -11,13 +11,11 @@ import torch
 from torch_geometric.nn.models.tgn import TGNMemory
 
 from nep.event_networks.episodes import EpisodeQuestions, LookEvents, record_episodes
-from nep.event_networks.files import TrainedNetwork
-from nep.event_networks.message_store import MessageStore
 from nep.event_networks.policy import EventPolicy
-from nep.event_networks.registry import NETWORKS, make_network
+from nep.event_networks.registry import NETWORKS, TrainedNetwork, make_network
 from nep.event_networks.stream import NUM_KEPT, EventStream, NewEvents, StreamQuestions
-from nep.event_networks.training import play_episode, train_network, validate
-from nep.event_networks.tuning import tune
+from nep.event_networks.tgn import MessageStore
+from nep.event_networks.training import play_episode, train_network, tune, validate
 from simulator.policies import make_policy
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.testing import check_policy
