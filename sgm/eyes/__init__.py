@@ -2,9 +2,8 @@
 
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.detection import Detection
-from sgm.eyes.gate import Gate
 from sgm.eyes.look_builder import BuiltLook, LookBuilder
-from sgm.eyes.look_rules import LookRules
+from sgm.eyes.look_rules import Gate, LookRules
 from sgm.eyes.placing import Unassigned
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP, INTERIORS, Box, sample_volume
 from sgm.layout.viewpoint import Viewpoint

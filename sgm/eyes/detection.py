@@ -1,14 +1,20 @@
-"""What a detector says of one frame."""
+"""What a detector says of one frame, and where in the map that is."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from sgm.arrays.read_numbers import read_numbers
 from sgm.checks import check_shares
+from sgm.eyes.camera_view import CameraView
 from sgm.messages import shorten
 from sgm.names.words import read_words
+
+_MOST_RADIUS = 0.25  # metres: what a box in pixels is wider than that may be two things, or a part
+_USUAL_SIZE = (0.08, 0.08, 0.1)  # metres, where it is unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,3 +59,109 @@ class Detection:
                 "box of a detection must be left, top, right, bottom, got "
                 f"{shorten(self.box)} for {shorten(self.name)}. Put the smaller numbers first."
             )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """Where one thing was measured to be in a frame, and how large.
+
+    Attributes:
+        center: its middle in the map, (3,).
+        radius: half of how wide it is, metres.
+        height: metres.
+        sd: standard deviation of the middle, by the uncertainty of the pose, metres.
+        depth_sd: standard deviation of the middle along the ray, by that of its depth, metres.
+    """
+
+    center: np.ndarray
+    radius: float
+    height: float
+    sd: float
+    depth_sd: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Located:
+    """The k detections of a frame that have a place in the map.
+
+    Attributes:
+        detections: k of them.
+        center: their middles in the map, (k, 3).
+        radius: half of how wide they are, metres, (k,).
+        height: how high they are, metres, (k,).
+        sd, depth_sd: standard deviations of the middle, by the uncertainty of the pose and of the
+            depth, metres, (k,).
+    """
+
+    detections: tuple[Detection, ...]
+    center: np.ndarray
+    radius: np.ndarray
+    height: np.ndarray
+    sd: np.ndarray
+    depth_sd: np.ndarray
+
+    def get(self, row: int) -> Measured:
+        """Return one of them."""
+        numbers = (self.radius, self.height, self.sd, self.depth_sd)
+        return Measured(self.center[row], *(float(values[row]) for values in numbers))
+
+    @property
+    def bottom(self) -> np.ndarray:
+        """Height of their lower sides, (k,)."""
+        return self.center[:, 2] - self.height / 2
+
+
+def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, list[Detection]]:
+    """Find where detections are, by their own centers or the depth image.
+
+    A thing in the image begins at the depth in the middle of its box, and its middle lies behind
+    that by half of how thick it is along the ray.
+
+    Returns:
+        Those with a place, and those without: no center, and no depth there.
+    """
+    with_box = [one for one in detections if one.center is None]
+    boxes = np.array([one.box for one in with_box], dtype=float).reshape(-1, 4)
+    depth, depth_sd = view.measure_boxes(boxes)
+    is_known = np.isfinite(depth)
+    found = [with_box[row] for row in np.flatnonzero(is_known)]
+    lost = [with_box[row] for row in np.flatnonzero(~is_known)]
+    center, radius, height = _locate_boxes(view, boxes[is_known], depth[is_known])
+    own = [one for one in detections if one.center is not None]
+    center = np.vstack([center, np.array([one.center for one in own]).reshape(-1, 3)])
+    size = np.array([one.size or _USUAL_SIZE for one in own]).reshape(-1, 3)
+    radius = np.append(radius, (size[:, 0] / 2 + size[:, 1] / 2) / 2)
+    height = np.append(height, np.maximum(size[:, 2], 0.01))
+    distance = np.linalg.norm(center - view.pose.position, axis=1)
+    sd = view.pose.compute_sd(distance)
+    depth_sd = np.append(depth_sd[is_known], np.zeros(len(own)))
+    return Located((*found, *own), center, radius, height, sd, depth_sd), lost
+
+
+def _locate_boxes(
+    view: CameraView, boxes: np.ndarray, depth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return middles (k, 3), radii and heights (k,) of boxes in pixels (k, 4) at depths (k,)."""
+    pose, intrinsics = view.pose, view.intrinsics
+    surface = pose.to_map(intrinsics.unproject((boxes[:, :2] + boxes[:, 2:]) / 2, depth))
+    ray = surface - pose.position
+    ray /= np.linalg.norm(ray, axis=1, keepdims=True) + 1e-12
+    wide = (boxes[:, 2] - boxes[:, 0]) * depth / intrinsics.fx
+    tall = (boxes[:, 3] - boxes[:, 1]) * depth / intrinsics.fy
+    radius = np.minimum(wide / 2, _MOST_RADIUS)
+    # From above one sees the upper side, too: tall = height * cos + 2 * radius * sin.
+    sine = np.abs(ray[:, 2])
+    cosine = np.sqrt(np.maximum(1 - sine**2, 0.01))
+    height = np.clip((tall - 2 * radius * sine) / cosine, 0.01, None)
+    thick = compute_half_chord(ray, radius, height)
+    return surface + ray * thick[:, None], radius, height
+
+
+def compute_half_chord(ray: np.ndarray, radius: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Return half of how thick ellipsoids are along rays through their middles, metres, (k,).
+
+    The rays are of length 1, (k, 3), radii half axes in the plane, heights full axes upwards, (k,).
+    """
+    flat = np.hypot(ray[:, 0], ray[:, 1]) / np.maximum(radius, 1e-3)
+    up = ray[:, 2] / np.maximum(height / 2, 1e-3)
+    return 1 / np.hypot(flat, up)

@@ -11,11 +11,9 @@ import numpy as np
 
 from sgm.checks import is_number, read_all
 from sgm.eyes.camera import Intrinsics, Pose
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.depth_image import DepthImage
+from sgm.eyes.camera_view import CameraView, DepthImage
 from sgm.eyes.detection import Detection
-from sgm.eyes.gate import Gate
-from sgm.eyes.look_rules import LookRules
+from sgm.eyes.look_rules import Gate, LookRules
 from sgm.eyes.placing import OnDetection, Placing, Unassigned
 from sgm.eyes.scene import Scene
 from sgm.eyes.spots import Spots

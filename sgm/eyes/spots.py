@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.eyes.camera_view import CameraView
-from sgm.eyes.located import compute_half_chord
+from sgm.eyes.detection import compute_half_chord
 from sgm.eyes.tracks import Track
 from sgm.names.words import read_name
 

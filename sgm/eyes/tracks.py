@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sgm.eyes.camera_view import CameraView
-from sgm.eyes.detection import Detection
-from sgm.eyes.located import Measured
+from sgm.eyes.detection import Detection, Measured
 from sgm.names.words import read_name
 
 _SAME_THING = 0.15  # metres from one frame to the next; things are smaller, and do not run

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from sgm.eyes.gate import Gate
 from sgm.eyes.look_builder import BuiltLook, LookBuilder
+from sgm.eyes.look_rules import Gate
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, LookRules, Pose
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.depth_image import DepthImage
+from sgm.eyes.camera_view import CameraView, DepthImage
 from sgm.eyes.scene import Scene
 from sgm.layout.outline import contains_points, read_outline
 from sgm.memory.look_log import read_log

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from sgm.eyes import Box, Detection, Intrinsics, LookBuilder, Pose
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.depth_image import DepthImage
-from sgm.eyes.located import Measured
+from sgm.eyes.camera_view import CameraView, DepthImage
+from sgm.eyes.detection import Measured
 from sgm.eyes.scene import Scene
 from sgm.eyes.tracks import Track
 from tests.sgm.eyes.scenes import CAMERA, TABLE, detect, look_around, put_on, render
