@@ -33,14 +33,12 @@ from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.online_evaluation import OnlineEvaluation
-from nep.callbacks.random_states import RandomStates
-from nep.checkpoint_files import WholeCheckpoints
-from nep.config_files import find_configs
+from nep.callbacks.resume import RandomStates
+from nep.config_files import find_configs, list_groups, name_groups
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
-from nep.players.starting_point import make_settings, take_weights
-from nep.robot.comparison import compare_in_log
-from nep.setting_groups import list_groups, name_groups
+from nep.robot.fine_tuning import compare_in_log, make_settings, take_weights
+from nep.tensor_file import WholeCheckpoints
 from sgm.memory.look_log import read_log
 from sgm.messages import shorten, shorten_text
 from sgm.network.shipped import RETIRED, drop_retired

@@ -38,8 +38,7 @@ ORDER = """
     simulator.robot_home simulator.collect simulator.testing simulator.test_sets
     simulator simulator.__main__
     datamodules
-    nep.tensor_file nep.config_files nep.checkpoint_files nep.importers nep.layers nep.encoders
-    nep.setting_groups
+    nep.tensor_file nep.importers nep.layers nep.encoders nep.config_files
     nep.model nep.players nep.report nep.robot nep.callbacks nep.view nep.fit
     nep.evaluate nep.export nep.compare nep.event_networks nep.bench nep.igridson nep.recorded
     nep.any_home nep.own_home nep.temporal nep.reproduce

@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from nep.bench.best_rule import compare_with_rules
 from nep.bench.columns import COLUMNS, COMPARED
+from nep.bench.comparisons import compare_with_rules, correct_rows
 from nep.bench.paper.experiments import MODELS, SETTINGS, Setting
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1
 from nep.bench.paper.paper_tables import (
     compute_table,
-    correct_claims,
     find_known,
     list_claims,
     list_shown,
@@ -109,7 +108,7 @@ def say_order(claims: Mapping[str, Any]) -> str:
 
 def say_trainings(setting: Setting, scores: Mapping[str, ScoreSummary]) -> str:
     """Say how networks of several trainings compare in many homes, and with other ways."""
-    claims = correct_claims(list_claims(setting, compute_table(setting, scores), scores))
+    claims = correct_rows(list_claims(setting, compute_table(setting, scores), scores))
     titles = [model.title for model in MODELS if model.title in scores]
     others = sorted(title for title in scores if title not in {*POLICIES, *titles})
     between = [own for own in claims if own.better in titles and own.worse in titles]

@@ -6,13 +6,13 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from nep.bench.comparisons import correct_rows
 from nep.bench.paper.experiments import Setting
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1
 from nep.bench.paper.paper_tables import (
     CLAIM,
     VERDICT,
     compute_table,
-    correct_claims,
     find_known,
     list_claims,
     list_shown,
@@ -58,7 +58,7 @@ def make_orderings(results: Results) -> str:
         "setting",
         lambda own: f"{TASKS[own.setting.task].split()[0]}, {own.setting.nodes}",
     )
-    return lay_out(correct_claims(claims), (where, CLAIM, *VERDICT), 2)
+    return lay_out(correct_rows(claims), (where, CLAIM, *VERDICT), 2)
 
 
 if __name__ == "__main__":

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from nep.bench.task_game import GameScores
-from nep.report.statistics import LEVEL
-from nep.report.tables import TableColumn, format_difference, format_number, join_table, lay_out
+from nep.report.tables import join_table
 from simulator.policies.registry import ORACLES, POLICIES
 from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
 
@@ -84,40 +82,3 @@ def find_best_rule(
     played = [player for player in scores if player in rules]
     sign = 1 if column.is_higher_better else -1
     return max(played, key=lambda player: sign * float(np.mean(scores[player][column.name])))
-
-
-def list_difference_columns(form: str) -> list[TableColumn]:
-    """List the columns of a `difference`, bold where it is decided after Holm's correction."""
-
-    def write_difference(row: Any) -> str:
-        mark = "**" if row.corrected < 1 - LEVEL else ""
-        return f"{mark}{format_difference(row.difference, form)}{mark}"
-
-    return [
-        TableColumn("difference [95 %]", write_difference),
-        TableColumn("detectable", lambda row: format_number(row.difference.detectable, form)),
-    ]
-
-
-def lay_out_by_column(
-    rows: Sequence[Any],
-    names: Iterable[str],
-    list_columns: Callable[[str], list[TableColumn]],
-    num_text: int = 1,
-) -> list[str]:
-    """Make a Markdown table of the rows of each `column`, under its title.
-
-    Args:
-        rows: comparisons.
-        names: of the columns that are compared.
-        list_columns: lists the columns of a table, from the format of its numbers.
-        num_text: columns that are text.
-    """
-    parts = []
-    for column in map(COLUMNS.__getitem__, names):
-        own = [row for row in rows if row.column == column]
-        better = "more" if column.is_higher_better else "less"
-        title = column.title[:1].upper() + column.title[1:]
-        table = lay_out(own, list_columns(column.format), num_text)
-        parts.append(f"### {title} ({better} is better)\n\n{table.strip()}")
-    return parts

@@ -13,9 +13,8 @@ from typing import Any, ClassVar, Generic, TypeVar
 import torch
 from jsonargparse import ArgumentParser, Namespace
 
-from nep.bench.game import Game
+from nep.bench.game import Game, checksum_code
 from nep.bench.score_cache import ScoreCache, find_scores
-from nep.bench.scoring_code import checksum_code
 from nep.bench.table_options import (
     Option,
     add_options,

@@ -1,1 +1,1 @@
-"""Where to look next: the finder for robots."""
+"""The finder for robots, and training that starts from another network."""

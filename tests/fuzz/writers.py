@@ -18,7 +18,7 @@ import torch
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep import ObjectFinder
-from nep.checkpoint_files import WholeCheckpoints
+from nep.callbacks.resume import WholeCheckpoints
 from nep.encoders import MLP
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, load_trained, save_exported

@@ -9,13 +9,13 @@ import pytest
 import torch
 import yaml
 
+from nep.config_files import list_groups, name_groups
 from nep.encoders import HEAT
 from nep.fit import FitCLI
 from nep.model.module import NEPModule
 from nep.model.settings import GROUPS, group_settings
 from nep.players.checkpoints import load_trained, save_exported
 from nep.players.policy import NEPPolicy
-from nep.setting_groups import list_groups, name_groups
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout

@@ -5,7 +5,7 @@ import torch
 
 from nep import ObjectFinder, export, fit
 from nep.players.checkpoints import load_trained
-from nep.robot.comparison import compare_in_log
+from nep.robot.fine_tuning import compare_in_log
 from simulator.trace.__main__ import main as trace
 from tests.sgm.finder.conftest import Home
 

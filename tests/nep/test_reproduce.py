@@ -20,10 +20,8 @@ from nep.bench.paper.experiments import (
     enter,
     find_models,
 )
-from nep.bench.paper.stages import _THREAD_VARIABLES
-from nep.bench.paper.trained_plan import SCORES
-from nep.bench.paper.training import Training
-from nep.bench.paper.work import LOCK
+from nep.bench.paper.training import SCORES, Training
+from nep.bench.paper.work import _THREAD_VARIABLES, LOCK
 from nep.bench.runner import list_missing, play_all
 from nep.bench.suites.paper import Paper, _make_plan, main
 from nep.fit import FitCLI

@@ -15,7 +15,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from datamodules.settings import CollectionConfig
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.callbacks.random_states import RandomStates
+from nep.callbacks.resume import RandomStates
 from nep.fit import main
 
 SMALL = [

@@ -13,7 +13,7 @@ import torch
 
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from nep.checkpoint_files import WholeCheckpoints
+from nep.callbacks.resume import WholeCheckpoints
 from nep.encoders import MLP
 from nep.importers.homer import read_homer
 from nep.model.module import NEPModule

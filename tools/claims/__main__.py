@@ -8,10 +8,10 @@ from typing import ClassVar
 
 from jsonargparse import ArgumentParser, Namespace
 
-from nep.bench.paper.stages import run_stages
 from nep.bench.paper.work import (
     list_work_options,
     make_console,
+    run_stages,
     stop_if_failed,
     work_in,
     write_files,

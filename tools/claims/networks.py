@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+from nep.bench.comparisons import correct_rows
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1
-from nep.bench.paper.paper_tables import CLAIM, VERDICT, Claim, correct_claims
+from nep.bench.paper.paper_tables import CLAIM, VERDICT, Claim
 from nep.bench.paper.training import Training
 from nep.players.checkpoints import load_checkpoint
 from nep.report.results import ScoreSummary
@@ -248,7 +249,7 @@ class NetworkSections:
 
 def _lay_out_claims(title: str, rows: Sequence[tuple[str, int, Claim]]) -> str:
     """Make a table of claims, of where, trainings and claim."""
-    corrected = correct_claims([claim for _, _, claim in rows])
+    corrected = correct_rows([claim for _, _, claim in rows])
 
     def read(column: TableColumn) -> TableColumn:
         return TableColumn(column.title, lambda row: column.make_cell(row[2]))

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from nep.bench.comparisons import correct_rows
 from nep.bench.paper.experiments import (
     ABLATED,
     ABLATION_SETTING,
@@ -29,7 +30,7 @@ from nep.bench.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
 from nep.config_files import CONFIG_FOLDER
 from nep.report.figures import draw_scores
 from nep.report.results import ScoreSummary
-from nep.report.statistics import LEVEL, correct_holm
+from nep.report.statistics import LEVEL
 from nep.report.tables import (
     BOUNDED,
     TOP,
@@ -178,12 +179,6 @@ class Claim:
         return "holds" if is_better else "reversed"
 
 
-def correct_claims(claims: Sequence[Claim]) -> list[Claim]:
-    """Correct the p of all claims of a table by Holm's method."""
-    corrected = correct_holm([claim.difference.p for claim in claims])
-    return [replace(own, corrected=p) for own, p in zip(claims, corrected, strict=True)]
-
-
 def compute_table(setting: Setting, scores: Scores) -> list[Row]:
     """Return the rows of one setting, worst first, each also compared with the row above it."""
     rows = compute_rows(TASKS[setting.task], scores)
@@ -226,7 +221,7 @@ def make_table_1(
 ) -> dict[str, bytes]:
     """Return the files of Table 1 by name: Markdown, CSV and the means of every home as JSON."""
     tables = {setting: compute_table(setting, scores) for setting, scores in results.items()}
-    claims = correct_claims(
+    claims = correct_rows(
         [
             claim
             for setting, rows in tables.items()

@@ -12,15 +12,14 @@ from nep.bench.paper.experiments import (
     SETTINGS,
     Contestant,
     Model,
+    PaperGame,
     Setting,
     enter,
     list_ablations,
     list_full_models,
 )
-from nep.bench.paper.paper_game import PaperGame
 from nep.bench.paper.paper_tables import Provenance
-from nep.bench.paper.trained_plan import TrainedPlan
-from nep.bench.paper.training import Training, find_config
+from nep.bench.paper.training import TrainedPlan, Training, find_config
 from nep.bench.score_cache import ScoreCache
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from nep.report.code_version import list_versions

@@ -1,18 +1,24 @@
-"""One training of a table: its command line, its folder, and whether it is finished."""
+"""Trainings of the paper's tables and claims, and the games that their networks play."""
 
 from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from datamodules.features import FEATURE_SCHEMA_VERSION
-from nep.bench.paper.experiments import Contestant
+from nep.bench.paper.experiments import Contestant, PaperGame
+from nep.bench.paper.work import Job
+from nep.bench.runner import load_played, play_all
+from nep.bench.score_cache import ScoreCache
 from nep.config_files import CONFIG_FOLDER, list_files
 from nep.fit import FitCLI, main
+from nep.players.contestants import MakePolicy
 from sgm.files import compute_checksum, write_whole
 from sgm.prior.prior_graph import PriorGraph
 
@@ -141,3 +147,75 @@ def collect_data(trainings: Sequence[Training]) -> None:
     """Collect, one after the other, what trainings learn from; what is there is left alone."""
     for training in trainings:
         FitCLI(training.list_all_options()).datamodule.prepare_data()
+
+
+SCORES = "scores.json"  # in the folder of runs
+
+
+class TrainedPlan(ABC):
+    """What is trained, and then plays beside policies; all of it is kept in the folder `runs`."""
+
+    __slots__ = ()
+    runs: Path
+
+    @abstractmethod
+    def list_all_trainings(self) -> list[Training]:
+        """Return the trainings, the most important ones first."""
+
+    @abstractmethod
+    def list_games(self) -> dict[str, PaperGame]:
+        """Return what is played, by name."""
+
+    @abstractmethod
+    def list_players(
+        self, game: PaperGame, trained: Mapping[str, Training]
+    ) -> dict[str, MakePolicy]:
+        """Return what makes each policy, and each network that was trained, of a game by name."""
+
+    def name_training(self, training: Training) -> str:
+        """Return the name of a training among players: its folder."""
+        return training.folder.relative_to(self.runs).as_posix()
+
+    def list_trained(self) -> dict[str, Training]:
+        """Return the trainings that are done, by name."""
+        return {self.name_training(row): row for row in self.list_all_trainings() if row.is_done()}
+
+    def compute_checksums(self) -> dict[str, str]:
+        """Return the SHA-256 of the networks that are trained, by name."""
+        return {name: compute_checksum(own.checkpoint) for name, own in self.list_trained().items()}
+
+    def plan_stages(self) -> tuple[list[Job], list[Job]]:
+        """List collections, then trainings, as far as they are not done yet."""
+        missing = [training for training in self.list_all_trainings() if not training.is_done()]
+        together: dict[Path, list[Training]] = {}
+        for training in missing:
+            together.setdefault(training.folder.parent, []).append(training)
+
+        def make_job(
+            what: str, folder: Path, run: Callable[[], object], after: Sequence[str] = ()
+        ) -> Job:
+            key = folder.relative_to(self.runs).as_posix()
+            log = self.runs / "logs" / f"{what}-{key.replace('/', '-')}.log"
+            return Job(f"{what} {key}", run, log, tuple(after))
+
+        collections = {
+            folder: make_job("collect", folder, partial(collect_data, own))
+            for folder, own in together.items()
+        }
+        trainings = [
+            make_job("train", row.folder, row.run, [collections[row.folder.parent].name])
+            for row in missing
+        ]
+        return list(collections.values()), trainings
+
+    def play(self, workers: int = 1, backend: str = "processes") -> ScoreCache:
+        """Let policies, and networks that are trained, play what they have not played yet."""
+        trained = self.list_trained()
+        return play_all(
+            self.list_games(), lambda game: self.list_players(game, trained), self.runs / SCORES,
+            self.compute_checksums(), workers, backend,
+        )  # fmt: skip
+
+    def load_cache(self) -> ScoreCache:
+        """Return what has been played so far, by these networks."""
+        return load_played(self.list_games(), self.runs / SCORES, self.compute_checksums())

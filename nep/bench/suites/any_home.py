@@ -8,8 +8,8 @@ from pathlib import Path
 
 from jsonargparse import Namespace
 
-from nep.bench.best_rule import compare_with_rules, count_decided, make_overview
 from nep.bench.columns import make_network_table, make_table
+from nep.bench.comparisons import compare_with_rules, count_decided, make_overview
 from nep.bench.home_games import choose_games, list_recorded, list_simulated
 from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import Option, describe_made, list_table_options

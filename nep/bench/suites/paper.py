@@ -24,11 +24,11 @@ from nep.bench.paper.experiments import (
 )
 from nep.bench.paper.paper_tables import Provenance, load_table_1, make_table_1, make_table_2
 from nep.bench.paper.plan import TABLES, Plan
-from nep.bench.paper.stages import run_stages
 from nep.bench.paper.weights import check_weights, export_weights
 from nep.bench.paper.work import (
     list_work_options,
     make_console,
+    run_stages,
     stop_if_failed,
     work_in,
     write_files,

@@ -8,15 +8,13 @@ from pathlib import Path
 
 from jsonargparse import Namespace
 
-from nep.bench.best_rule import make_overview
 from nep.bench.columns import make_accuracy_table, make_table
+from nep.bench.comparisons import compare_priors, make_comparison, make_overview
 from nep.bench.home_games import choose_games, list_benchmark
-from nep.bench.paired_priors import compare_priors, make_comparison
 from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import Option, describe_made, list_table_options
 from nep.bench.task_game import TaskGame
-from nep.players.contestants import Checkpoint, MakePolicy
-from nep.players.left_out import LeftOut
+from nep.players.contestants import Checkpoint, LeftOut, MakePolicy
 from nep.report.figures import draw_by_hour
 from sgm.files import write_whole
 from sgm.messages import shorten

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nep.bench.comparisons import compare_priors, make_comparison
 from nep.bench.home_games import list_benchmark
-from nep.bench.paired_priors import compare_priors, make_comparison
 from nep.bench.suites.recorded import main
 from nep.report.figures import draw_by_hour
 from sgm.network.shipped import find_trained

@@ -7,10 +7,9 @@ from typing import ClassVar
 import pytest
 
 from nep.bench.__main__ import SUITES, main
-from nep.bench.game import Game
+from nep.bench.game import Game, strip_code
 from nep.bench.runner import play_all
 from nep.bench.score_cache import ScoreCache
-from nep.bench.scoring_code import strip_code
 from nep.bench.suites.temporal import Temporal
 from nep.bench.table_options import Option, count, make_command
 from nep.bench.temporal.kept_units import keep_unit, read_unit

@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from nep.players.checkpoints import load_trained
-from nep.robot.comparison import compare_in_log
 from nep.robot.finder import ObjectFinder
+from nep.robot.fine_tuning import compare_in_log
 from sgm.finder.adaptation import (
     MIN_QUESTIONS,
     Adaptation,

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from torch.utils.tensorboard import SummaryWriter
 
-from nep.bench.paper.trained_plan import SCORES
-from nep.bench.paper.training import Training
+from nep.bench.paper.training import SCORES, Training
 from nep.bench.runner import play_all
 from nep.players.contestants import list_contestants
 from nep.report.results import ScoreSummary, unpack_summary

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nep.bench.scoring_code import checksum_code
+from nep.bench.game import checksum_code
 from simulator.trace.events import GONE
 from simulator.trace.trace import load_trace
 from tools.elsewhere.__main__ import ElsewhereGame, main

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nep.bench.comparisons import correct_rows
 from nep.bench.paper.beside import Beside
 from nep.bench.paper.experiments import (
     ABLATED,
@@ -24,7 +25,6 @@ from nep.bench.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
 from nep.bench.paper.paper_tables import (
     Provenance,
     compute_table,
-    correct_claims,
     draw_table_1,
     list_claims,
     load_table_1,
@@ -100,7 +100,7 @@ def test_claims_where_more_is_better(location):
 
 def test_claims_of_a_table_are_corrected_together(location):
     claims = list_claims(ABLATION_SETTING, compute_table(ABLATION_SETTING, location), location)
-    corrected = correct_claims(claims)
+    corrected = correct_rows(claims)
     # Differences +.3 and +.1 and so on: t = mean / error of one degree, p = 1 - 2 atan(t) / pi.
     # t = 2, 5 / 3, 3, .5, -3: p = .295, .344, .205, .705, .205; the least times five is above 1.
     p_values = [claim.difference.p for claim in claims]

@@ -1,4 +1,4 @@
-"""Training that starts from the weights of another network."""
+"""Training that starts from another network, and whether it became better in what a robot saw."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from datamodules.graph import GraphBuilder
 from nep.model.module import NEPModule
 from nep.model.settings import group_settings
 from nep.players.checkpoints import TrainedModel
+from nep.robot.finder import ObjectFinder
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
+from sgm.finder.adaptation import Adaptation, compute_accuracy, compute_nll
 
 # What belongs to a training, and not to the network that comes out of it; the features say the rest
 _NOT_TAKEN = ("dropout", "clock_dropout")
@@ -55,3 +58,24 @@ def _shorten(error: Exception) -> str:
     """Return the first fault of several."""
     lines = [line.strip() for line in str(error).splitlines()]
     return lines[min(1, len(lines) - 1)].rstrip(". ")[:160]
+
+
+def compare_in_log(start: TrainedModel, own: TrainedModel, log: str | Path) -> tuple[bool, str]:
+    """Ask two networks for what the latest looks of a log showed, just before them.
+
+    Other than in a trace of the log, the memory is the robot's own and goes on, and a thing is
+    asked for where a look showed it, not where it is taken to be.
+
+    Returns:
+        Whether `own` makes them likelier and guesses no fewer, and a line that says so.
+    """
+    measured = []
+    for model in (start, own):
+        _, latest = ObjectFinder(model, asks_moved=TASKS_ASK_MOVED).ask_again(log).split()
+        measured.append((compute_nll(latest, Adaptation()), compute_accuracy(latest)))
+    (nll, accuracy), (own_nll, own_accuracy) = measured
+    return (
+        own_nll < nll and own_accuracy >= accuracy,
+        f"latest looks of {Path(log).name}: NLL {nll:.3f} and {accuracy:.3f} right at the start, "
+        f"{own_nll:.3f} and {own_accuracy:.3f} in the best epoch",
+    )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nep.bench.best_rule import compare_with_rules, count_decided, make_overview
+from nep.bench.comparisons import compare_with_rules, count_decided, make_overview
 from nep.bench.home_games import list_benchmark, list_recorded, list_simulated
 from tests.nep.bench.test_recorded import write_home
 

@@ -1,15 +1,20 @@
-"""Keeps the state of every random generator of a training in its checkpoints."""
+"""What lets a training go on: checkpoints that are whole, with the states of random generators."""
 
 from __future__ import annotations
 
+import io
 import random
+from pathlib import Path
 from typing import Any
 
 import lightning.pytorch as pl
 import numpy as np
 import torch
+from lightning.pytorch.plugins.io import TorchCheckpointIO
 from torch import Tensor
 
+from nep.tensor_file import read_tensors
+from sgm.files import write_whole
 from sgm.messages import shorten
 
 
@@ -77,3 +82,40 @@ def _restore(states: dict[str, Any]) -> None:
 def _list(words: Tensor) -> list[int]:
     numbers: list[int] = words.tolist()
     return numbers
+
+
+class WholeCheckpoints(TorchCheckpointIO):
+    """Writes beside the old checkpoint, flushes to disk, then renames.
+
+    Lightning's own way copies from the temporary folder, and leaves a truncated file where that is
+    on another disk and this one is full, or the process is killed.
+    """
+
+    def save_checkpoint(
+        self, checkpoint: dict[str, Any], path: Any, storage_options: Any | None = None
+    ) -> None:
+        """Write a checkpoint.
+
+        Raises:
+            OSError: if the disk is full; the old file, if any, is untouched.
+        """
+        content = io.BytesIO()
+        torch.save(checkpoint, content)
+        target = Path(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(target, content.getvalue())
+
+    def load_checkpoint(
+        self,
+        path: Any,
+        map_location: Any | None = None,
+        weights_only: bool | None = None,
+        **options: Any,
+    ) -> dict[str, Any]:
+        """Read a checkpoint; nothing in it is called, and its numbers are on the CPU.
+
+        Raises:
+            OSError, ValueError: as `read_tensors` does.
+        """
+        found: dict[str, Any] = read_tensors(path)
+        return found
