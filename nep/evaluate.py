@@ -79,6 +79,11 @@ class EvaluateConfig:
     metrics: tuple[str, ...] = ()
 
     @property
+    def streams(self) -> Streams:
+        """The streams of the homes."""
+        return Streams(self.seed, self.split, range(self.num_homes))
+
+    @property
     def more(self) -> Mapping[str, Metric]:
         """The metrics of one's own by name."""
         return {name: find_metric(name) for name in self.metrics if name not in METRICS}
@@ -104,12 +109,11 @@ class EvaluateConfig:
     def describe(self) -> dict[str, Any]:
         """Return everything that the scores depend on, as JSON values."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}
-        streams = Streams(self.seed, self.split, range(self.num_homes))
         del settings["metrics"]  # they change nothing in what is played
         return {
             **settings,
             "homes": self.homes.describe(),
-            "first_home": compute_fingerprint(self.homes, streams, self.steps),
+            "first_home": compute_fingerprint(self.homes, self.streams, self.steps),
             "checkpoints": [checkpoint.describe() for checkpoint in self.checkpoints],
         }
 
@@ -139,26 +143,11 @@ def evaluate(
     names = [(task, name) for task in players for name in players[task]]
     scores = play_games(
         [(players[task][name], task) for task, name in names],
-        config.homes, Streams(config.seed, config.split, range(config.num_homes)), config.steps,
+        config.homes, config.streams, config.steps,
         lambda game: on_step(*names[game]), workers, backend,
     )  # fmt: skip
-    results: dict[str, dict[str, TaskScores]] = {task: {} for task in config.tasks}
-    for (task, name), own in zip(names, scores, strict=True):
-        results[task][name] = own
-    return results
-
-
-def summarise(
-    scores: Scores, homes: HomeSource, more: Mapping[str, Metric] | None = None
-) -> Summaries:
-    """Compute what tables and figures need of what was scored in the first homes of a source."""
-    return {
-        task: {
-            name: ScoreSummary.of(own, homes.list_units(range(len(own.values))), more)
-            for name, own in players.items()
-        }
-        for task, players in scores.items()
-    }
+    found = dict(zip(names, scores, strict=True))
+    return {task: {name: found[task, name] for name in players[task]} for task in players}
 
 
 def save_results(
@@ -184,8 +173,7 @@ def save_results(
 
 def describe_made(config: EvaluateConfig) -> str:
     """Say with which code, in which test homes and with which networks tables were made."""
-    streams = Streams(config.seed, config.split, range(config.num_homes))
-    name = name_test_set(config.homes, streams, config.steps)
+    name = name_test_set(config.homes, config.streams, config.steps)
     lines = [f"- Played with {describe_code()}."]
     if name is not None:
         lines.append(f"- Test homes: `{name}` (`python -m simulator.test_sets show {name}`).")
@@ -205,39 +193,20 @@ def _make_parser() -> ArgumentParser:
         "Let policies and trained networks play tasks in the same unseen homes.",
     )
     parser.add_argument("--out", type=Path, required=True, help="folder for tables and figures")
-    parser.add_argument(
-        "--tasks",
-        type=tuple[str, ...],
-        default=("all",),
-        help=f"all, or some of {', '.join(TASKS)}, or your own: my_module:MyTask",
-    )
-    parser.add_argument(
-        "--metrics",
-        type=tuple[str, ...],
-        default=(),
-        help="metrics of your own beside those of every table: my_module:my_metric, a function of "
-        "TaskScores or a Metric",
-    )
-    parser.add_argument(
-        "--policies",
-        type=tuple[str, ...],
-        default=("all",),
-        help=f"all, none, or some of {', '.join(POLICIES)}; those that all leaves out: "
+    several = {
+        "tasks": f"all, or some of {', '.join(TASKS)}, or your own: my_module:MyTask",
+        "metrics": "metrics of your own beside those of every table: my_module:my_metric, a "
+        "function of TaskScores or a Metric",
+        "policies": f"all, none, or some of {', '.join(POLICIES)}; those that all leaves out: "
         f"{', '.join(WHERE_NAMED)}; or your own: my_module:MyPolicy",
-    )
-    parser.add_argument(
-        "--checkpoint",
-        type=tuple[str, ...],
-        default=(),
-        help="[NAME[@TASK]=]SOURCE: a trained network, for all tasks or for one: a checkpoint, an "
-        f"exported folder or one that ships ({', '.join(list_shipped())}); may be repeated",
-    )
-    parser.add_argument(
-        "--encoders",
-        type=tuple[str, ...],
-        default=(),
-        help="modules of your own with the encoders of exported networks",
-    )
+        "checkpoint": "[NAME[@TASK]=]SOURCE: a trained network, for all tasks or for one: a "
+        f"checkpoint, an exported folder or one that ships ({', '.join(list_shipped())}); may be "
+        "repeated",
+        "encoders": "modules of your own with the encoders of exported networks",
+    }
+    for name, text in several.items():
+        default = ("all",) if name in ("tasks", "policies") else ()
+        parser.add_argument(f"--{name}", type=tuple[str, ...], default=default, help=text)
     parser.add_argument("--steps", type=int | None, help="time steps; 100, or all that there are")
     parser.add_class_arguments(
         EvaluateConfig, skip={"homes", "tasks", "policies", "checkpoints", "steps", "metrics"}
@@ -280,30 +249,31 @@ def main(arguments: Sequence[str] | None = None) -> None:
         config = _make_config(options)
         config.check()
         options.out.mkdir(parents=True, exist_ok=True)
-    games = [
-        (task, name)
-        for task in config.tasks
-        for name in list_contestants(task, config.policies, config.checkpoints)
-    ]
+    num_games = sum(
+        len(list_contestants(task, config.policies, config.checkpoints)) for task in config.tasks
+    )
     columns = (
         TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
         TimeElapsedColumn(),
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True) as progress:
         num_groups = len(config.homes.list_groups(range(config.num_homes)))
-        bar = progress.add_task("", total=len(games) * config.steps * num_groups)
+        bar = progress.add_task("", total=num_games * config.steps * num_groups)
 
         def advance(task: str, name: str) -> None:
             progress.update(bar, advance=1, description=f"{name}: {find_task(task).title}")
 
         scores = evaluate(config, advance, options.workers, options.backend, options.threads)
-    summaries = summarise(scores, config.homes, config.more)
+    units, more = config.homes.list_units(range(config.num_homes)), config.more
+    summaries = {
+        task: {name: ScoreSummary.of(own, units, more) for name, own in players.items()}
+        for task, players in scores.items()
+    }
     tables = {task: compute_rows(find_task(task), players) for task, players in summaries.items()}
     command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
     save_results(config, summaries, tables, options.out, command)
     for task, rows in tables.items():
-        title = _make_title(config, task)
-        console.print(make_rich_table(find_task(task), rows, title, config.more))
+        console.print(make_rich_table(find_task(task), rows, _make_title(config, task), more))
 
 
 if __name__ == "__main__":

@@ -185,13 +185,13 @@ def measure_model(
 
     able = [name for name in REFERENCES if find_policy(name).needs <= config.homes.knows]
     on_search = partial(on_step, "searching in test homes")
-    parts = []
-    for group in config.homes.list_groups(streams.homes):
-        homes = config.homes.make(streams.select(group.homes))
-        parts.append(
+    groups = config.homes.list_groups(streams.homes)
+    decisions = _join(
+        [
             play_searches(homes, player.play_in(homes), config.num_steps, on_search=on_search)
-        )
-    decisions = _join(parts)
+            for homes in (config.homes.make(streams.select(group.homes)) for group in groups)
+        ]
+    )
     return {
         "homes": len(streams.homes),
         "source": config.homes.describe(),
@@ -208,23 +208,16 @@ def measure_model(
 
 def _join(parts: Sequence[Decisions]) -> Decisions:
     """Put searches of groups of homes together; places that a home has not are no candidates."""
-    width = max(part.scores.shape[1] for part in parts)
-
-    def widen(values: np.ndarray, fill: float | bool) -> np.ndarray:
-        return np.pad(values, ((0, 0), (0, width - values.shape[1])), constant_values=fill)
-
-    return Decisions(
-        scores=np.concatenate([widen(part.scores, -np.inf) for part in parts]),
-        asked_again=np.concatenate([widen(part.asked_again, -np.inf) for part in parts]),
-        is_absent=np.concatenate([widen(part.is_absent, False) for part in parts]),
-        answers=np.concatenate(
-            [
-                np.column_stack([widen(part.answers[:, :-1], False), part.answers[:, -1]])
-                for part in parts
-            ]
-        ),
-        num_looks=np.concatenate([part.num_looks for part in parts]),
-    )
+    joined = {"num_looks": np.concatenate([part.num_looks for part in parts])}
+    sizes = [part.scores.shape[1] for part in parts]
+    fill = {"scores": -np.inf, "asked_again": -np.inf, "is_absent": False, "answers": False}
+    for name, value in fill.items():
+        wide = [  # after the last place, which in answers "nowhere" follows
+            np.insert(getattr(part, name), [size] * (max(sizes) - size), value, axis=1)
+            for part, size in zip(parts, sizes, strict=True)
+        ]
+        joined[name] = np.concatenate(wide)
+    return Decisions(**joined)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -263,7 +256,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
         import_encoders(options.encoders)
         homes = HomeOptions(**pick(options, HomeOptions)).make()
         config = ExportConfig(**pick(options, ExportConfig) | {"homes": homes})
-        print(_describe_cost(config))
+        print(
+            f"Scores in {len(config.streams.homes)} homes, {config.num_steps} steps each. "
+            "--num_homes 0 leaves it out; --num_homes 100 --steps 100, as shipped networks have, "
+            "takes minutes."
+            if config.num_homes
+            else "Nothing is scored (--num_homes 0)."
+        )
         with Progress(*columns, console=console, transient=True) as progress:
             bar = progress.add_task("loading", total=config.count_steps())
             export_model(
@@ -275,17 +274,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
             )
     names = [CONFIG, WEIGHTS, *([ONNX] if has_onnx(options.folder) else []), CARD]
     print(f"{options.folder}: {', '.join(names)}")
-
-
-def _describe_cost(config: ExportConfig) -> str:
-    """Say what is played before anything is written, and what plays less or more."""
-    if not config.num_homes:
-        return "Nothing is scored (--num_homes 0)."
-    return (
-        f"Scores in {len(config.streams.homes)} homes, {config.num_steps} steps each. "
-        "--num_homes 0 leaves it out; --num_homes 100 --steps 100, as shipped networks have, "
-        "takes minutes."
-    )
 
 
 def _write_command(parser: ArgumentParser, options: Namespace, arguments: Sequence[str]) -> str:

@@ -33,12 +33,11 @@ from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.online_evaluation import OnlineEvaluation
-from nep.callbacks.resume import RandomStates
+from nep.callbacks.resume import RandomStates, WholeCheckpoints
 from nep.config_files import find_configs, list_groups, name_groups
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.robot.fine_tuning import compare_in_log, make_settings, take_weights
-from nep.tensor_file import WholeCheckpoints
 from sgm.memory.look_log import read_log
 from sgm.messages import shorten, shorten_text
 from sgm.network.shipped import RETIRED, drop_retired
