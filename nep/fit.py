@@ -130,20 +130,23 @@ class FitCLI(LightningCLI):
                 args = [*_list_settings(args), *args]
                 self.config = parser.parse_args(args)
                 self.config.pop("base")  # what it says has been taken over
-                self._drop_retired()
-                _check_seed(self.config.seed_everything)
+                model, seed = self.config.model, self.config.seed_everything
+                # what earlier versions set is left out, and said
+                drop_retired(
+                    {name: model.pop(name) for name in RETIRED if name in model}, "the config"
+                )
+                # numpy takes no other seed; True and False choose one or none
+                if not isinstance(seed, bool) and not 0 <= seed < 2**32:
+                    raise ValueError(
+                        f"seed_everything must lie in 0 to 4294967295, got {shorten(seed)}. "
+                        "Choose another."
+                    )
             except (UnicodeDecodeError, RecursionError) as error:
                 parser.error(f"--config must be a YAML file in UTF-8, got {_shorten(error)}.")
             except (FileNotFoundError, ValueError) as error:
                 parser.error(_shorten(error))
         else:
             super().parse_arguments(parser, args)
-
-    def _drop_retired(self) -> None:
-        """Leave out what earlier versions set, and say so."""
-        model = self.config.model
-        found = {name: model.pop(name) for name in RETIRED if name in model}
-        drop_retired(found, "the config")
 
     def instantiate_classes(self) -> None:
         """Build model, data and trainer; a value out of range ends with its message alone."""
@@ -180,8 +183,8 @@ class FitCLI(LightningCLI):
 
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
-        self.began = Began()
-        callbacks: list[Callback] = [RandomStates(), self.began]
+        self.states = RandomStates()
+        callbacks: list[Callback] = [self.states]
         if self.config.trainer.logger is not False:
             callbacks.append(LearningRateMonitor(logging_interval="step"))
         if self.config.trainer.enable_progress_bar is not False:
@@ -203,24 +206,6 @@ class FitCLI(LightningCLI):
         if not any(isinstance(plugin, CheckpointIO) for plugin in own):
             kwargs["plugins"] = [*own, WholeCheckpoints()]
         return super().instantiate_trainer(**kwargs)
-
-
-class Began(Callback):
-    """Notes that a training has begun: its checkpoint, if it had one, was restored."""
-
-    has_begun = False
-
-    def on_train_start(self, trainer: Trainer, pl_module: Any) -> None:
-        """Note it."""
-        self.has_begun = True
-
-
-def _check_seed(seed: bool | int) -> None:
-    """Raise ValueError unless a seed is one that numpy takes; True and False choose one or none."""
-    if not isinstance(seed, bool) and not 0 <= seed < 2**32:
-        raise ValueError(
-            f"seed_everything must lie in 0 to 4294967295, got {shorten(seed)}. Choose another."
-        )
 
 
 def _list_settings(args: Sequence[str]) -> list[str]:
@@ -249,17 +234,12 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
         ValueError: if there is no such class, or it is no subclass of ours.
     """
     bases = {"model_class": NEPModule, "data_class": SGMDataModule}
-    rest, paths = [], {}
-    values = iter(args)
-    for arg in values:
-        option, has_value, value = arg.partition("=")
-        name = option.removeprefix("--")
-        if option.startswith("--") and name in bases:
-            paths[name] = value if has_value else next(values, "")
-        else:
-            rest.append(arg)
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    for name in bases:
+        parser.add_argument(f"--{name}", nargs="?", const="", default=argparse.SUPPRESS)
+    paths, rest = parser.parse_known_args(args)
     classes = {}
-    for name, path in paths.items():
+    for name, path in vars(paths).items():
         base = bases[name]
         module, _, attribute = path.rpartition(".")
         try:
@@ -319,7 +299,7 @@ def main(args: ArgsType = None) -> FitCLI:
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
         sys.exit(f"error: {_shorten(error)}")
     except Exception as error:
-        if cli.began.has_begun or cli.config.ckpt_path is None:
+        if cli.states.has_begun or cli.config.ckpt_path is None:
             raise
         sys.exit(  # a state of another kind than the one that is restored from it
             "error: checkpoint must be one that a training can go on from, got "

@@ -37,7 +37,6 @@ MOVED = {
     "nep.players.left_out": "nep.players.contestants",
     "nep.players.starting_point": "nep.robot.fine_tuning",
     "nep.robot.comparison": "nep.robot.fine_tuning",
-    "nep.bench.paper.paper_game": "nep.bench.paper.experiments",
     "nep.bench.paper.stages": "nep.bench.paper.work",
     "nep.bench.paper.trained_plan": "nep.bench.paper.training",
     "nep.bench.best_rule": "nep.bench.comparisons",

@@ -143,6 +143,12 @@ class OnlineEvaluation(pl.Callback):
     def _compute(self, played: TaskScores) -> ScoreSummary:
         return ScoreSummary.of(played, self.homes.list_units(range(self.num_homes)))
 
+    def _list_metrics(self, scores: ScoreSummary, group: str) -> dict[str, float]:
+        return {
+            f"{group}/{self.task.metric}": float(scores.home_values.mean()),
+            f"{group}/candidate_recall": scores.metrics["candidate_recall"],
+        }
+
     def _play_heuristics(self, trainer: pl.Trainer) -> None:
         """Let the heuristics and oracles play, once, as late as possible: it takes seconds."""
         policies = [name for name in self.policies if find_policy(name).needs <= self.homes.knows]
@@ -158,10 +164,7 @@ class OnlineEvaluation(pl.Callback):
         player = NEPPolicy(pl_module, _get_datamodule(trainer).builder)
         played = self._play(trainer, player.play_in)
         scores = self.scores[self.name] = self._compute(played)
-        metrics = {
-            f"online/{self._metric}": float(scores.home_values.mean()),
-            "online/candidate_recall": scores.metrics["candidate_recall"],
-        }
+        metrics = self._list_metrics(scores, "online")
         metrics |= {f"online/gap_closed_{top}": gap for top, gap in self._compute_gaps().items()}
         pl_module.log_dict(metrics, rank_zero_only=True)
         for name, other in self.scores.items():
@@ -175,7 +178,7 @@ class OnlineEvaluation(pl.Callback):
             config = _get_datamodule(trainer).val_config
             searches = play_search_stories(player.play_in, self.homes, config.seed, config.split)
             figures = {
-                f"online/{self._metric}_over_steps": figure,
+                f"online/{self.task.metric}_over_steps": figure,
                 "online/calibration": draw_calibration(
                     played.confidence.ravel(), played.is_correct.ravel(), title
                 ),
@@ -193,33 +196,24 @@ class OnlineEvaluation(pl.Callback):
             self._kinds = [type(rule.dynamics).__name__ for rule in rules]
         if len(set(self._kinds)) == 1:
             return {}
-        kinds = np.array(self._kinds)
+        kinds, values = np.array(self._kinds), scores.home_values
         return {
-            f"online_kinds/{self._metric}_{kind}": float(scores.home_values[kinds == kind].mean())
+            f"online_kinds/{self.task.metric}_{kind}": float(values[kinds == kind].mean())
             for kind in sorted(set(self._kinds))
         }
 
     def _log_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Show the table, and the settings with what came of them."""
-        final = self.scores[self.name]
-        metrics = {
-            f"final/{self._metric}": float(final.home_values.mean()),
-            "final/candidate_recall": final.metrics["candidate_recall"],
-        }
+        metrics = self._list_metrics(self.scores[self.name], "final")
         boards, step = list_boards(trainer), trainer.global_step
         header, cells = format_table(self.task, self._compute_rows())
         log_table(boards, "online/table", header, cells, self._make_markdown(), step)
         settings = {**pl_module.hparams, **_get_datamodule(trainer).hparams}
         log_final(boards, settings, metrics, step)
 
-    @property
-    def _metric(self) -> str:
-        """Name of the score in charts and files."""
-        return self.task.metric
-
     def _compute_gaps(self) -> dict[str, float]:
         """Return the share of the gap from Bayesian that is closed, for each oracle that played."""
-        if self._metric not in BOUNDED:
+        if self.task.metric not in BOUNDED:
             return {}
         means = {name: float(own.home_values.mean()) for name, own in self.scores.items()}
         return {
@@ -231,11 +225,11 @@ class OnlineEvaluation(pl.Callback):
     def _save(self, folder: Path) -> None:
         content = {
             name: {
-                self._metric: float(scores.home_values.mean()),
+                self.task.metric: float(scores.home_values.mean()),
                 "std_over_homes": float(scores.home_values.std()),
                 "candidate_recall": scores.metrics["candidate_recall"],
-                f"{self._metric}_per_home": scores.home_values.tolist(),
-                f"{self._metric}_per_step": scores.values.mean(axis=0).tolist(),
+                f"{self.task.metric}_per_home": scores.home_values.tolist(),
+                f"{self.task.metric}_per_step": scores.values.mean(axis=0).tolist(),
             }
             for name, scores in self.scores.items()
         }

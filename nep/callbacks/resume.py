@@ -11,7 +11,6 @@ import lightning.pytorch as pl
 import numpy as np
 import torch
 from lightning.pytorch.plugins.io import TorchCheckpointIO
-from torch import Tensor
 
 from nep.tensor_file import read_tensors
 from sgm.files import write_whole
@@ -24,9 +23,13 @@ class RandomStates(pl.Callback):
     Checkpoints hold the states of Python, numpy and torch on the CPU, as plain numbers and tensors.
     The order of the batches is kept by the data module. Checkpoints without such states, of earlier
     versions, are gone on from as they were: with fresh generators.
+
+    Attributes:
+        has_begun: whether the training has: its checkpoint, if it had one, was restored.
     """
 
     def __init__(self) -> None:
+        self.has_begun = False
         self._found: dict[str, Any] = {}
 
     def state_dict(self) -> dict[str, Any]:
@@ -56,11 +59,11 @@ class RandomStates(pl.Callback):
             ValueError: if they are no states of generators.
         """
         found, self._found = self._found, {}
-        if not found:
-            return
         before = self.state_dict()
         try:
-            _restore(found)
+            if found:
+                _restore(found)
+            self.has_begun = True
         except (LookupError, TypeError, AttributeError, ValueError, RuntimeError) as error:
             _restore(before)
             raise ValueError(
@@ -72,16 +75,11 @@ class RandomStates(pl.Callback):
 
 def _restore(states: dict[str, Any]) -> None:
     python, numpy = states["python"], states["numpy"]
-    random.setstate((python["version"], tuple(_list(python["words"])), python["gauss"]))
-    keys = np.array(_list(numpy["keys"]), dtype=np.uint32)
+    random.setstate((python["version"], tuple(python["words"].tolist()), python["gauss"]))
+    keys = np.array(numpy["keys"].tolist(), dtype=np.uint32)
     words = ("MT19937", keys, numpy["position"], numpy["has_gauss"], numpy["cached"])
     np.random.set_state(words)  # noqa: NPY002
     torch.set_rng_state(states["torch"].to(torch.uint8))
-
-
-def _list(words: Tensor) -> list[int]:
-    numbers: list[int] = words.tolist()
-    return numbers
 
 
 class WholeCheckpoints(TorchCheckpointIO):

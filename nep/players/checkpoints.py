@@ -47,11 +47,12 @@ FORMAT = "node edge predictor"
 FORMAT_VERSION = 3
 _READABLE = (2, 3)  # version 2 says how its probabilities are calibrated, which nothing reads
 WEIGHTS = "weights.safetensors"
-# Under this name weights are written first; the config that names their checksum comes second, and
-# renaming them last, so that a folder is usable whenever an export over an older one is stopped.
 _DAMAGED = (
     LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError, SafetensorError,
 )  # fmt: skip
+_READ = "checkpoint must be a file that can be read"
+_MADE = "checkpoint must be one that nep.fit wrote"
+_EXPORT = "Export again with `python -m nep.export`."
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,11 +113,8 @@ def load_checkpoint(path: Path) -> TrainedModel:
     Raises:
         ValueError: if it cannot be read, is no such checkpoint, or does not fit this package.
     """
-    with _read_checkpoint(
-        path,
-        "Train one with `python -m nep.fit`, or check the path.",
-        "Train again, or check the path.",
-    ):
+    advice = "Train one with `python -m nep.fit`, or check the path."
+    with _name_faults(_READ, advice, _MADE, "Train again, or check the path.", f"for {path}"):
         content = _load_content(path)
         data = content["datamodule_hyper_parameters"]
         # Checkpoints from before the schema was written down have the first one.
@@ -139,7 +137,7 @@ def check_resumable(path: Path, module: NEPModule) -> None:
         ValueError: if it cannot be read, is no such checkpoint, or one of another network.
     """
     advice = "Check --ckpt_path, or leave it out."
-    with _read_checkpoint(path, advice, advice):
+    with _name_faults(_READ, advice, _MADE, advice, f"for {path}"):
         content = _load_content(path)
         weights = content["state_dict"]
         for part in ("loops", "optimizer_states", "lr_schedulers", "epoch", "global_step"):
@@ -173,6 +171,8 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
     _finish_export(folder)
     for name in (WEIGHTS, CONFIG, ONNX):
         find_target(folder / name)  # refuses what is no file
+    # Weights are written first; the config that names their checksum comes second, and renaming
+    # them last, so that a folder is usable whenever an export over an older one is stopped.
     write_whole(folder / f"{WEIGHTS}{NEW}", weights)
     if is_exportable(model.module, model.builder.config):
         content = make_onnx(model.module, model.builder.config)
@@ -190,7 +190,11 @@ def load_exported(folder: Path) -> TrainedModel:
             text vectors or by another version of the package.
     """
     config = load_config(folder)
-    try:
+    there, whole = (
+        f"exported folder must have {WEIGHTS}",
+        "exported folder must be one that nep.export wrote",
+    )
+    with _name_faults(there, _EXPORT, whole, _EXPORT, f"in {folder}"):
         features = read_features(config["features"])
         weights = read_file(find_weights(folder, config))
         tensors = load_tensors(weights)
@@ -202,17 +206,6 @@ def load_exported(folder: Path) -> TrainedModel:
             )
         module = build_network(config["model"], tensors, folder)
         text = config["schema"]["text"]
-    except OSError as error:
-        raise make_read_error(
-            error,
-            f"exported folder must have {WEIGHTS}, got {shorten(error.strerror)} in {folder}. "
-            "Export again with `python -m nep.export`.",
-        ) from error
-    except _DAMAGED as error:
-        raise ValueError(
-            f"exported folder must be one that nep.export wrote, got {type(error).__name__} in "
-            f"{folder}. Export again with `python -m nep.export`."
-        ) from error
     builder = _make_builder(features, module, text, folder)
     return TrainedModel(module.eval(), builder)
 
@@ -249,20 +242,11 @@ def load_config(folder: Path) -> dict[str, Any]:
     Raises:
         ValueError: if it is missing or damaged, or made for another feature schema.
     """
-    try:
+    there, whole = f"exported folder must have {CONFIG}", f"{CONFIG} must be as nep.export wrote it"
+    advice = f"{_EXPORT[:-1]}, or check the path."
+    with _name_faults(there, advice, whole, _EXPORT, f"in {folder}", ValueError):
         config = read_json(folder / CONFIG, allow_nan=True)
         version, schema = config["version"], dict(config["schema"])
-    except OSError as error:
-        raise make_read_error(
-            error,
-            f"exported folder must have {CONFIG}, got {shorten(error.strerror)} in {folder}. "
-            "Export again with `python -m nep.export`, or check the path.",
-        ) from error
-    except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(
-            f"{CONFIG} must be as nep.export wrote it, got {type(error).__name__} in {folder}. "
-            "Export again with `python -m nep.export`."
-        ) from error
     if config.get("format") != FORMAT or version not in _READABLE:
         raise ValueError(
             f"exported folder must have version {' or '.join(map(str, _READABLE))}, got "
@@ -312,21 +296,17 @@ def check_feature_schema(version: object, where: str | Path) -> None:
 
 
 @contextmanager
-def _read_checkpoint(path: Path, if_missing: str, if_damaged: str) -> Iterator[None]:
-    """Say what is wrong with a checkpoint that cannot be read, and what to do."""
+def _name_faults(
+    there: str, find: str, whole: str, mend: str, where: str, *damaged: type[Exception]
+) -> Iterator[None]:
+    """Say which rule a file breaks, that it is `there` or `whole`, and what to do."""
     try:
         yield
     except OSError as error:
-        raise make_read_error(
-            error,
-            f"checkpoint must be a file that can be read, got {shorten(error.strerror)} for "
-            f"{path}. {if_missing}",
-        ) from error
-    except (LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError) as error:
-        raise ValueError(
-            f"checkpoint must be one that nep.fit wrote, got {type(error).__name__} for {path}. "
-            f"{if_damaged}"
-        ) from error
+        message = f"{there}, got {shorten(error.strerror)} {where}. {find}"
+        raise make_read_error(error, message) from error
+    except (*_DAMAGED, *damaged) as error:
+        raise ValueError(f"{whole}, got {type(error).__name__} {where}. {mend}") from error
 
 
 def _load_content(path: Path) -> Any:
@@ -335,8 +315,7 @@ def _load_content(path: Path) -> Any:
         return read_tensors(path)
     except ValueError as error:
         raise ValueError(
-            f"checkpoint must be one that nep.fit wrote, got {error} for {path}. Train again, "
-            "or check the path."
+            f"{_MADE}, got {error} for {path}. Train again, or check the path."
         ) from error
 
 

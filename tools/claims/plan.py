@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from nep.bench.paper.experiments import SETTINGS, Contestant, PaperGame, Setting
+from nep.bench.paper.experiments import SETTINGS, Contestant, Setting
+from nep.bench.paper.paper_game import PaperGame
 from nep.bench.paper.training import TrainedPlan, Training
 from nep.bench.score_cache import ScoreCache
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants

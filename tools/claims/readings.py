@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nep.bench.paper.experiments import PaperGame
+from nep.bench.paper.paper_game import PaperGame
 from nep.players.contestants import MakePolicy
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer

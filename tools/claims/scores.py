@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from nep.bench.paper.experiments import SETTINGS, PaperGame, Setting
+from nep.bench.paper.experiments import SETTINGS, Setting
+from nep.bench.paper.paper_game import PaperGame
 from nep.report.results import ScoreSummary, unpack_summary
 from tools.claims.plan import LOCATION, ORDER, PAPER_POLICIES, SOURCES, ClaimsPlan
 

@@ -20,15 +20,15 @@ from nep.bench.paper.experiments import (
     ABLATED,
     ABLATION_SETTING,
     ABLATIONS,
+    CLAIMED_ORDER,
     MODELS,
     SETTINGS,
     Setting,
     find_models,
-    list_claimed_order,
 )
 from nep.bench.paper.paper_numbers import PAPER_TABLE_1, PAPER_TABLE_2
 from nep.config_files import CONFIG_FOLDER
-from nep.report.figures import draw_scores
+from nep.report.figures import draw_scores, make_png
 from nep.report.results import ScoreSummary
 from nep.report.statistics import LEVEL
 from nep.report.tables import (
@@ -197,7 +197,7 @@ def list_claims(setting: Setting, rows: Sequence[Row], scores: Scores) -> list[C
     Where they were trained several times, all pairs of models are compared, not only neighbours.
     Networks that are no part of Table 1 are compared with each of those that the paper orders.
     """
-    claimed = [title for title in list_claimed_order() if title in scores]
+    claimed = [title for title in CLAIMED_ORDER if title in scores]
     is_several = any(len(scores[title].by_training) > 1 for title in claimed)
     pairs = list(pairwise(claimed))
     if is_several:
@@ -264,11 +264,8 @@ def make_table_1(
         for setting, rows in tables.items()
     }
     named = {setting.name: rows for setting, rows in tables.items()}
-    image = io.BytesIO()
-    figure = draw_table_1({setting: results[setting] for setting in tables})
-    figure.savefig(image, format="png", metadata={"Software": None, "Comment": provenance.command})
     return {
-        f"{page}.png": image.getvalue(),
+        f"{page}.png": make_png(draw_table_1(results), Comment=provenance.command),
         f"{page}.md": "\n".join(parts).encode(),
         f"{page}.csv": make_csv(named, key="setting").encode(),
         f"{page}.json": (json.dumps(content) + "\n").encode(),
@@ -403,26 +400,24 @@ def _make_wide(cells: Mapping[Setting, Mapping[str, str]], says_known: bool = Fa
     for setting in cells:
         arrow = "↑" if setting.metric.is_higher_better else "↓"
         header.append(f"{TASKS[setting.task].title} {arrow}, {setting.nodes}")
-    titles = _sort_titles({title for column in cells.values() for title in column})
     lines = []
-    for title in titles:
-        name = [SHOWN.get(title, title), find_known(title)] if says_known else [title]
+    for title, shown in list_shown({own for column in cells.values() for own in column}).items():
+        name = [shown, find_known(title)] if says_known else [title]
         lines.append([*name, *(column.get(title, "") for column in cells.values())])
     return join_table(header, lines, num_text=2 if says_known else 1)
 
 
-def _sort_titles(titles: Iterable[str]) -> list[str]:
-    """Put heuristics first, in the order of `POLICIES`, then networks, then oracles."""
+def list_shown(titles: Iterable[str]) -> dict[str, str]:
+    """Return the titles of contestants as tables show them, by title.
+
+    Heuristics come first, in the order of `POLICIES`, then networks, then oracles.
+    """
     order = [name for name in POLICIES if name not in ORACLES]
     order += [model.title for model in MODELS]
     others = sorted({*titles} - {*order, *ORACLES})  # from configs that are no part of Table 1
     order = [*order, *others, *ORACLES]
-    return sorted(titles, key=lambda title: (bool(find_known(title)), order.index(title)))
-
-
-def list_shown(titles: Iterable[str]) -> dict[str, str]:
-    """Return the titles of contestants as tables show them, in their order, by title."""
-    return {title: SHOWN.get(title, title) for title in _sort_titles(titles)}
+    found = sorted(titles, key=lambda title: (bool(find_known(title)), order.index(title)))
+    return {title: SHOWN.get(title, title) for title in found}
 
 
 def find_known(title: str) -> str:

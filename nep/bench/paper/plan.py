@@ -12,15 +12,16 @@ from nep.bench.paper.experiments import (
     SETTINGS,
     Contestant,
     Model,
-    PaperGame,
     Setting,
     enter,
     list_ablations,
     list_full_models,
 )
+from nep.bench.paper.paper_game import PaperGame
 from nep.bench.paper.paper_tables import Provenance
-from nep.bench.paper.training import TrainedPlan, Training, find_config
+from nep.bench.paper.training import TrainedPlan, Training
 from nep.bench.score_cache import ScoreCache
+from nep.config_files import CONFIG_FOLDER
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from nep.report.code_version import list_versions
 from nep.report.results import ScoreSummary, unpack_summary
@@ -76,7 +77,7 @@ class Plan(TrainedPlan):
         check_at_least(1, num_homes=self.num_homes, steps=self.steps, seeds=self.num_trainings)
         check_seed(self.seed)
         for config in (model.config for model in self.models if model.config):
-            if not find_config(config).is_file():
+            if not (CONFIG_FOLDER / config).is_file():
                 raise ValueError(
                     f"config must be a file or a packaged config, got {shorten(config)}. Check the "
                     "path."
@@ -85,6 +86,8 @@ class Plan(TrainedPlan):
     def describe(self, table: str) -> Provenance:
         """Return what to write under a table; folders and number of jobs change nothing in it."""
         options = ["--table", table, *self.options]
+        played = map(self.make_game, self.list_settings() or SETTINGS)
+        names = dict.fromkeys(name for own in played if (name := own.name_homes()))
         return Provenance(
             command=shlex.join(["python", "-m", "nep.reproduce", *options]),
             seed=self.seed,
@@ -93,15 +96,10 @@ class Plan(TrainedPlan):
             num_trainings=self.num_trainings,
             title=self.title,
             versions=list_versions(),
-            test_sets=self.list_test_sets(),
+            test_sets=tuple(names),
             checkpoints=self.list_checkpoints(),
             configs={model.title: Path(model.file).name for model in self.models},
         )
-
-    def list_test_sets(self) -> tuple[str, ...]:
-        """Name the test homes, those that have a name."""
-        played = map(self.make_game, self.list_settings() or SETTINGS)
-        return tuple(dict.fromkeys(name for own in played if (name := own.name_homes())))
 
     def list_checkpoints(self) -> dict[str, str]:
         """Return the SHA-256 of every network, by setting, title and seed of the training."""
@@ -133,17 +131,13 @@ class Plan(TrainedPlan):
 
     def list_trainings(self, network: Contestant) -> list[Training]:
         """Return the trainings of a network; those after the first are in folders of their own."""
-        seeds = range(self.seed, self.seed + self.num_trainings)
+        folders = {
+            seed: self.runs if seed == self.seed else self.runs / f"seed_{seed}"
+            for seed in range(self.seed, self.seed + self.num_trainings)
+        }
         return [
-            Training(
-                network,
-                seed,
-                self.fit_options,
-                self.runs if seed == self.seed else self.runs / f"seed_{seed}",
-                self.data,
-                self.source,
-            )
-            for seed in seeds
+            Training(network, seed, self.fit_options, runs, self.data, self.source)
+            for seed, runs in folders.items()
         ]
 
     def make_game(self, setting: Setting) -> PaperGame:

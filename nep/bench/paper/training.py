@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import shutil
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from datamodules.features import FEATURE_SCHEMA_VERSION
-from nep.bench.paper.experiments import Contestant, PaperGame
+from nep.bench.paper.experiments import Contestant
+from nep.bench.paper.paper_game import PaperGame
 from nep.bench.paper.work import Job
 from nep.bench.runner import load_played, play_all
 from nep.bench.score_cache import ScoreCache
@@ -56,21 +57,23 @@ class Training:
         """The network of the last epoch."""
         return self.folder / "checkpoints" / "last.ckpt"
 
-    def list_options(self) -> list[str]:
+    @property
+    def configs(self) -> list[Path]:
+        """Its configs; a name is that of a packaged one, not of a file in the working directory."""
+        return [CONFIG_FOLDER / config for config in self.contestant.configs]
+
+    def list_options(self, *, has_paths: bool = False) -> list[str]:
         """Return the options of `nep.fit` that its result depends on.
 
         The seed goes before the configs, which may say another; of what a config says, only the
-        setting is overridden. Configs stand here by name: the lines in them are compared, not
-        where they lie.
+        setting is overridden. Configs stand here by name, unless it `has_paths`: the lines in them
+        are compared, not where they lie.
         """
-        return self._list_options(Path(config).name for config in self.contestant.configs)
-
-    def _list_options(self, configs: Iterable[str | Path]) -> list[str]:
         setting = self.contestant.setting
         return [
             f"--seed_everything={self.seed}",
             f"--data.seed={self.seed}",
-            *(f"--config={config}" for config in configs),
+            *(f"--config={path if has_paths else path.name}" for path in self.configs),
             f"--data.task={setting.task}",
             f"--data.home.dynamic_nodes={str(setting.dynamic_nodes).lower()}",
             *([] if self.source == "sampled" else [f"--data.homes={self.source}"]),
@@ -81,7 +84,7 @@ class Training:
         """Return `list_options`, and where to put what, without heuristics beside it."""
         logger = "--trainer.logger.init_args."
         return [
-            *self._list_options(find_config(config) for config in self.contestant.configs),
+            *self.list_options(has_paths=True),
             f"--data.data_dir={self.data}",
             "--data.workers=1",
             "--threads=1",
@@ -98,9 +101,13 @@ class Training:
         return {
             "options": self.list_options(),
             "configs": {
-                file.name: _read_config(file)
-                for config in self.contestant.configs
-                for file in list_files(find_config(config))
+                file.name: [
+                    line
+                    for line in file.read_text(encoding="utf-8").splitlines()
+                    if not line.lstrip().startswith("#")
+                ]
+                for config in self.configs
+                for file in list_files(config)
             },
             "feature_schema": FEATURE_SCHEMA_VERSION,
             "prior": PriorGraph.default().checksum,
@@ -127,20 +134,6 @@ class Training:
 
     def _make_marker(self) -> dict[str, Any]:
         return {"settings": self.describe(), "checkpoint": compute_checksum(self.checkpoint)}
-
-
-def find_config(config: str) -> Path:
-    """Return the path of a packaged config by its name; a path is returned as it is.
-
-    A file of that name in the working directory is not meant.
-    """
-    return CONFIG_FOLDER / config
-
-
-def _read_config(path: Path) -> list[str]:
-    """Return the lines of a config, but for comments."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    return [line for line in lines if not line.lstrip().startswith("#")]
 
 
 def collect_data(trainings: Sequence[Training]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -13,13 +12,13 @@ from jsonargparse import ArgumentParser, Namespace
 from nep.bench.paper.beside import Beside
 from nep.bench.paper.experiments import (
     ABLATION_SETTING,
+    CLAIMED_ORDER,
     MODELS,
     SETTINGS,
     Setting,
     enter,
     find_models,
     list_ablations,
-    list_claimed_order,
     list_full_models,
 )
 from nep.bench.paper.paper_tables import Provenance, load_table_1, make_table_1, make_table_2
@@ -36,7 +35,7 @@ from nep.bench.paper.work import (
 from nep.bench.runner import Suite
 from nep.bench.score_cache import ScoreCache
 from nep.bench.table_options import Option
-from nep.report.figures import draw_over_steps
+from nep.report.figures import draw_over_steps, make_png
 from nep.report.results import ScoreSummary, unpack_summary
 from sgm.messages import shorten
 from simulator.command_line import one_line_errors
@@ -84,7 +83,7 @@ def make_files(
         files |= make_table_2(ablated, plan.describe("2"))
     if "figure" in plan.tables:
         scores = results[ABLATION_SETTING]
-        best = [title for title in list_claimed_order() if title in scores]  # has the first colour
+        best = [title for title in CLAIMED_ORDER if title in scores]  # has the first colour
         order = [*best, *(title for title in scores if title not in best)]
         figure = draw_over_steps(
             {title: scores[title].values for title in order},
@@ -92,10 +91,7 @@ def make_files(
             title=f"{ABLATION_SETTING.title}, unseen homes",
             metric=ABLATION_SETTING.metric.title,
         )
-        image = io.BytesIO()
-        made_by = {"Software": None, "Comment": plan.describe("figure").command}
-        figure.savefig(image, format="png", metadata=made_by)
-        files["figure_4.png"] = image.getvalue()
+        files["figure_4.png"] = make_png(figure, Comment=plan.describe("figure").command)
     return files
 
 
@@ -164,7 +160,7 @@ _TELLING = (
     "seeds", "homes", "models", "settings", "num_homes", "steps", "epochs", "beside", "called",
     "encoders",
 )  # fmt: skip
-_DEFAULTS = {row.name: row.default for name in _TELLING for row in OPTIONS if row.name == name}
+_DEFAULTS = {row.name: row.default for row in OPTIONS}
 
 
 def _make_plan(options: Namespace) -> Plan:
@@ -199,14 +195,10 @@ def _make_plan(options: Namespace) -> Plan:
 def _list_telling_options(options: Namespace) -> list[str]:
     """Write down the options that scores depend on; of a file, its name."""
     listed = ["--seed", str(options.seed)]
-    for name, default in _DEFAULTS.items():
-        value = options[name]
-        if value != default:
+    for name in _TELLING:
+        if (value := options[name]) != _DEFAULTS[name]:
             values = value if isinstance(value, tuple) else (value,)
-            listed += [
-                f"--{name}",
-                *(own.name if isinstance(own, Path) else str(own) for own in values),
-            ]
+            listed += [f"--{name}", *(getattr(own, "name", str(own)) for own in values)]
     return listed + ["--tiny"] * options.tiny
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import Option, describe_made, list_table_options
 from nep.bench.task_game import TaskGame
 from nep.players.contestants import Checkpoint, LeftOut, MakePolicy
-from nep.report.figures import draw_by_hour
+from nep.report.figures import draw_by_hour, make_png
 from sgm.files import write_whole
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph, load_prior
@@ -125,10 +124,8 @@ class Recorded(TableSuite[TaskGame]):
             if all("by_hour" in own for own in players.values())
         }
         if hours:
-            image = io.BytesIO()
-            draw_by_hour(hours).savefig(image, format="png", metadata={"Software": None})
             picture = options.out.with_name(f"{options.out.stem}_by_hour.png")
-            write_whole(picture, image.getvalue())
+            write_whole(picture, make_png(draw_by_hour(hours)))
             parts.append(f"## By the hour\n\n![Wrong guesses by the hour of day]({picture.name})")
         parts += [f"## {titles[name]}\n\n{make_table(own)}" for name, own in scores.items()]
         return [*parts, describe_made(report.cache, report.shown, [*networks, *left_out])]
