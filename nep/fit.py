@@ -176,7 +176,9 @@ class FitCLI(LightningCLI):
         loggers = self.config.trainer.logger
         for logger in loggers if isinstance(loggers, list) else [loggers]:
             folder = getattr(getattr(logger, "init_args", None), "save_dir", None)
-            if folder and not _can_be_folder(Path(folder)):
+            # its first part that exists must be a folder
+            paths = (Path(folder), *Path(folder).absolute().parents) if folder else ()
+            if not next((path.is_dir() for path in paths if path.exists()), True):
                 raise ValueError(
                     f"save_dir must be a folder, got a file at {folder}. Choose another one."
                 )
@@ -333,11 +335,6 @@ def keep_start(
             trainer.save_checkpoint(callback.best_model_path)
             line += "; best.ckpt keeps the start"
         rank_zero_only(print)(line)
-
-
-def _can_be_folder(path: Path) -> bool:
-    """Tell whether the first part of a path that exists is a folder."""
-    return next(part for part in (path, *path.absolute().parents) if part.exists()).is_dir()
 
 
 def _shorten(error: Exception) -> str:

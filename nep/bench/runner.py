@@ -15,13 +15,7 @@ from jsonargparse import ArgumentParser, Namespace
 
 from nep.bench.game import Game, checksum_code
 from nep.bench.score_cache import ScoreCache, find_scores
-from nep.bench.table_options import (
-    Option,
-    add_options,
-    check_options,
-    list_names,
-    make_command,
-)
+from nep.bench.table_options import Option, list_names, make_command
 from nep.players.contestants import Checkpoint
 from nep.report.code_version import describe_code
 from sgm.files import write_whole
@@ -59,10 +53,6 @@ class Report:
         """What the scores of the games in the table are of (`Game.tell`)."""
         return {name: self.cache.about[name] for name in self.shown}
 
-    def list_units(self, names: Sequence[str]) -> list[str]:
-        """Return what each score of some games is of, one after the other."""
-        return [unit for name in names for unit in self.cache.about[name]["units"]]
-
 
 class Suite(ABC):
     """What is played, and what is written of it: a command.
@@ -93,7 +83,8 @@ class Suite(ABC):
             f"python -m {self.command}",
             f"{self.summary} Interrupted, the same command goes on; what has been played stays.",
         )
-        add_options(parser, self.options)
+        for option in self.options:
+            option.add(parser)
         if self.workers is not None:
             add_worker_arguments(parser, self.workers)
         return parser
@@ -106,7 +97,9 @@ class Suite(ABC):
             options = parse(parser, arguments)
             if self.workers is not None:
                 check_workers(options.workers, options.backend)
-            check_options(self.options, options)
+            for option in self.options:
+                if options[option.name] is not None:
+                    option.check(options[option.name])
             self.check(options)
             self.run(options, parser)
 
@@ -118,9 +111,11 @@ class TableSuite(Suite, Generic[GameType]):
         options: among them those of `list_table_options`.
         shows_all: whether the table has all games that were ever played, those of `--kinds` alone
             if these are named, and not only those of this command.
+        needs_networks: whether every network of the table must have played all of them.
     """
 
     shows_all: ClassVar[bool] = False
+    needs_networks: ClassVar[bool] = True
 
     @abstractmethod
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, GameType]:
@@ -148,7 +143,7 @@ class TableSuite(Suite, Generic[GameType]):
 
     def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
         """Name the players without which no table is written."""
-        return networks
+        return networks if self.needs_networks else ()
 
     def run(self, options: Namespace, parser: ArgumentParser) -> None:
         """Play what has not been played yet, if anything is to be, and write the table."""

@@ -67,19 +67,6 @@ class Option:
                 check_at_most(self.high, **{self.name: number})
 
 
-def add_options(parser: ArgumentParser, options: Sequence[Option]) -> None:
-    """Add options to the parser of a command."""
-    for option in options:
-        option.add(parser)
-
-
-def check_options(options: Sequence[Option], given: Namespace) -> None:
-    """Raise `ValueError` if a value that was given is out of bounds."""
-    for option in options:
-        if given[option.name] is not None:
-            option.check(given[option.name])
-
-
 def count(name: str, default: int, text: str, low: int = 1) -> Option:
     """Return an option that counts something: homes, days, looks, questions."""
     return Option(name, default, text, low, MOST)

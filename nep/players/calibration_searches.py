@@ -160,27 +160,9 @@ def find_absent(memory: MemoryBatch, queries: Queries) -> np.ndarray:
 
 def _sample_codes(rollout: Rollout, elsewhere_share: float) -> np.ndarray:
     """Draw the description code that each home is searched for, (H,)."""
-    homes = rollout.homes
-    there = homes.object_code[np.arange(homes.num_homes), sample_query(homes)]
-    uniform = homes.streams.rows("search elsewhere", 2).take()
-    missing, is_some = _sample_missing(rollout, uniform, elsewhere_share)
-    return np.where(is_some & (uniform[:, 0] < elsewhere_share), missing, there)
-
-
-def _sample_missing(
-    rollout: Rollout, uniform: np.ndarray, elsewhere_share: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Draw one description code per home that no object there has, if there is one.
-
-    Args:
-        rollout: of H homes.
-        uniform: (H, 2).
-        elsewhere_share: of objects that are not in the home.
-
-    Returns:
-        Codes (H,), and whether there is one, bool (H,); a recorded home may have none.
-    """
     homes, objects = rollout.homes, rollout.memory.objects
+    there = homes.object_code[np.arange(homes.num_homes), sample_query(homes)]
+    uniform = homes.streams.rows("search elsewhere", 2).take()  # (H, 2)
     shape = (homes.num_homes, homes.object_descriptions.num_descriptions)
     is_present = np.zeros(shape, dtype=bool)
     home, slot = np.nonzero(homes.is_present)
@@ -191,6 +173,7 @@ def _sample_missing(
     has_left = was_seen & ~is_present
     asks_for_left = (uniform[:, 0] < elsewhere_share / 2) & has_left.any(axis=1)
     weights = np.where(asks_for_left[:, None], has_left, ~is_present)
-    is_some = np.asarray(weights.any(axis=1))
-    weights[~is_some] = True
-    return sample_categorical(weights.astype(float), uniform[:, 1]), is_some
+    lacks_some = np.asarray(weights.any(axis=1))  # a recorded home may have all that is described
+    weights[~lacks_some] = True
+    missing = sample_categorical(weights.astype(float), uniform[:, 1])
+    return np.where(lacks_some & (uniform[:, 0] < elsewhere_share), missing, there)

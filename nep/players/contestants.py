@@ -61,7 +61,10 @@ class Checkpoint:
         name, source = split_name(text)
         if name is None:
             path = find_trained(source)
-            return cls(_name_after(path.absolute()), path, None, tuple(encoders))
+            whole = path.absolute()
+            run = whole.parent.parent if whole.parent.name == "checkpoints" else whole.parent
+            name = whole.name if path.is_dir() else f"{run.parent.name}/{run.name}"
+            return cls(name, path, None, tuple(encoders))
         name, separator, task = name.partition("@")
         if separator:
             check_task(task)
@@ -103,13 +106,6 @@ class Checkpoint:
         if not self.path.is_dir():
             return self.path
         return find_weights(self.path, load_config(self.path))
-
-
-def _name_after(path: Path) -> str:
-    if path.is_dir():
-        return path.name
-    run = path.parent.parent if path.parent.name == "checkpoints" else path.parent
-    return f"{run.parent.name}/{run.name}"
 
 
 def check_contestants(

@@ -147,12 +147,16 @@ class NEPPolicy(Policy):
     @torch.inference_mode()
     def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits of every place, (Q, F, 2), the last axis "in", "onTop"; -inf for none."""
-        predictor = self._take_predictor()
+        predictor, playing = self._take_predictor(), self._module.playing
+        # The share of questions about what has moved, that features and that corrections are for.
+        read, corrected = self._asks_moved, TASKS_ASK_MOVED
+        if not playing.learns_asked:
+            read, corrected = corrected, read
         extras, question_extras, evidence = {}, {}, None
         if self._belief_filter is not None:
             extras["belief"] = self._belief_filter.compute_features(memory, queries)
         if self._builder.config.evidence:
-            evidence = compute_features(memory, queries, self._read_asked())
+            evidence = compute_features(memory, queries, read)
             extras["evidence"] = evidence.place
             question_extras["evidence"] = evidence.question
         alone = self._builder.reads_asked_alone
@@ -169,12 +173,7 @@ class NEPPolicy(Policy):
         scores[tuple(place.numpy() for place in places)] = logits
         if evidence is None:
             return scores
-        corrected = TASKS_ASK_MOVED if self._module.playing.learns_asked else self._asks_moved
-        return mix_answers(scores, evidence, self._module.playing.prior_share, corrected)
-
-    def _read_asked(self) -> float:
-        """Return the share of questions about what has just moved that its features are for."""
-        return self._asks_moved if self._module.playing.learns_asked else TASKS_ASK_MOVED
+        return mix_answers(scores, evidence, playing.prior_share, corrected)
 
     def _take_predictor(self) -> NodeEdgePredictor:
         """Return the network as it was at the last reset or first question."""

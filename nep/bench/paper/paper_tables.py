@@ -117,7 +117,11 @@ class Provenance:
 
     def list_configs(self) -> list[str]:
         """Say what each network was trained with, a paragraph or none."""
-        configs = [f"{title} {_link_config(name)}" for title, name in self.configs.items()]
+        configs = []
+        for title, name in self.configs.items():
+            is_ours = (CONFIG_FOLDER / name).is_file()  # one of a user has a name alone
+            link = f"[{name}](../nep/configs/{name})" if is_ours else f"`{name}`"
+            configs.append(f"{title} {link}")
         return [f"Configs: {', '.join(configs)}.\n"] if configs else []
 
     @property
@@ -337,7 +341,12 @@ def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
             for model, score in zip(ABLATED, own, strict=True)
         ]
         if ablation:
-            changes.append([title, *map(_format_detectable, deltas)])
+            written = (
+                f"{format_difference(own, _FORMAT)}, d {format_number(own.detectable, _FORMAT)}"
+                for own in deltas
+                if own is not None
+            )
+            changes.append([title, *written])
         for model, score, delta in zip(ABLATED, own, deltas, strict=True):
             line = [ablation or "full", model, *_summarise(score)]
             lines.append(line + ([delta.mean, delta.low, delta.high] if delta else [None] * 3))
@@ -358,12 +367,6 @@ def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
     columns = ["minus_full", "minus_full_low", "minus_full_high"]
     writer.writerows([["ablation", "model", "mean", "std", *columns], *lines])
     return {"table_2.md": "\n".join(parts).encode(), "table_2.csv": file.getvalue().encode()}
-
-
-def _link_config(name: str) -> str:
-    """Link a config that ships; one of a user has a name alone."""
-    is_ours = (CONFIG_FOLDER / name).is_file()
-    return f"[{name}](../nep/configs/{name})" if is_ours else f"`{name}`"
 
 
 def _make_combined(tables: Mapping[Setting, Sequence[Row]]) -> str:
@@ -458,12 +461,6 @@ def _unpack(row: Mapping[str, Any]) -> ScoreSummary:
 
 def _summarise(scores: ScoreSummary) -> tuple[float, float]:
     return float(scores.home_values.mean()), float(scores.home_values.std())
-
-
-def _format_detectable(delta: Difference | None) -> str:
-    if delta is None:
-        return ""
-    return f"{format_difference(delta, _FORMAT)}, d {format_number(delta.detectable, _FORMAT)}"
 
 
 def _format(mean: float, std: float) -> str:

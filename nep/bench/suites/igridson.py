@@ -112,6 +112,7 @@ class GridSearches(TableSuite[GridGame]):
     summary = "Search thousands of times in the home on a grid, and write a table."
 
     shows_all = True
+    needs_networks = False
     options = (
         *(row for row in list_table_options("igridson.md", ()) if row.name != "called"),
         Option("encoders", (), "modules of your own with encoders of networks"),
@@ -160,10 +161,6 @@ class GridSearches(TableSuite[GridGame]):
             suited = [name for name in known if name in _PROBABLE or name not in POLICIES]
             names = [*known, *(name + TRAVEL for name in suited)]
         return {name: find_searcher(name, known, options.look_cost) for name in names}
-
-    def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
-        """Require no player: the table has all that have played."""
-        return ()
 
     def write(self, report: Report) -> list[str]:
         """Return what was done, and a table for each number of looks."""

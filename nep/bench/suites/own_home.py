@@ -243,7 +243,8 @@ class OwnHome(TableSuite[OwnHomeGame]):
 
     def write(self, report: Report) -> list[str]:
         """Return what was done, means, and differences home by home."""
-        options, units = report.options, report.list_units(report.shown)
+        options = report.options
+        units = [unit for own in report.about.values() for unit in own["units"]]
         tables, num_compared = make_tables(report.scores, report.networks, units)
         num_units = len(set(units))
         called = options.called[:1].lower() + options.called[1:]  # within a sentence

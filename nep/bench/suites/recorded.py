@@ -54,6 +54,7 @@ class Recorded(TableSuite[TaskGame]):
     )
 
     shows_all = True
+    needs_networks = False
     options = (
         Option("trace", (), "two or more recorded homes, or folders of them"),
         *list_table_options("recorded_homes.md", ("heat",)),
@@ -93,10 +94,6 @@ class Recorded(TableSuite[TaskGame]):
                 point.load()  # what is missing is missed now
             checksums[several.name] = " ".join(point.compute_checksum() for point in found)
         return checksums
-
-    def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
-        """Name none: a table has the players that have played."""
-        return ()
 
     def write(self, report: Report) -> list[str]:
         """Return first guesses, the overview, hours of the day, and a table of each game."""

@@ -161,11 +161,16 @@ def _make_table(rows: Sequence[TableRow], units: tuple[str, ...] | None) -> str:
             row.name, row.reads, str(row.num_trainings or ""), *numbers,
             format_number(row.mean("milliseconds"), ".2f"),
             "" if np.isnan(row.seconds) else f"{row.seconds:.0f}",
-            format_difference(difference, ".3f"),
-            "" if difference is None else format_p(p),
-            "" if difference is None else format_number(difference.detectable, ".3f"),
+            *_write_difference(difference, p),
         ])  # fmt: skip
     return join_table(header, lines, num_text=2)
+
+
+def _write_difference(difference: Difference | None, p: float) -> list[str]:
+    if difference is None:
+        return ["", "", ""]
+    detectable = format_number(difference.detectable, ".3f")
+    return [format_difference(difference, ".3f"), format_p(p), detectable]
 
 
 def _compare_memories(rows: Sequence[TableRow], units: tuple[str, ...] | None) -> str:
@@ -188,8 +193,7 @@ def _compare_memories(rows: Sequence[TableRow], units: tuple[str, ...] | None) -
     for row, found in zip(networks, differences, strict=True):
         line = [row.name, row.reads, str(row.num_trainings)]
         for ahead in found:
-            line += [format_difference(ahead, ".3f"), format_p(next(corrected)),
-                     format_number(ahead.detectable, ".3f")]  # fmt: skip
+            line += _write_difference(ahead, next(corrected))
         lines.append(line)
     return "Graph memories beside networks, first guesses:\n\n" + join_table(
         header, lines, num_text=2
@@ -208,8 +212,7 @@ def _compare_information(rows: Sequence[TableRow], units: tuple[str, ...] | None
             pairs.append((cls.name, count, compute_difference(*(r.summarise(units) for r in cut))))
     corrected = correct_holm([difference.p for *_, difference in pairs])
     for (name, count, difference), p in zip(pairs, corrected, strict=True):
-        lines.append([name, str(count), format_difference(difference, ".3f"), format_p(p),
-                      format_number(difference.detectable, ".3f")])  # fmt: skip
+        lines.append([name, str(count), *_write_difference(difference, p)])
     if not lines:
         return ""
     header = ["network", "trainings of each", "negative looks add [95 %]", "p", "detectable"]
