@@ -121,15 +121,10 @@ class NEPPolicy(Policy):
 
     @classmethod
     def load(cls, source: str | Path) -> NEPPolicy:
-        """Load a trained network; nothing in the files is executed.
-
-        Args:
-            source: a checkpoint of `python -m nep.fit`, a folder of `python -m nep.export`, or the
-                name of a network that ships with the package, see `load_trained`.
+        """Load a trained network from any `source` that `load_trained` reads.
 
         Raises:
-            ValueError: if there is no such file, it is damaged, or it was trained with another
-                feature schema or other text vectors than those installed.
+            ValueError: as `load_trained` does.
         """
         trained = load_trained(source)
         return cls(trained.module, trained.builder)

@@ -104,11 +104,8 @@ class Plan(TrainedPlan):
     def list_checkpoints(self) -> dict[str, str]:
         """Return the SHA-256 of every network, by setting, title and seed of the training."""
         return {
-            f"{network.setting.name}, {network.title}, seed {training.seed}": compute_checksum(
-                training.checkpoint
-            )
-            for network in self.list_networks()
-            for training in self.list_trainings(network)
+            training.title: compute_checksum(training.checkpoint)
+            for training in self.list_all_trainings()
             if training.checkpoint.is_file()
         }
 

@@ -48,6 +48,11 @@ class Training:
     source: str = "sampled"
 
     @property
+    def title(self) -> str:
+        """Setting, title and seed, by which tables list their checkpoints."""
+        return f"{self.contestant.setting.name}, {self.contestant.title}, seed {self.seed}"
+
+    @property
     def folder(self) -> Path:
         """Folder of this run."""
         return self.runs / self.contestant.key

@@ -32,19 +32,17 @@ def export_weights(plan: Plan, folder: Path) -> list[str]:
         OSError: if a file cannot be written.
     """
     listed = {}
-    for network in plan.list_networks():
-        for training in plan.list_trainings(network):
-            name = training.folder.relative_to(plan.runs).as_posix()
-            own = folder / name
-            command = f"python -m nep.reproduce --weights {folder.name}"
-            export_model(training.checkpoint, own, ExportConfig(num_homes=0), command)
-            listed[name] = {
-                "setting": network.setting.name,
-                "title": network.title,
-                "seed": training.seed,
-                "checkpoint_sha256": compute_checksum(training.checkpoint),
-                "weights_sha256": compute_checksum(find_weights(own, load_config(own))),
-            }
+    for training in plan.list_all_trainings():
+        name, network = plan.name_training(training), training.contestant
+        own = folder / name
+        command = f"python -m nep.reproduce --weights {folder.name}"
+        export_model(training.checkpoint, own, ExportConfig(num_homes=0), command)
+        listed[name] = {
+            "setting": network.setting.name,
+            "title": network.title,
+            "seed": training.seed,
+            **_read_checksums(own),
+        }
     content = {"command": plan.describe("all").command, "versions": list_versions()}
     text = json.dumps({**content, "networks": listed}, indent=1) + "\n"
     write_whole(folder / LIST, text.encode())
@@ -70,12 +68,7 @@ def check_weights(folder: Path, checkpoints: Mapping[str, str] | None = None) ->
     for name, entry in _read_list(folder).items():
         own = folder / name
         load_exported(own)  # whole, and fit for this package
-        config = load_config(own)
-        found = {
-            "checkpoint_sha256": config["notes"].get("checkpoint_sha256"),
-            "weights_sha256": compute_checksum(find_weights(own, config)),
-        }
-        for key, checksum in found.items():
+        for key, checksum in _read_checksums(own).items():
             if checksum != entry[key]:
                 raise ValueError(
                     f"{key} of {name} must be {entry[key]}, as {LIST} says, got "
@@ -89,6 +82,15 @@ def check_weights(folder: Path, checkpoints: Mapping[str, str] | None = None) ->
             )
         lines.append(f"{name}: {entry['title']}, weights {entry['weights_sha256'][:12]}, as listed")
     return lines
+
+
+def _read_checksums(folder: Path) -> dict[str, Any]:
+    """Return the checksums of the checkpoint that was exported to a folder, and of its weights."""
+    config = load_config(folder)
+    return {
+        "checkpoint_sha256": config["notes"].get("checkpoint_sha256"),
+        "weights_sha256": compute_checksum(find_weights(folder, config)),
+    }
 
 
 def _read_list(folder: Path) -> dict[str, dict[str, Any]]:
