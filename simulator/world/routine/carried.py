@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
@@ -61,29 +61,27 @@ def choose_carried(homes: SampledState, home: int, rule: RoutineRules) -> Carrie
 
 
 def add_carried(
-    homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules],
-    carried: Sequence[Carried], habits: Habits, num_residents: np.ndarray, leads_out: np.ndarray,
+    homes: SampledState, rules: Mapping[int, RoutineRules], carried: Mapping[int, Carried],
+    habits: Habits, num_residents: np.ndarray,
 ) -> None:  # fmt: skip
     """Give everything that is carried an owner, who takes it along on every outing, in place.
 
     Args:
         homes: the group.
-        members: homes with routines, (n,).
-        rules: of each of them, (n,).
-        carried: of each of them, (n,).
+        rules: of each home with routines.
+        carried: of each of them.
         habits: drawn; the last columns of items are free for what is carried.
         num_residents: of each home, (H,).
-        leads_out: which kinds of activity lead out of the home, bool (K,).
     """
-    for home, rule, own in zip(members, rules, carried, strict=True):
+    for home, own in carried.items():
         if len(own.slot) == 0:
             continue
         rng = homes.streams.generator("routine carried", home)
         owner = rng.integers(num_residents[home], size=len(own.slot))
         first = habits.item.shape[3] - len(own.slot)
         columns = first + np.arange(len(own.slot))
-        for n, occasion in enumerate(rule.occasions):
-            if leads_out[habits.kind[home, n]]:
+        for n, occasion in enumerate(rules[home].occasions):
+            if habits.leads_out[habits.kind[home, n]]:
                 is_long = int(occasion.minutes >= _LONG_MINUTES)
                 habits.item[home, owner, n, columns] = own.slot
                 habits.use[home, owner, n, columns] = own.share[:, is_long]

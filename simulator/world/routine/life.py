@@ -16,15 +16,7 @@ from simulator.world.routine.activity_kinds import (
     load_kinds,
 )
 from simulator.world.routine.carried import add_carried, choose_carried
-from simulator.world.routine.life_kernel import (
-    RULES,
-    Customs,
-    Habits,
-    Roles,
-    State,
-    draw_habits,
-    live,
-)
+from simulator.world.routine.life_kernel import RULES, Habits, State, draw_habits, live
 from simulator.world.routine.occasions import ROLES
 from simulator.world.routine.rules import RoutineRules
 from simulator.world.sampled_state import SampledState
@@ -50,38 +42,23 @@ class RoutineLife(Life):
         self._step = np.array([rule.step_seconds for rule in rules])
         self._start = np.array([rule.clock.row[0] for rule in rules])
         self._num_steps = 0
-        self._rules = np.zeros(homes.num_homes, dtype=RULES)
-        for home, rule in zip(members, rules, strict=True):
-            for name, value in _list_rules(rule, homes, home).items():
-                self._rules[name][home] = value
-        self._roles = _make_roles()
-        carried = [
-            choose_carried(homes, home, rule) for home, rule in zip(members, rules, strict=True)
-        ]
-        num_carried = max(len(own.slot) for own in carried)  # columns after the other items
-        num_items = int(self._rules["max_things"][members].max()) + num_carried
-        self.habits = _make_habits(homes, members, rules, num_items)
-        self.state = _make_state(homes, members, rules)
-        _draw_own_places(homes, members, rules, self.habits.own_place)
+        own = dict(zip(members.tolist(), rules, strict=True))
+        carried = {home: choose_carried(homes, home, rule) for home, rule in own.items()}
+        num_carried = max(len(each.slot) for each in carried.values())
+        self.habits = _make_habits(homes, own, num_carried)
+        self.state = _make_state(homes, own, self.habits)
+        _draw_own_places(homes, own, self.state.own_place)
         homes.object_place[members] = np.where(
-            homes.object_place[members] >= 0, self.habits.own_place[members, :, 0], -1
+            homes.object_place[members] >= 0, self.state.own_place[members, :, 0], -1
         )
-        draw_habits(self._rules, _tabulate(homes, members, rules), self.habits, self.state)
-        add_carried(
-            homes, members, rules, carried, self.habits, self.state.num_residents,
-            self._roles.leads_out,
-        )  # fmt: skip
+        draw_habits(self.habits, self.state)
+        add_carried(homes, own, carried, self.habits, self.state.num_residents)
         warm_up = np.array([rule.warm_up_days for rule in rules])
         day = 86_400.0
         four = 4 * 3600.0
         self.state.day_end[members] = (np.floor((self._start - four) / day) - warm_up) * day + four
-        self._live(self.state, self.habits, homes.object_place, members, self._start)
-        self._at_start = _copy(self.state, self.habits, homes.object_place)
-
-    @property
-    def num_residents(self) -> np.ndarray:
-        """Residents of each home, (n,)."""
-        return self.state.num_residents[self._members]
+        live(self.habits, self.state, members, self._start)
+        self._at_start = _copy(self.state)
 
     def step(self) -> None:
         """Let one time step pass."""
@@ -89,7 +66,7 @@ class RoutineLife(Life):
         before = homes.object_place[self._members]
         self._num_steps += 1
         until = self._start + self._num_steps * self._step
-        self._live(self.state, self.habits, homes.object_place, self._members, until)
+        live(self.habits, self.state, self._members, until)
         after = homes.object_place[self._members]
         has_moved = before // NUM_RELATIONS != after // NUM_RELATIONS
         homes.object_moved[self._members] = has_moved & (after >= 0)
@@ -101,28 +78,28 @@ class RoutineLife(Life):
         They are lived in a copy of the homes as at step 0. Time out of the home does not count.
         """
         if self._outlook is None:
-            homes = self._homes
-            state, habits, place = self._start_copy("routine outlook")
-            num_places = homes.num_furniture * NUM_RELATIONS
-            counts = np.zeros((*place.shape, num_places), dtype=np.float32)
+            state = self._start_copy("routine outlook")
+            num_places = self._homes.num_furniture * NUM_RELATIONS
+            counts = np.zeros((*state.place.shape, num_places), dtype=np.float32)
             now = state.now[self._members]
             for hour in range(1, self._outlook_hours.max() + 1):
                 is_on = hour <= self._outlook_hours
                 own = self._members[is_on]
-                self._live(state, habits, place, own, now[is_on] + 3600.0 * hour)
-                row, slot = np.nonzero(place[own] >= 0)
-                counts[own[row], slot, place[own[row], slot]] += 1
+                live(self.habits, state, own, now[is_on] + 3600.0 * hour)
+                row, slot = np.nonzero(state.place[own] >= 0)
+                counts[own[row], slot, state.place[own[row], slot]] += 1
             self._outlook = counts
         return self._outlook
 
     def sample_hours(self, num_hours: int) -> np.ndarray:
         """Live on from step 0 with the same habits and other random numbers; see `Life`."""
-        state, habits, place = self._start_copy("routine copy")
-        lived = np.empty((place.shape[0], num_hours, place.shape[1]), dtype=np.int16)
+        state = self._start_copy("routine copy")
+        num_homes, num_slots = state.place.shape
+        lived = np.empty((num_homes, num_hours, num_slots), dtype=np.int16)
         now = state.now[self._members]
         for hour in range(num_hours):
-            self._live(state, habits, place, self._members, now + 3600.0 * hour)
-            lived[:, hour] = place // NUM_RELATIONS  # -1 // 2 == -1
+            live(self.habits, state, self._members, now + 3600.0 * hour)
+            lived[:, hour] = state.place // NUM_RELATIONS  # -1 // 2 == -1
         return lived
 
     def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
@@ -134,24 +111,16 @@ class RoutineLife(Life):
         total = found.sum(axis=1, keepdims=True)
         return np.divide(found, total, out=found, where=total > 0)
 
-    def _start_copy(self, purpose: str) -> tuple[State, Habits, np.ndarray]:
-        """Return state, habits and places at step 0, with the random numbers of a purpose."""
-        state, habits, place = _copy(*self._at_start)
+    def _start_copy(self, purpose: str) -> State:
+        """Return the state at step 0, with the random numbers of a purpose."""
+        state = _copy(self._at_start)
         for home in self._members:
             state.random[home] = _draw_seed(self._homes.streams.generator(purpose, home))
-        return state, habits, place
-
-    def _live(
-        self, state: State, habits: Habits, place: np.ndarray, members: np.ndarray,
-        until: np.ndarray,
-    ) -> None:  # fmt: skip
-        live(self._rules, self._roles, habits, state, place, members, until)
+        return state
 
 
-def _copy(state: State, habits: Habits, place: np.ndarray) -> tuple[State, Habits, np.ndarray]:
-    """Return a copy of all that changes: state, usual places, places."""
-    copied = type(state)(*(array.copy() for array in state))
-    return copied, habits._replace(own_place=habits.own_place.copy()), place.copy()
+def _copy(state: State) -> State:
+    return State(*(array.copy() for array in state))
 
 
 def _list_rules(rule: RoutineRules, homes: SampledState, home: int) -> Mapping[str, float]:
@@ -171,28 +140,34 @@ def _list_rules(rule: RoutineRules, homes: SampledState, home: int) -> Mapping[s
     return own
 
 
-def _make_roles() -> Roles:
-    """Return what is special about kinds of activity."""
-    names = list(load_kinds())
-    collects = np.zeros((len(names), len(names)), dtype=bool)
-    for left_by in ("cooking", "eating"):
-        collects[names.index("washing up"), names.index(left_by)] = True
-    is_named = {kind: np.array([name == kind for name in names]) for kind in names}
-    return Roles(is_named["leaving"], collects, is_named["cleaning"])
-
-
 def _make_habits(
-    homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules], num_items: int
+    homes: SampledState, rules: Mapping[int, RoutineRules], num_carried: int
 ) -> Habits:
-    """Return habits in which nothing but weights of objects and furniture is known yet."""
+    """Return habits of which only the usual hours, and what leads to the others, are known yet.
+
+    The last columns of items, `num_carried`, are free.
+    """
     num_homes, num_slots = homes.object_place.shape
-    num_kinds = len(load_kinds())
-    num_residents = max(rule.max_residents for rule in rules)
-    num_occasions = max(len(rule.occasions) for rule in rules)
+    kinds = list(load_kinds())
+    num_kinds = len(kinds)
+    num_residents = max(rule.max_residents for rule in rules.values())
+    num_occasions = max(len(rule.occasions) for rule in rules.values())
+    numbers = np.zeros(num_homes, dtype=RULES)
+    for home, rule in rules.items():
+        for name, value in _list_rules(rule, homes, home).items():
+            numbers[name][home] = value
+    num_items = int(numbers["max_things"].max()) + num_carried
+    is_washing_up, is_left = np.array(kinds) == "washing up", np.isin(kinds, ("cooking", "eating"))
     size = (num_homes, num_residents, num_occasions)
     habits = Habits(
+        rules=numbers,
+        leads_out=np.array(kinds) == "leaving",
+        collects=is_washing_up[:, None] & is_left,
+        tidies=np.array(kinds) == "cleaning",
+        num_slots=homes.home_num_slots,
         kind=np.full((num_homes, num_occasions), -1, dtype=np.int32),
         after=np.full((num_homes, num_occasions), -1, dtype=np.int32),
+        role=np.full((num_homes, num_occasions), -1, dtype=np.int32),
         seconds=np.zeros((num_homes, num_occasions)),
         hour=np.zeros((*size, 2)),
         share=np.zeros((*size, 2)),
@@ -201,18 +176,20 @@ def _make_habits(
         item=np.full((*size, num_items), -1, dtype=np.int32),
         use=np.zeros((*size, num_items)),
         left=np.zeros((*size, num_items)),
-        own_place=np.full((num_homes, num_slots, _LATER_PLACES), -1, dtype=np.int32),
         object_weight=np.zeros((num_homes, num_kinds, num_slots), dtype=np.float32),
         spot_weight=np.zeros((num_homes, num_kinds, homes.num_furniture), dtype=np.float32),
         spot_place=homes.list_spots().astype(np.int32),
     )
     object_weights = compute_object_weights(homes.object_labels, homes.move_freq)
-    for home, rule in zip(members, rules, strict=True):
+    for home, rule in rules.items():
         names = [occasion.name for occasion in rule.occasions]
         for n, occasion in enumerate(rule.occasions):
-            habits.kind[home, n] = list(load_kinds()).index(occasion.kind)
+            habits.kind[home, n] = kinds.index(occasion.kind)
             habits.after[home, n] = names.index(occasion.after) if occasion.after else -1
+            habits.role[home, n] = ROLES.index(occasion.role) if occasion.role else -1
             habits.seconds[home, n] = occasion.minutes * 60
+            habits.hour[home, :, n] = occasion.weekday_hour * 3600, occasion.weekend_hour * 3600
+            habits.share[home, :, n] = occasion.weekday_share, occasion.weekend_share
         is_present = homes.object_place[home] >= 0
         habits.object_weight[home] = object_weights[:, homes.object_type[home]] * is_present
         own = homes.furniture_room[home] >= 0
@@ -225,12 +202,14 @@ def _make_habits(
     return habits
 
 
-def _make_state(homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]) -> State:
+def _make_state(homes: SampledState, rules: Mapping[int, RoutineRules], habits: Habits) -> State:
     """Return the state before the first day, with the number of residents drawn."""
     num_homes, num_slots = homes.object_place.shape
-    num_residents = max(rule.max_residents for rule in rules)
-    num_occurrences = num_residents * max(len(rule.occasions) for rule in rules)
+    _, num_residents, num_occasions, _ = habits.share.shape
+    num_occurrences = num_residents * num_occasions
     state = State(
+        place=homes.object_place,
+        own_place=np.full((num_homes, num_slots, _LATER_PLACES), -1, dtype=np.int32),
         random=np.zeros(num_homes, dtype=np.uint64),
         now=np.zeros(num_homes),
         day_end=np.zeros(num_homes),
@@ -249,7 +228,7 @@ def _make_state(homes: SampledState, members: np.ndarray, rules: Sequence[Routin
         left_share=np.zeros((num_homes, num_slots)),
         left_by=np.full((num_homes, num_slots), -1, dtype=np.int32),
     )
-    for home, rule in zip(members, rules, strict=True):
+    for home, rule in rules.items():
         rng = homes.streams.generator("routine", home)
         state.random[home] = _draw_seed(rng)
         state.num_residents[home] = rng.integers(rule.min_residents, rule.max_residents + 1)
@@ -261,10 +240,10 @@ def _draw_seed(rng: np.random.Generator) -> np.uint64:
 
 
 def _draw_own_places(
-    homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules], own_place: np.ndarray
+    homes: SampledState, rules: Mapping[int, RoutineRules], own_place: np.ndarray
 ) -> None:
     """Draw the places of objects from T^i, (H, C, 4), in place; without a row they stay."""
-    for home, rule in zip(members, rules, strict=True):
+    for home, rule in rules.items():
         num_slots = int(homes.home_num_slots[home])
         uniform = homes.streams.generator("routine places", home).random((num_slots, 5))
         slots = np.flatnonzero(homes.object_place[home, :num_slots] >= 0)
@@ -306,26 +285,3 @@ def _draw_places(
             own[i, 1] = own[i, 0]
         num_kept[own[i, 0]] += 1
     return own
-
-
-def _tabulate(homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]) -> Customs:
-    """Return what people usually do, by the rules of each home."""
-    num_occasions = max(len(rule.occasions) for rule in rules)
-    size = (homes.num_homes, num_occasions)
-    customs = Customs(
-        role_share=np.zeros((homes.num_homes, len(ROLES))),
-        num_occasions=np.zeros(homes.num_homes, dtype=np.int64),
-        hour=np.zeros((*size, 2)),
-        share=np.zeros((*size, 2)),
-        role=np.full(size, -1),
-        num_slots=homes.home_num_slots,
-    )
-    for home, rule in zip(members, rules, strict=True):
-        works = rule.away_share, rule.home_office_share
-        customs.role_share[home] = works[0], sum(works), 1
-        customs.num_occasions[home] = len(rule.occasions)
-        for n, occasion in enumerate(rule.occasions):
-            customs.hour[home, n] = occasion.weekday_hour * 3600, occasion.weekend_hour * 3600
-            customs.share[home, n] = occasion.weekday_share, occasion.weekend_share
-            customs.role[home, n] = ROLES.index(occasion.role) if occasion.role else -1
-    return customs

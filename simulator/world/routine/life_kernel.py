@@ -35,55 +35,46 @@ RULES = np.dtype(
             "jitter", "min_use", "max_use", "static_share", "elsewhere_share", "extra_share",
             "left_share", "second_share", "new_share", "collect_share", "tidy_share", "tidy_time",
             "can_carry_out", "max_things", "own_spot_share", "left_habit",
-            "together",
+            "together", "away_share", "home_office_share",
         )
     ]
 )  # fmt: skip
-
-
-class Customs(NamedTuple):
-    """What people usually do in H homes, before they have habits of their own.
-
-    Attributes:
-        role_share: share of the residents that have each role or one before it, (H, 3).
-        num_occasions: occasions of each home, the first of its row, (H,).
-        hour: usual start of each, in seconds after midnight on weekdays and at weekends, (H, N, 2).
-        share: how often, (H, N, 2).
-        role: the role whose people alone do it, or -1, (H, N).
-        num_slots: object slots of each home, the first of its row, (H,).
-    """
-
-    role_share: np.ndarray
-    num_occasions: np.ndarray
-    hour: np.ndarray
-    share: np.ndarray
-    role: np.ndarray
-    num_slots: np.ndarray
 
 
 class Habits(NamedTuple):
     """What the residents of H homes usually do; drawn once.
 
     Attributes:
-        kind: kind of each occasion, int32 (H, N).
+        rules: by which they live, `RULES` (H,).
+        leads_out: whether a kind of activity leads the resident and the things out, bool (K,).
+        collects: whether a kind collects what another one has left, bool (K, K).
+        tidies: whether everything that lies about is put back after a kind, bool (K,).
+        num_slots: object slots of each home, the first of its row, (H,).
+        kind: kind of each occasion, -1 beyond those of a home, int32 (H, N).
         after: the occasion that it follows, or -1, int32 (H, N).
+        role: the role whose people alone do it, or -1, int32 (H, N).
         seconds: its usual length, (H, N).
         hour: seconds after midnight at which a resident begins, on weekdays and at weekends,
-            (H, R, N, 2).
-        share: how often, (H, R, N, 2).
+            (H, R, N, 2); at first those of the occasion.
+        share: how often, likewise, (H, R, N, 2).
         shared_spot: the place where residents do a kind of activity, int32 (H, K).
         spot: the same of a resident, who may have another one, int32 (H, R, K).
         item: objects that a resident takes for an occasion, or -1, int32 (H, R, N, S).
         use: how often each of them is taken, (H, R, N, S).
         left: how often each of them is left where it was used, (H, R, N, S).
-        own_place: of an object: its usual place, a second one, two others, int32 (H, C, 4).
         object_weight: how readily a kind takes an object, summed up over objects, (H, K, C).
         spot_weight: how readily a kind is done at furniture, summed up over it, (H, K, F).
         spot_place: the place of each furniture node where things are put down, int32 (H, F).
     """
 
+    rules: np.ndarray
+    leads_out: np.ndarray
+    collects: np.ndarray
+    tidies: np.ndarray
+    num_slots: np.ndarray
     kind: np.ndarray
     after: np.ndarray
+    role: np.ndarray
     seconds: np.ndarray
     hour: np.ndarray
     share: np.ndarray
@@ -92,16 +83,17 @@ class Habits(NamedTuple):
     item: np.ndarray
     use: np.ndarray
     left: np.ndarray
-    own_place: np.ndarray
     object_weight: np.ndarray
     spot_weight: np.ndarray
     spot_place: np.ndarray
 
 
 class State(NamedTuple):
-    """The state of H homes beyond where things are.
+    """What changes in H homes.
 
     Attributes:
+        place: where every object is, -1 for an empty slot or one that is out, int32 (H, C).
+        own_place: of an object: its usual place, a second one, two others, int32 (H, C, 4).
         random: state of each home's generator, uint64 (H,).
         now: (H,).
         day_end: until when events are drawn, (H,).
@@ -120,6 +112,8 @@ class State(NamedTuple):
         left_by: the kind of activity that has left an object where it is, or -1, int32 (H, C).
     """
 
+    place: np.ndarray
+    own_place: np.ndarray
     random: np.ndarray
     now: np.ndarray
     day_end: np.ndarray
@@ -137,20 +131,6 @@ class State(NamedTuple):
     holder: np.ndarray
     left_share: np.ndarray
     left_by: np.ndarray
-
-
-class Roles(NamedTuple):
-    """What is special about kinds of activity.
-
-    Attributes:
-        leads_out: whether the resident and the things leave the home, bool (K,).
-        collects: whether a kind collects what another one has left, bool (K, K).
-        tidies: whether everything that lies about is put back after it, bool (K,).
-    """
-
-    leads_out: np.ndarray
-    collects: np.ndarray
-    tidies: np.ndarray
 
 
 @kernel
@@ -185,8 +165,8 @@ def _draw(random: np.ndarray, home: int, summed: np.ndarray) -> int:
 
 
 @kernel
-def draw_habits(rules: np.ndarray, customs: Customs, habits: Habits, state: State) -> None:
-    """Draw the residents' habits, in place, by `RULES` (H,).
+def draw_habits(habits: Habits, state: State) -> None:
+    """Draw the residents' habits, in place.
 
     `hour`, `share`, `spot`, `item`, `use` and `left` are filled; weights of objects are summed up
     for those that are used at all.
@@ -194,14 +174,15 @@ def draw_habits(rules: np.ndarray, customs: Customs, habits: Habits, state: Stat
     random = state.random
     num_kinds = habits.object_weight.shape[1]
     favourite = np.empty(2 * habits.item.shape[3], dtype=np.int64)
-    for home in range(len(rules)):
-        rule = rules[home]
+    for home in range(len(habits.rules)):
+        rule = habits.rules[home]
         set_size = int(rule.max_things)
-        _choose_purposes(rule, random, home, customs.num_slots[home], habits.object_weight[home])
+        _choose_purposes(rule, random, home, habits.num_slots[home], habits.object_weight[home])
         for kind in range(num_kinds):
             habits.shared_spot[home, kind] = _draw_spot(habits, random, home, kind)
         for resident in range(state.num_residents[home]):
-            role = np.searchsorted(customs.role_share[home], _uniform(random, home), side="right")
+            mark = _uniform(random, home)
+            role = (mark >= rule.away_share) + (mark >= rule.away_share + rule.home_office_share)
             shift = _normal(random, home) * rule.person_spread
             for kind in range(num_kinds):
                 habits.spot[home, resident, kind] = habits.shared_spot[home, kind]
@@ -215,22 +196,22 @@ def draw_habits(rules: np.ndarray, customs: Customs, habits: Habits, state: Stat
                     is_apart = count > 0
                     for other in favourite[:count]:
                         is_apart &= (
-                            habits.own_place[home, found, 0] != habits.own_place[home, other, 0]
+                            state.own_place[home, found, 0] != state.own_place[home, other, 0]
                         )
                     if not is_apart or _uniform(random, home) >= rule.together:
                         favourite[count] = found
                         count += 1
-                for n in range(customs.num_occasions[home]):
+                for n in range(habits.kind.shape[1]):
                     if habits.kind[home, n] != kind:
                         continue
                     own_shift = shift + _normal(random, home) * rule.habit_spread
                     change = (2 * _uniform(random, home) - 1) * rule.omission_spread
                     for w in range(2):
-                        habits.hour[home, resident, n, w] = customs.hour[home, n, w] + own_shift
-                        share = customs.share[home, n, w]
+                        habits.hour[home, resident, n, w] += own_shift
+                        share = habits.share[home, resident, n, w]
                         if 0 < share < 1:
                             share = min(max(share + change, 0.0), 1.0)
-                        is_mine = customs.role[home, n] in (-1, role)
+                        is_mine = habits.role[home, n] in (-1, role)
                         habits.share[home, resident, n, w] = share * is_mine
                     wanted = 1 + int(_uniform(random, home) * set_size)
                     for i in range(min(wanted, count)):
@@ -272,9 +253,9 @@ def _choose_purposes(
 
 
 @kernel
-def _plan_day(rule: Any, habits: Habits, state: State, home: int) -> None:
+def _plan_day(habits: Habits, state: State, home: int) -> None:
     """Draw what happens in the day that begins at `day_end`."""
-    random = state.random
+    rule, random = habits.rules[home], state.random
     start = state.day_end[home]
     midnight = start - DAY_STARTS
     end = start + DAY
@@ -316,55 +297,45 @@ def _plan_day(rule: Any, habits: Habits, state: State, home: int) -> None:
 
 
 @kernel
-def _put_back(
-    rule: Any, habits: Habits, state: State, place: np.ndarray, home: int, slot: int
-) -> None:
+def _put_back(rule: Any, state: State, home: int, slot: int) -> None:
     """Put an object where it belongs: as a rule its usual place, seldom a new one for good."""
-    own = habits.own_place[home, slot]
+    own = state.own_place[home, slot]
     mark = _uniform(state.random, home)
     if mark < rule.new_share:
         new = 2 + int(_uniform(state.random, home) * 2)
         own[0], own[new] = own[new], own[0]
     is_second = rule.new_share <= mark < rule.new_share + rule.second_share
-    place[home, slot] = own[1] if is_second else own[0]
+    state.place[home, slot] = own[1] if is_second else own[0]
     state.left_by[home, slot] = -1
 
 
 @kernel
-def _tidy(
-    rule: Any, share: float, habits: Habits, state: State, place: np.ndarray, home: int
-) -> None:
+def _tidy(rule: Any, share: float, state: State, home: int) -> None:
     """Put back a share of what has been left and is not in use."""
-    for slot in range(place.shape[1]):
+    for slot in range(state.place.shape[1]):
         if state.left_by[home, slot] >= 0 and _uniform(state.random, home) < share:
-            _put_back(rule, habits, state, place, home, slot)
+            _put_back(rule, state, home, slot)
 
 
 @kernel
-def _take(
-    state: State, place: np.ndarray, home: int, occurrence: int, slot: int, to: int,
-    left_share: float,
-) -> None:  # fmt: skip
+def _take(state: State, home: int, occurrence: int, slot: int, to: int, left_share: float) -> None:
     """Take an object to a place (-1: out of the home), unless it is in use, or the only one."""
-    if slot < 0 or state.holder[home, slot] >= 0 or place[home, slot] < 0:
+    if slot < 0 or state.holder[home, slot] >= 0 or state.place[home, slot] < 0:
         return
-    if to < 0 and (place[home] >= 0).sum() < 2:
+    if to < 0 and (state.place[home] >= 0).sum() < 2:
         return
     state.holder[home, slot] = occurrence
     state.next_held[home, slot] = state.first_held[home, occurrence]
     state.first_held[home, occurrence] = slot
     state.left_share[home, slot] = left_share
     state.left_by[home, slot] = -1
-    place[home, slot] = to
+    state.place[home, slot] = to
 
 
 @kernel
-def _begin(
-    rule: Any, roles: Roles, habits: Habits, state: State, place: np.ndarray, home: int,
-    occurrence: int,
-) -> None:  # fmt: skip
+def _begin(habits: Habits, state: State, home: int, occurrence: int) -> None:
     """Begin an occurrence: its things come along."""
-    random = state.random
+    rule, random = habits.rules[home], state.random
     resident, n = divmod(occurrence, habits.kind.shape[1])
     kind = habits.kind[home, n]
     state.is_on[home, occurrence] = state.errand[home, resident] < 0
@@ -375,7 +346,7 @@ def _begin(
         spot = _draw_spot(habits, random, home, kind)
     state.spot[home, occurrence] = spot
     to = spot
-    if roles.leads_out[kind]:
+    if habits.leads_out[kind]:
         state.errand[home, resident] = occurrence
         to = -1
         if rule.can_carry_out == 0:
@@ -384,26 +355,24 @@ def _begin(
         slot = habits.item[home, resident, n, i]
         if slot >= 0 and _uniform(random, home) < habits.use[home, resident, n, i]:
             left_share = habits.left[home, resident, n, i]
-            _take(state, place, home, occurrence, slot, to, left_share)
+            _take(state, home, occurrence, slot, to, left_share)
     if _uniform(random, home) < rule.extra_share:
         extra = _draw(random, home, habits.object_weight[home, kind])
-        _take(state, place, home, occurrence, extra, to, rule.left_share)
-    for slot in range(place.shape[1] if roles.collects[kind].any() else 0):
+        _take(state, home, occurrence, extra, to, rule.left_share)
+    for slot in range(state.place.shape[1] if habits.collects[kind].any() else 0):
         left_by = state.left_by[home, slot]
-        if left_by >= 0 and roles.collects[kind, left_by]:
+        if left_by >= 0 and habits.collects[kind, left_by]:
             if _uniform(random, home) < rule.collect_share:
-                _take(state, place, home, occurrence, slot, to, 0.0)
+                _take(state, home, occurrence, slot, to, 0.0)
 
 
 @kernel
-def _finish(
-    rule: Any, roles: Roles, habits: Habits, state: State, place: np.ndarray, home: int,
-    occurrence: int,
-) -> None:  # fmt: skip
+def _finish(habits: Habits, state: State, home: int, occurrence: int) -> None:
     """End an occurrence: each of its things is put back, or left where it was done."""
     if not state.is_on[home, occurrence]:
         return
     state.is_on[home, occurrence] = False
+    rule = habits.rules[home]
     resident, n = divmod(occurrence, habits.kind.shape[1])
     kind = habits.kind[home, n]
     if state.errand[home, resident] == occurrence:
@@ -413,27 +382,21 @@ def _finish(
     while slot >= 0:
         state.holder[home, slot] = -1
         if _uniform(state.random, home) < state.left_share[home, slot]:
-            place[home, slot] = state.spot[home, occurrence]
+            state.place[home, slot] = state.spot[home, occurrence]
             state.left_by[home, slot] = kind
         else:
-            _put_back(rule, habits, state, place, home, slot)
+            _put_back(rule, state, home, slot)
         slot = state.next_held[home, slot]
-    if roles.tidies[kind]:
-        _tidy(rule, rule.collect_share, habits, state, place, home)
+    if habits.tidies[kind]:
+        _tidy(rule, rule.collect_share, state, home)
 
 
 @kernel
-def live(
-    rules: np.ndarray, roles: Roles, habits: Habits, state: State, place: np.ndarray,
-    homes: np.ndarray, until: np.ndarray,
-) -> None:  # fmt: skip
-    """Let some homes (n,) live until times (n,), by `RULES` (H,): all else changes in place.
-
-    `place` is where every object is, -1 for an empty slot or one that is out, int32 (H, C).
-    """
+def live(habits: Habits, state: State, homes: np.ndarray, until: np.ndarray) -> None:
+    """Let some homes (n,) live until times (n,): the state changes in place."""
     for i in range(len(homes)):
         home = homes[i]
-        rule = rules[home]
+        rule = habits.rules[home]
         while True:
             while state.next_event[home] < state.num_events[home]:
                 at = state.next_event[home]
@@ -441,13 +404,13 @@ def live(
                     break
                 event = state.event[home, at]
                 if event == TIDY:
-                    _tidy(rule, rule.tidy_share, habits, state, place, home)
+                    _tidy(rule, rule.tidy_share, state, home)
                 elif event % 2 == 0:
-                    _begin(rule, roles, habits, state, place, home, event // 2)
+                    _begin(habits, state, home, event // 2)
                 else:
-                    _finish(rule, roles, habits, state, place, home, event // 2)
+                    _finish(habits, state, home, event // 2)
                 state.next_event[home] = at + 1
             if state.day_end[home] > until[i]:
                 break
-            _plan_day(rule, habits, state, home)
+            _plan_day(habits, state, home)
         state.now[home] = until[i]

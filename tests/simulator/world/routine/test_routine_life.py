@@ -166,7 +166,7 @@ def test_washing_up_collects_what_a_meal_has_left():
         STRICT, occasions=(LUNCH, clear), left_share=1.0, tidy_share=0.0, collect_share=1.0
     )
     homes = make(rules, num_homes=10)
-    own = homes.lives[0].habits.own_place[:, :, 0]
+    own = homes.lives[0].state.own_place[:, :, 0]
     places = follow(homes, 48)
     items = homes.lives[0].habits.item
     for home in range(10):
