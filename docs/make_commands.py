@@ -20,7 +20,7 @@ COMMANDS = {
     "simulator.trace": "simulator.trace.__main__",
     "simulator.priors": "simulator.priors.__main__",
     "simulator.test_sets": "simulator.test_sets.__main__",
-    "simulator.igridson": "simulator.igridson.command",
+    "simulator.igridson": "simulator.igridson.__main__",
     "simulator.robot_home": "simulator.robot_home.__main__",
     "nep.fit": "nep.fit",
     "nep.evaluate": "nep.evaluate",

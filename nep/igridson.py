@@ -17,7 +17,7 @@ from nep.bench.suites import igridson
 from nep.players.contestants import load_player
 from nep.players.stored_network import import_encoders
 from sgm.checks import check_at_least
-from simulator.igridson import command
+from simulator.igridson import __main__ as command
 from simulator.igridson.find_object import Searcher
 from simulator.process import run_main
 

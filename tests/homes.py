@@ -11,7 +11,7 @@ from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
-from simulator.world.routine.occasions import Occasion
+from simulator.world.routine.rules import Occasion
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 

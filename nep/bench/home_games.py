@@ -18,8 +18,7 @@ from simulator.trace.count_prior import count_prior
 from simulator.trace.source import RecordedSource
 from simulator.trace.trace import find_traces, load_trace
 from simulator.world.config import HomeConfig
-from simulator.world.mixture.mixture import Mixture
-from simulator.world.mixture.source import MixtureSource
+from simulator.world.mixture.source import Mixture, MixtureSource
 from simulator.world.mixture.views import NONE, OTHER_HOME, UNKNOWN_WORDS
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.source import SampledSource

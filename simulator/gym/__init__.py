@@ -19,5 +19,5 @@ if ENV_ID not in gymnasium.registry:
     gymnasium.register(
         ENV_ID,
         entry_point="simulator.gym.find_object_env:FindObjectEnv",
-        vector_entry_point="simulator.gym.find_object_vector_env:FindObjectVectorEnv",
+        vector_entry_point="simulator.gym.find_object_env:FindObjectVectorEnv",
     )

@@ -63,11 +63,6 @@ class SearchSeries:
         self.num_searches = self._max_searches
 
     @property
-    def needs_homes(self) -> bool:
-        """Whether the next search is in new homes."""
-        return self.num_searches >= self._max_searches
-
-    @property
     def observation_space(self) -> Dict:
         """Space of the observation of one home."""
         num_codes = self.rollout.homes.object_descriptions.num_descriptions
@@ -81,10 +76,10 @@ class SearchSeries:
         mask[:, : is_open.shape[1]] = is_open
         return mask
 
-    def start(self, home_seed: int | None) -> None:
-        """Let the homes, new ones of a seed or the same, evolve by one step, and ask in each."""
-        if home_seed is not None:
-            self._draw(home_seed)
+    def start(self, rng: np.random.Generator, is_new: bool) -> None:
+        """Let the homes evolve by one step, new ones if wanted or needed, and ask in each."""
+        if is_new or self.num_searches >= self._max_searches:
+            self._draw(int(rng.integers(2**31)))
         self.search = Search(self.rollout, *self.rollout.ask(), self._max_looks)
         self.num_searches += 1
 
@@ -101,6 +96,15 @@ class SearchSeries:
         scores = self.search.scores()
         padding = ((0, 0), (0, self.num_furniture - scores.shape[1]))
         return np.pad(scores, padding, constant_values=-np.inf)
+
+    def get_info(self) -> dict[str, np.ndarray]:
+        """Return mask, what is searched for in words, whether it is found, and looks, (H, ...)."""
+        return {
+            "action_mask": self.action_mask,
+            "query": np.array([self.describe(home) for home in range(self._num_homes)]),
+            "is_found": self.search.is_found.copy(),
+            "num_looks": self.search.num_looks.copy(),
+        }
 
     def describe(self, home: int) -> str:
         """Spell out what is searched for in a home."""

@@ -1,4 +1,4 @@
-"""An agent that plays iGridson-v0 with any policy, one action at a time."""
+"""Who plays iGridson-v0, one action at a time: an agent with any policy, or the keyboard."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
+import pygame
 
 from simulator.igridson.env import GridAction, IGridsonEnv
 from simulator.igridson.find_object import Searcher
-from simulator.igridson.navigation import DIRECTIONS
-from simulator.igridson.travel import compute_belief
-from simulator.igridson.walk import Walk
+from simulator.igridson.navigation import DIRECTIONS, Walk, compute_belief
 
 
 class GridAgent:
@@ -84,3 +83,43 @@ def plan_turns(direction: int, wanted: int) -> list[GridAction]:
     """Return the fewest turns from one direction to another."""
     turns = (wanted - direction) % 4
     return [GridAction.left] if turns == 3 else [GridAction.right] * turns
+
+
+KEYS = {
+    pygame.K_LEFT: GridAction.left,
+    pygame.K_RIGHT: GridAction.right,
+    pygame.K_UP: GridAction.forward,
+    pygame.K_SPACE: GridAction.look,
+}
+
+HELP = "arrow keys: turn and walk; space: look; n: next object; h: new home; q: quit"
+
+
+def play(env: IGridsonEnv, seed: int, searcher: Searcher | None = None) -> None:
+    """Let a person search in an environment of `render_mode` "human", until its window is closed.
+
+    A searcher's belief is shown, from a memory of what the person has seen.
+    """
+    believe = GridAgent(env, searcher).believe if searcher is not None else lambda: None
+    env.reset(seed=seed)
+    believe()
+    env.render()
+    is_over = False
+    while True:
+        event = pygame.event.wait()
+        if event.type == pygame.QUIT:
+            return
+        if event.type != pygame.KEYDOWN:
+            continue
+        if event.key in (pygame.K_q, pygame.K_ESCAPE):
+            return
+        if event.key in (pygame.K_n, pygame.K_h):
+            env.reset(options={"new_home": event.key == pygame.K_h})
+            is_over = False
+            believe()
+        elif event.key in KEYS and not is_over:
+            _, _, terminated, truncated, _ = env.step(KEYS[event.key])
+            is_over = terminated or truncated
+            if env.is_looking:
+                believe()
+        env.render()

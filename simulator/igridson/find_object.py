@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from sgm.checks import check_at_least, check_seed
+from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
 from simulator.igridson.layout import GridLayout
-from simulator.igridson.navigation import Routes
-from simulator.igridson.travel import LOOK_COST, ByTravel
-from simulator.igridson.walk import Walk
-from simulator.policies import Policy
+from simulator.igridson.navigation import LOOK_COST, ByTravel, Routes, Walk
+from simulator.policies import POLICIES, Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.find_object import FindObject
 from simulator.tasks.search import ByScore, SearchOrder
@@ -21,6 +20,8 @@ from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 
+TRAVEL = "+travel"  # ending of a policy's name that makes the search travel-aware
+POLICY_HELP = f"one of {', '.join(POLICIES)}; with '{TRAVEL}' at its end, walking distances count"
 _HOMES_AT_ONCE = 100  # in lockstep; results do not depend on it
 
 
@@ -43,6 +44,27 @@ class Searcher:
         if not self.is_travel_aware:
             return ByScore()
         return ByTravel(walk, policy.score_kind, self.look_cost)
+
+
+def list_searchers() -> dict[str, Searcher]:
+    """Return all policies by name."""
+    return {name: Searcher(policy.make) for name, policy in POLICIES.items()}
+
+
+def find_searcher(name: str, known: Mapping[str, Searcher], look_cost: float) -> Searcher:
+    """Return the searcher of a policy's name, travel-aware if it ends in `+travel`.
+
+    Raises:
+        ValueError: if there is no such policy.
+    """
+    plain = name.removesuffix(TRAVEL)
+    if plain not in known:
+        raise ValueError(
+            f"policy must be one of {', '.join(known)}, got {shorten(name)}. Choose one of these, "
+            f"with '{TRAVEL}' at its end for a travel-aware search; a trained network is played by "
+            "`python -m nep.igridson --checkpoint CKPT`."
+        )
+    return replace(known[plain], is_travel_aware=name != plain, look_cost=look_cost)
 
 
 @dataclass(frozen=True, slots=True)

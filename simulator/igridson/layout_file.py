@@ -20,8 +20,7 @@ import numpy as np
 
 from sgm.files import open_file
 from sgm.messages import shorten
-from simulator.igridson.layout import GridFurniture, GridLayout
-from simulator.igridson.layout_check import check_layout
+from simulator.igridson.layout import GridFurniture, GridLayout, check_layout
 
 VERSION_LINE = "iGridson layout 1"
 SECTIONS = ("rooms", "map", "furniture", "start")

@@ -52,9 +52,7 @@ def count_traces(arguments: Sequence[str]) -> int:
     prior, left_out = count_prior(traces, options.step_seconds)
     for line in left_out:
         print(f"left out: {line}")
-    prior.save(options.out)
-    print(f"{options.out}: {summarise_prior(prior)}")
-    return 0
+    return _save(prior, options.out)
 
 
 def show(arguments: Sequence[str]) -> int:
@@ -98,9 +96,7 @@ def write_words(arguments: Sequence[str]) -> int:
     parser.add_argument("--temperature", type=float, default=TEMPERATURE, help="of the softmax")
     options = parse(parser, arguments)
     prior = make_word_prior(load_prior(options.base), temperature=options.temperature)
-    prior.save(options.out)
-    print(f"{options.out}: {summarise_prior(prior)}")
-    return 0
+    return _save(prior, options.out)
 
 
 def print_prompt(arguments: Sequence[str]) -> int:
@@ -140,9 +136,12 @@ def write_filled(arguments: Sequence[str]) -> int:
     parser.add_argument("--out", type=Path, required=True, help="prior file (JSON)")
     parser.add_argument("--base", type=str, default="household", help=PRIOR_HELP)
     options = parse(parser, arguments)
-    prior = read_filled(options.table, load_prior(options.base))
-    prior.save(options.out)
-    print(f"{options.out}: {summarise_prior(prior)}")
+    return _save(read_filled(options.table, load_prior(options.base)), options.out)
+
+
+def _save(prior: PriorGraph, out: Path) -> int:
+    prior.save(out)
+    print(f"{out}: {summarise_prior(prior)}")
     return 0
 
 

@@ -116,13 +116,8 @@ def load_names(source: str) -> Names:
     for row in read_table("simulator.priors", "names.csv"):
         if row["source"] == source:
             parts[row["kind"]][row["name"]] = row["label"]
-    return Names(
-        rooms=parts["room"],
-        furniture=parts["furniture"],
-        objects=parts["object"],
-        outside=frozenset(parts["outside"]),
-        assets=parts["asset"],
-    )
+    rooms, furniture, objects, outside, assets = (parts[kind] for kind in kinds)
+    return Names(rooms, furniture, objects, frozenset(outside), assets)
 
 
 def _parse_adjectives(text: str) -> Adjectives:

@@ -13,8 +13,11 @@ from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.descriptions import make_descriptions
 from simulator.world.dynamics import Life
-from simulator.world.initial_furniture import list_rooms, sample_initial_furniture
-from simulator.world.initial_objects import sample_initial_objects
+from simulator.world.initial_homes import (
+    list_rooms,
+    sample_initial_furniture,
+    sample_initial_objects,
+)
 from simulator.world.noise import NUMBERS_AT_ONCE, compute_noisy_weights
 from simulator.world.sampled_state import SampledState
 from simulator.world.streams import Streams

@@ -27,9 +27,8 @@ from nep.players.checkpoints import load_trained
 from nep.players.policy import NEPPolicy
 from simulator import PriorGraph, SampledHomes, SampledSource, Streams, evaluate_policy
 from simulator.world.mixture.lived_in_homes import LivedInSource
-from simulator.world.mixture.mixture import Mixture
 from simulator.world.mixture.paper_homes import PaperSizesSource
-from simulator.world.mixture.source import MixtureSource
+from simulator.world.mixture.source import Mixture, MixtureSource
 
 pytestmark = pytest.mark.slow
 

@@ -15,8 +15,7 @@ from simulator import collect as collect_module
 from simulator.collect import CollectConfig, collect, main
 from simulator.snapshots.shards import get_shard_name, load_manifest, load_shard
 from simulator.world.config import HomeConfig
-from simulator.world.mixture.mixture import Mixture
-from simulator.world.mixture.source import MixtureSource
+from simulator.world.mixture.source import Mixture, MixtureSource
 from simulator.world.source import SampledSource
 
 ROOT = Path(__file__).resolve().parents[2]

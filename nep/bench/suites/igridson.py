@@ -18,10 +18,18 @@ from sgm.files import compute_checksum
 from sgm.network.shipped import split_name
 from sgm.prior.prior_graph import PRIOR_HELP, load_prior
 from simulator.command_line import pick
-from simulator.igridson.find_object import RunConfig, Searcher, check_attempts, run_searches
+from simulator.igridson.find_object import (
+    POLICY_HELP,
+    TRAVEL,
+    RunConfig,
+    Searcher,
+    check_attempts,
+    find_searcher,
+    list_searchers,
+    run_searches,
+)
 from simulator.igridson.layout_file import DEFAULT_LAYOUT, load_layout
-from simulator.igridson.searchers import POLICY_HELP, TRAVEL, find_searcher, list_searchers
-from simulator.igridson.travel import LOOK_COST
+from simulator.igridson.navigation import LOOK_COST
 from simulator.policies import POLICIES
 
 # Table 3: success rate, number of actions and path length, each with its standard deviation.

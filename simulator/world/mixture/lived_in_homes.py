@@ -7,8 +7,7 @@ from typing import Any
 
 from sgm.memory.clock import Clock
 from simulator.world.config import HomeConfig
-from simulator.world.mixture.mixture import Mixture
-from simulator.world.mixture.source import MixtureSource
+from simulator.world.mixture.source import Mixture, MixtureSource
 from simulator.world.streams import Streams
 
 _LIVED_IN = Mixture(
@@ -28,6 +27,8 @@ class LivedInSource(MixtureSource):
     which is kept.
     """
 
+    name = "lived in"
+    title = "homes that people live in"
     kept_share = 0.1
     default_mixture = _LIVED_IN
 
@@ -39,8 +40,4 @@ class LivedInSource(MixtureSource):
 
     def describe(self) -> dict[str, Any]:
         """Return the distribution and the checksum of the prior."""
-        return {**super().describe(), "homes": "lived in", "kept_share": self.kept_share}
-
-    def make_title(self, num_homes: int, split: str) -> str:
-        """Say how many homes of which split."""
-        return f"{num_homes} {split} homes that people live in"
+        return {**super().describe(), "kept_share": self.kept_share}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from simulator.world.mixture.source import MixtureSource
 from simulator.world.mixture.views import TRUE, MixedHomes
@@ -22,6 +21,9 @@ class PaperSizesSource(MixtureSource):
     The mixture seldom draws one, while they are what tables compare policies in: a network that is
     to serve any home learns from both.
     """
+
+    name = "paper sizes"
+    title = "homes of the paper's rules and several sizes"
 
     def list_groups(self, homes: Sequence[int]) -> list[Group]:
         """Share homes out by how long they are lived in."""
@@ -41,11 +43,3 @@ class PaperSizesSource(MixtureSource):
         homes = MixedHomes(self.prior, configs, streams)
         homes.set_views((TRUE,) * len(configs))
         return homes
-
-    def describe(self) -> dict[str, Any]:
-        """Return the rules and the checksum of the prior."""
-        return {**super().describe(), "homes": "paper sizes"}
-
-    def make_title(self, num_homes: int, split: str) -> str:
-        """Say how many homes of which split."""
-        return f"{num_homes} {split} homes of the paper's rules and several sizes"

@@ -1,15 +1,59 @@
-"""The prior as the agent of a home knows it: right, blurred, wrong, in other words, or not."""
+"""The prior as the agent of a home knows it: right, blurred, wrong, in other words, or not.
+
+The words that the prior does not know are synonyms, and names of other things (`data/words.csv`).
+"""
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import chain
 
 import numpy as np
 
+from sgm.prior.household import read_table
 from simulator.world.homes import list_labels
-from simulator.world.mixture.words import list_words, load_words
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """Words of one split.
+
+    Attributes:
+        synonyms: other words for a label of the shipped prior, by label.
+        strangers: names of things that are in no table of ours.
+    """
+
+    synonyms: Mapping[str, tuple[str, ...]]
+    strangers: tuple[str, ...]
+
+
+@lru_cache(maxsize=2)
+def load_words(split: str) -> Words:
+    """Read `words.csv`; "train" and "val" share their words, and have none of those of "test"."""
+    part = "test" if split == "test" else "train"
+    synonyms, strangers = {}, ()
+    for row in read_table("simulator.world.mixture", "words.csv"):
+        if row["split"] != part:
+            continue
+        words = tuple(row["words"].split("|"))
+        if row["label"]:
+            synonyms[row["label"]] = words
+        else:
+            strangers = words
+    return Words(synonyms, strangers)
+
+
+def list_words() -> list[str]:
+    """List every word of both splits, in the order of the file."""
+    found: list[str] = []
+    for words in map(load_words, ("train", "test")):
+        found += [*chain.from_iterable(words.synonyms.values()), *words.strangers]
+    return list(dict.fromkeys(found))
+
 
 TRUE = "true"  # as the homes were drawn
 NOISY = "noisy"  # weights blurred, and some forgotten
@@ -18,6 +62,7 @@ OTHER_HOME = "other home"  # the weights of other types: confident and wrong
 NONE = "none"  # no weights
 BLENDED = "blended"  # half the true weights, half those of other types; in test homes alone
 VIEWS = (TRUE, NOISY, UNKNOWN_WORDS, OTHER_HOME, NONE, BLENDED)
+DEFAULT_VIEWS = {TRUE: 0.25, NOISY: 0.2, UNKNOWN_WORDS: 0.35, OTHER_HOME: 0.1, NONE: 0.1}
 
 _UNKNOWN_SHARE = 0.4  # of the labels of a home with unknown words
 _STRANGER_SHARE = 0.25  # of these: names of other things, which say nothing

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
-from importlib import resources
 
 import numpy as np
 
+from sgm.prior.household import read_table
 from simulator.world.routine.life_kernel import Habits
 from simulator.world.routine.rules import RoutineRules
 from simulator.world.sampled_state import SampledState
@@ -18,71 +16,60 @@ _LONG_MINUTES = 240.0  # from here on, an outing is a long one: a job, not an er
 _LEFT = 0.1  # how often what was carried is left where its owner comes in, not put back
 
 
-@dataclass(frozen=True, slots=True)
-class Carried:
-    """Slots of a home's objects that are carried out, n of them.
-
-    Attributes:
-        slot: (n,).
-        share: how often each goes along on a short outing and on a long one, (n, 2).
-    """
-
-    slot: np.ndarray
-    share: np.ndarray
-
-
 @lru_cache(maxsize=1)
 def load_carried() -> dict[str, tuple[float, float]]:
-    """Read `carried.csv`: how often a type goes along on short and on long outings, by label.
+    """Read `data/carried.csv`: how often a type goes along on short and long outings, by label.
 
     All numbers are assumptions, in round figures.
     """
-    text = resources.files(__package__).joinpath("carried.csv").read_text(encoding="utf-8")
-    rows = csv.DictReader(text.splitlines())
+    rows = read_table("simulator.world.routine", "carried.csv")
     return {row["label"]: (float(row["short"]), float(row["long"])) for row in rows}
 
 
-def choose_carried(homes: SampledState, home: int, rule: RoutineRules) -> Carried:
-    """Choose what is carried out of a home: things of the table, or as many others at random."""
-    if rule.carry_share == 0:
-        return Carried(np.zeros(0, dtype=np.int64), np.zeros((0, 2)))
-    slots = np.flatnonzero(homes.object_place[home] >= 0)
-    labels = [homes.object_labels[number] for number in homes.object_type[home, slots]]
-    table = load_carried()
-    is_named = np.array([label in table for label in labels], dtype=bool)
-    share = np.array([table[label] for label in labels if label in table]).reshape(-1, 2)
-    chosen = slots[is_named]
-    if rule.carries_anything:
-        rng = homes.streams.generator("routine carried anything", home)
-        others = slots[~is_named]
-        chosen = rng.permutation(others)[: len(chosen)]
-        share = share[: len(chosen)]
-    return Carried(chosen, share * rule.carry_share)
-
-
 def add_carried(
-    homes: SampledState, rules: Mapping[int, RoutineRules], carried: Mapping[int, Carried],
-    habits: Habits, num_residents: np.ndarray,
-) -> None:  # fmt: skip
-    """Give everything that is carried an owner, who takes it along on every outing, in place.
+    homes: SampledState, rules: Mapping[int, RoutineRules], habits: Habits,
+    num_residents: np.ndarray,
+) -> Habits:  # fmt: skip
+    """Give everything that is carried an owner, who takes it along on every outing.
 
     Args:
         homes: the group.
         rules: of each home with routines.
-        carried: of each of them.
-        habits: drawn; the last columns of items are free for what is carried.
+        habits: drawn; what is carried comes in columns after the other items.
         num_residents: of each home, (H,).
     """
-    for home, own in carried.items():
-        if len(own.slot) == 0:
-            continue
+    carried = {home: _choose(homes, home, rule) for home, rule in rules.items()}
+    num_items = habits.item.shape[3]
+    size = (*habits.item.shape[:3], num_items + max(len(slots) for slots, _ in carried.values()))
+    item, use, left = np.full(size, -1, dtype=np.int32), np.zeros(size), np.zeros(size)
+    for longer, shorter in ((item, habits.item), (use, habits.use), (left, habits.left)):
+        longer[..., :num_items] = shorter
+    for home, (slots, shares) in carried.items():
         rng = homes.streams.generator("routine carried", home)
-        owner = rng.integers(num_residents[home], size=len(own.slot))
-        first = habits.item.shape[3] - len(own.slot)
-        columns = first + np.arange(len(own.slot))
+        owner = rng.integers(num_residents[home], size=len(slots))
+        columns = num_items + np.arange(len(slots))
         for n, occasion in enumerate(rules[home].occasions):
             if habits.leads_out[habits.kind[home, n]]:
                 is_long = int(occasion.minutes >= _LONG_MINUTES)
-                habits.item[home, owner, n, columns] = own.slot
-                habits.use[home, owner, n, columns] = own.share[:, is_long]
-                habits.left[home, owner, n, columns] = _LEFT
+                item[home, owner, n, columns] = slots
+                use[home, owner, n, columns] = shares[:, is_long]
+                left[home, owner, n, columns] = _LEFT
+    return habits._replace(item=item, use=use, left=left)
+
+
+def _choose(homes: SampledState, home: int, rule: RoutineRules) -> tuple[np.ndarray, np.ndarray]:
+    """Choose slots of what is carried out of a home, (n,): by the table, or as many at random.
+
+    Beside them how often each goes along on a short outing and on a long one, (n, 2).
+    """
+    slots = np.flatnonzero(homes.object_place[home] >= 0)[: None if rule.carry_share else 0]
+    labels = [homes.object_labels[number] for number in homes.object_type[home, slots]]
+    table = load_carried()
+    is_named = np.array([label in table for label in labels], dtype=bool)
+    shares = np.array([table[label] for label in labels if label in table]).reshape(-1, 2)
+    chosen = slots[is_named]
+    if rule.carries_anything:
+        rng = homes.streams.generator("routine carried anything", home)
+        chosen = rng.permutation(slots[~is_named])[: len(chosen)]
+        shares = shares[: len(chosen)]
+    return chosen, shares * rule.carry_share

@@ -15,10 +15,9 @@ from simulator.world.routine.activity_kinds import (
     compute_spot_weights,
     load_kinds,
 )
-from simulator.world.routine.carried import add_carried, choose_carried
+from simulator.world.routine.carried import add_carried
 from simulator.world.routine.life_kernel import RULES, Habits, State, draw_habits, live
-from simulator.world.routine.occasions import ROLES
-from simulator.world.routine.rules import RoutineRules
+from simulator.world.routine.rules import ROLES, RoutineRules
 from simulator.world.sampled_state import SampledState
 
 _LATER_PLACES = 4  # of an object: its usual place, a second one, two that may become usual
@@ -43,16 +42,14 @@ class RoutineLife(Life):
         self._start = np.array([rule.clock.row[0] for rule in rules])
         self._num_steps = 0
         own = dict(zip(members.tolist(), rules, strict=True))
-        carried = {home: choose_carried(homes, home, rule) for home, rule in own.items()}
-        num_carried = max(len(each.slot) for each in carried.values())
-        self.habits = _make_habits(homes, own, num_carried)
-        self.state = _make_state(homes, own, self.habits)
+        habits = _make_habits(homes, own)
+        self.state = _make_state(homes, own, habits)
         _draw_own_places(homes, own, self.state.own_place)
         homes.object_place[members] = np.where(
             homes.object_place[members] >= 0, self.state.own_place[members, :, 0], -1
         )
-        draw_habits(self.habits, self.state)
-        add_carried(homes, own, carried, self.habits, self.state.num_residents)
+        draw_habits(habits, self.state)
+        self.habits = add_carried(homes, own, habits, self.state.num_residents)
         warm_up = np.array([rule.warm_up_days for rule in rules])
         day = 86_400.0
         four = 4 * 3600.0
@@ -140,13 +137,8 @@ def _list_rules(rule: RoutineRules, homes: SampledState, home: int) -> Mapping[s
     return own
 
 
-def _make_habits(
-    homes: SampledState, rules: Mapping[int, RoutineRules], num_carried: int
-) -> Habits:
-    """Return habits of which only the usual hours, and what leads to the others, are known yet.
-
-    The last columns of items, `num_carried`, are free.
-    """
+def _make_habits(homes: SampledState, rules: Mapping[int, RoutineRules]) -> Habits:
+    """Return habits of which only the usual hours, and what leads to the others, are known yet."""
     num_homes, num_slots = homes.object_place.shape
     kinds = list(load_kinds())
     num_kinds = len(kinds)
@@ -156,7 +148,7 @@ def _make_habits(
     for home, rule in rules.items():
         for name, value in _list_rules(rule, homes, home).items():
             numbers[name][home] = value
-    num_items = int(numbers["max_things"].max()) + num_carried
+    num_items = int(numbers["max_things"].max())
     is_washing_up, is_left = np.array(kinds) == "washing up", np.isin(kinds, ("cooking", "eating"))
     size = (num_homes, num_residents, num_occasions)
     habits = Habits(

@@ -6,7 +6,7 @@ import pygame
 import pytest
 from PIL import Image
 
-from simulator.igridson.command import main
+from simulator.igridson.__main__ import main
 
 pytestmark = pytest.mark.slow
 

@@ -8,9 +8,7 @@ import pytest
 from simulator.igridson.agent import GridAgent, plan_turns
 from simulator.igridson.find_object import RunConfig, Runs, Searcher, run_searches
 from simulator.igridson.layout_file import parse_layout
-from simulator.igridson.navigation import Routes
-from simulator.igridson.travel import ByTravel, compute_belief
-from simulator.igridson.walk import Walk
+from simulator.igridson.navigation import ByTravel, Routes, Walk, compute_belief
 from simulator.policies import make_policy
 
 pytestmark = pytest.mark.slow

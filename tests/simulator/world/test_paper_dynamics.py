@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from simulator.world.paper_dynamics_kernel import choose_below, run_race
+from simulator.world.paper_dynamics import choose_below, run_race
 from simulator.world.sampled_homes import SampledHomes
 
 STATE = ("object_type", "object_code", "object_place", "object_moved", "object_move_weight")

@@ -6,7 +6,7 @@ from scipy import stats
 
 from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
-from simulator.world.initial_objects import compute_available_weights
+from simulator.world.initial_homes import compute_available_weights
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 
@@ -66,7 +66,7 @@ def test_max_count_holds_while_it_can(homes):
 def test_full_types_are_relaxed_evenly_and_logged(make_tiny_homes, caplog):
     """A fridge takes milk (at most 2) and apples (at most 5)."""
     rules = {"layout": [("kitchen", "fridge")], "noise_zero_prob": 0}
-    with caplog.at_level(logging.DEBUG, logger="simulator.world.initial_objects"):
+    with caplog.at_level(logging.DEBUG, logger="simulator.world.initial_homes"):
         for num_objects, milk, apples in [(7, 2, 5), (14, 4, 10), (21, 6, 15)]:
             assert ("max_count relaxed" in caplog.text) == (num_objects > 14)
             caplog.clear()

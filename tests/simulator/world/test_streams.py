@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import simulator
-from simulator.world.stream_kernel import _multiply_add
-from simulator.world.streams import SPLITS, Streams, sample_categorical
+from simulator.world.streams import SPLITS, Streams, _multiply_add, sample_categorical
 
 
 def test_every_seed_split_home_and_purpose_has_numbers_of_its_own():

@@ -16,8 +16,7 @@ from simulator.tasks.registry import TASKS
 from simulator.tasks.rollout import Rollout, make_memory
 from simulator.testing import check_homes
 from simulator.world.config import HomeConfig
-from simulator.world.mixture.mixture import Mixture
-from simulator.world.mixture.source import MixtureSource
+from simulator.world.mixture.source import Mixture, MixtureSource
 from simulator.world.mixture.views import (
     BLENDED,
     NOISY,
@@ -26,8 +25,9 @@ from simulator.world.mixture.views import (
     TRUE,
     UNKNOWN_WORDS,
     draw_views,
+    list_words,
+    load_words,
 )  # fmt: skip
-from simulator.world.mixture.words import list_words, load_words
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.streams import Streams
 

@@ -10,7 +10,7 @@ from simulator.testing import check_dynamics
 from simulator.world.config import HomeConfig
 from simulator.world.routine.carried import load_carried
 from simulator.world.routine.dynamics import RoutineDynamics
-from simulator.world.routine.occasions import Occasion
+from simulator.world.routine.rules import Occasion
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 from tests.homes import make_strict_life

@@ -9,7 +9,7 @@ from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.routine.dynamics import RoutineDynamics
-from simulator.world.routine.occasions import Occasion
+from simulator.world.routine.rules import Occasion
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 from tests.homes import make_strict_life

@@ -1,17 +1,18 @@
-"""Which furniture stands where: drawn from the prior room by room, or as a layout says."""
+"""What stands where at t = 0: furniture, drawn or as a layout says, and objects on each piece."""
 
 from __future__ import annotations
 
 import itertools
+import logging
 from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
+from sgm.arrays.relations import NUM_RELATIONS
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
-from simulator.world.initial_objects import compute_available_weights
 from simulator.world.rules import HomeRules
 from simulator.world.sampled_state import SampledState
 from simulator.world.streams import sample_categorical
@@ -124,3 +125,104 @@ def _find_nodes(prior: PriorGraph, layout: Sequence[tuple[str, str]]) -> np.ndar
                 f"{shorten(place[0])}. Use furniture that the prior knows in that room."
             )
     return np.array([nodes[place] for place in layout], dtype=np.int32)
+
+
+logger = logging.getLogger(__name__)
+
+
+def sample_initial_objects(
+    homes: SampledState,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Draw `objects_per_furniture` objects per furniture node of every home, n in all.
+
+    Homes, ascending, types, places, and a uniform number to draw a description with, (n,) each.
+
+    Raises:
+        ValueError: if a home has no furniture that can hold an object.
+
+    Source: algorithm 1, appendix A; docs/design.md, rulings 3 and 4.
+    """
+    num_homes, num_furniture = homes.num_homes, homes.num_furniture
+    home_num_turns = np.array([config.objects_per_furniture for config in homes.configs])
+    turns = int(home_num_turns.max())
+    uniform = homes.streams.sample_once("objects", home_num_turns, homes.home_num_furniture, 2)
+    weights, drawn_type, drawn_relation = _list_options(homes)  # (H, F, K)
+    can_hold = np.any(weights, axis=2)
+    holder = _find_holders(homes, can_hold)
+    max_count = np.array([row.max_count for row in homes.prior.objects])
+    count = np.zeros((num_homes, len(max_count)), dtype=np.int64)
+    types = np.full((num_homes, turns, num_furniture), -1, dtype=np.int64)
+    places = np.empty((num_homes, turns, num_furniture), dtype=np.int64)
+    for turn in range(turns):  # furniture in turn, so that none uses up a type
+        for furniture in range(num_furniture):
+            home = np.flatnonzero((turn < home_num_turns) & homes.is_furniture[:, furniture])
+            options = home, holder[home, furniture]
+            option_type = drawn_type[options]  # (n, K)
+            available = compute_available_weights(
+                weights[options], count[home[:, None], option_type], max_count[option_type]
+            )
+            drawn = sample_categorical(available, uniform[home, turn, furniture, 0])
+            found = option_type[np.arange(len(home)), drawn]
+            count[home, found] += 1
+            types[home, turn, furniture] = found
+            relation = drawn_relation[(*options, drawn)]
+            places[home, turn, furniture] = options[1] * NUM_RELATIONS + relation
+    own = np.nonzero(types >= 0)
+    return own[0], types[own], places[own], uniform[(*own, 1)]
+
+
+def compute_available_weights(
+    weights: np.ndarray, count: np.ndarray, cap: np.ndarray
+) -> np.ndarray:
+    """Keep the weights of the types that may still be drawn.
+
+    While some type is below its cap, only those may be drawn; when all are full, caps are
+    relaxed evenly: the types that are full the fewest times over (docs/design.md, ruling 3).
+    Never a hang. Weights and instances so far are (H, m), `cap`, the `max_count`, (m,) or (H, m).
+    """
+    times_full = np.where(weights > 0, count // np.maximum(cap, 1), np.iinfo(np.int64).max)
+    fewest = times_full.min(axis=1, keepdims=True)
+    if logger.isEnabledFor(logging.DEBUG) and (fewest > 0).any():
+        logger.debug("max_count relaxed in %d homes", int((fewest > 0).sum()))
+    return np.where(times_full == fewest, weights, 0.0)
+
+
+def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """List what nodes may hold: weights, types, relations, (H, F, K); weight 0 beyond those."""
+    option = np.flatnonzero(homes.place_weights)
+    row, place = np.divmod(option, homes.num_places)
+    home, types = np.divmod(row, len(homes.prior.objects))
+    weight = homes.place_weights.ravel()[option] * homes.sample_prob[types]
+    node = home * homes.num_furniture + place // NUM_RELATIONS
+    order = np.argsort(node, kind="stable")
+    order = order[weight[order] > 0]
+    node, rank = node[order], compute_rank_in_group(node[order])
+    num_nodes = homes.num_homes * homes.num_furniture
+    shape = (num_nodes, int(rank.max(initial=0)) + 1)
+    weights, drawn_type = np.zeros(shape), np.zeros(shape, dtype=np.int64)
+    relation = np.zeros(shape, dtype=np.int64)
+    weights[node, rank] = weight[order]
+    drawn_type[node, rank] = types[order]
+    relation[node, rank] = place[order] % NUM_RELATIONS
+    whole = (homes.num_homes, homes.num_furniture, shape[1])
+    return weights.reshape(whole), drawn_type.reshape(whole), relation.reshape(whole)
+
+
+def _find_holders(homes: SampledState, can_hold: np.ndarray) -> np.ndarray:
+    """Return who takes the objects of each node, (H, F): the next of its room if it holds none."""
+    if not can_hold.any(axis=1).all():
+        streams = homes.streams
+        home = streams.homes[int(np.argmin(can_hold.any(axis=1)))]
+        raise ValueError(
+            f"home must have furniture that holds some object, got none after the noise of "
+            f"home {home} ({streams.split}, seed {streams.seed}). Use a prior with "
+            "more placements, more furniture per room, or less noise."
+        )
+    holder = np.tile(np.arange(homes.num_furniture), (homes.num_homes, 1))
+    for home, furniture in np.argwhere(homes.is_furniture & ~can_hold):
+        ring = np.roll(np.arange(homes.home_num_furniture[home]), -furniture - 1)
+        rooms = homes.furniture_room[home]
+        same_room = rooms[ring] == rooms[furniture]
+        ring = np.concatenate([ring[same_room], ring[~same_room]])
+        holder[home, furniture] = ring[np.argmax(can_hold[home, ring])]
+    return holder
