@@ -35,7 +35,8 @@ class Words:
 def load_words(split: str) -> Words:
     """Read `words.csv`; "train" and "val" share their words, and have none of those of "test"."""
     part = "test" if split == "test" else "train"
-    synonyms, strangers = {}, ()
+    synonyms: dict[str, tuple[str, ...]] = {}
+    strangers: tuple[str, ...] = ()
     for row in read_table("simulator.world.mixture", "words.csv"):
         if row["split"] != part:
             continue
