@@ -95,7 +95,7 @@ def _guess_time_true(own: Columns, objects: Columns) -> np.ndarray:
     return np.where(own["num_true"], share, 0)
 
 
-# `MemoryBatch` says what each column holds.
+# `Remembered` says what each column holds.
 FURNITURE = (_count("num_observed"), _stamp("last_observed", is_counter=True))
 OBJECTS = (
     *(Column(name, is_derived=True) for name in ("home", "key", "label")),

@@ -13,6 +13,7 @@ from sgm.arrays.relations import sum_relations
 from sgm.arrays.table import clone
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 from sgm.memory.columns import HOME, NEVER, make_table
+from sgm.memory.look_weights import LookWeights
 from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
 from sgm.memory.week_hours import WeekHours
@@ -145,41 +146,38 @@ class HomeHistory:
         self,
         memory: Remembered,
         looked: np.ndarray,
-        is_counted: np.ndarray,
+        look: LookWeights,
+        touched_key: np.ndarray,
         is_seen: np.ndarray,
         seen_again: np.ndarray,
         asked: Queries | None,
-        relations: np.ndarray | None = None,
-        is_out_of_view: np.ndarray | None = None,
     ) -> None:
         """Count one look per home, before the counters of the memory are changed.
 
         Args:
             memory: the memory.
             looked: furniture that each home looks at, -1 for none, (H,).
-            is_counted: whether the look is one at the furniture, having most of it in view, (H,).
+            look: how much of it counts.
+            touched_key: of the edges that are known there, as in `LookWeights`, (m,).
             is_seen: whether each object was detected, bool (O,).
             seen_again: rows of edges that were known and are found true, (n,).
             asked: open questions; None if there are none.
-            relations: which relations most was in view of, as in `look_relations`, (H,); None for
-                both.
-            is_out_of_view: objects whose places here were out of view, bool (O,); None for none.
         """
-        objects, time = memory.objects, memory.time
+        objects, time, is_counted = memory.objects, memory.time, look.is_counted
         if asked is not None:
+            is_out_of_view = look.find_out_of_view(touched_key)
             if is_out_of_view is not None:
-                in_view = ~is_out_of_view[asked.object] | is_seen[asked.object]
-                asked = asked.take(np.flatnonzero(in_view))
+                asked = asked.take(~is_out_of_view[asked.object] | is_seen[asked.object])
             self._note_answers(memory, looked, asked, is_seen[asked.object])
         home = np.flatnonzero((looked >= 0) & is_counted)
         column = memory.furniture_num_observed[home, looked[home]] % NUM_LOOKS_KEPT
-        look = (home, looked[home], column)
-        self.look_times[look] = time
-        in_view = BOTH if relations is None else relations[home]
-        if self.look_relations is None and relations is not None and np.any(in_view != BOTH):
+        at = (home, looked[home], column)
+        self.look_times[at] = time
+        in_view = BOTH if look.relations is None else look.relations[home]
+        if self.look_relations is None and np.any(in_view != BOTH):
             self.look_relations = np.full(self.look_times.shape, BOTH, dtype=np.uint8)
         if self.look_relations is not None:
-            self.look_relations[look] = in_view
+            self.look_relations[at] = in_view
 
         rows = np.flatnonzero(is_seen)
         if memory.clock is not None:
@@ -291,7 +289,7 @@ class HomeHistory:
         np.add.at(objects["num_still"], asked.object[is_there & is_found], 1)
         if not is_found.any():
             return
-        found = type(asked)(asked.home[is_found], asked.object[is_found], asked.prior[is_found])
+        found = asked.take(is_found)
         here = looked[found.home]
         self._count("num_found", found.home)
         is_last = memory.objects["last_furniture"][found.object] == here

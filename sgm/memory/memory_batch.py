@@ -7,17 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.grouped import join_groups, mark_rows
-from sgm.arrays.table import Table, clone
+from sgm.arrays.grouped import mark_rows
+from sgm.arrays.table import clone
 from sgm.layout.layout import LayoutArrays
-from sgm.memory.columns import EDGES, FURNITURE, NEVER, OBJECTS, make_table
+from sgm.memory.columns import NEVER
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.look_weights import LookWeights
 from sgm.memory.queries import Change, Queries, propose_places
+from sgm.memory.remembered import Remembered
 
 
-class MemoryBatch:
-    """Scene graph memories of H homes with up to R rooms and F furniture nodes each.
+class MemoryBatch(Remembered):
+    """Scene graph memories of H homes, which looks update.
 
     One graph per home holds everything ever observed: nodes and edges with counters. A look at
     a furniture node updates every remembered edge of it: seen ones become true, the others
@@ -30,37 +31,10 @@ class MemoryBatch:
     looks are counted one by one so. Likewise a sighting of confidence c: from c = 1/2 on it makes
     the edge true, below it is a part 1 - c of a look that did not show the object.
 
-    Attributes:
-        time: the current time step, the same for all homes.
-        labels: text of every label index.
-        room_label: (H, R). furniture_label, furniture_room: (H, F). Rows of homes with fewer rooms
-            or less furniture end with -1.
-        is_furniture: which columns are furniture of a home, bool (H, F).
-        home_num_rooms, home_num_furniture: rooms and furniture nodes of each home, the first
-            columns of its rows, (H,).
-        furniture: table of furniture nodes (num_observed, last_observed), looks so far and the last
-            one, (H, F).
-        objects: table of object nodes (home, key, label, type, num_observed, last_observed,
-            num_moved, last_moved, last_furniture, first_observed, num_at_once, num_sought,
-            num_still, carried_since, same_as); `key` is the description, `type` the prior's object
-            type or -1; `num_at_once` is the most things of this description that a robot has seen
-            in one time step (0 in simulated homes); `num_sought` counts the looks for it where it
-            was last seen, while it was asked for, `num_still` those that found it (0 without
-            `history`); `carried_since` is when the robot took it up, -1 for what it does not carry;
-            `same_as` the row of what it was merged with, -1 for none (`sgm.memory.same_things`).
-        edges: table of object-furniture edges (home, object, furniture, relation, prior,
-            num_observed, num_true, num_changed, last_observed, last_changed, last_true,
-            is_true, num_absent, time_true, missed, confidence); relation 0 "in", 1 "onTop";
-            `num_absent` is the number of looks at the furniture since the edge was last true, all
-            of them if it never was, `missed` the sum of their parts; `time_true` the time steps
-            from looks that found it true to the next one each; `confidence` that of the last
-            sighting, 0 without one.
-        place_prior: the prior for these layouts.
+    Attributes, beside those of `Remembered`:
         history: what is counted of each home as a whole, where a policy asked for it.
         derived: what was computed of a memory whose content does not change, by what computed it,
             shared by all who `share` it; None of one that changes.
-        clock: where in the week step 0 of each home is, and how long its steps are
-            (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
 
     Source: paper section 4.2, appendix B; docs/design.md, ruling 12. Differs: negative evidence
     is counted (the released code does not), so that what was not seen there counts, too.
@@ -78,33 +52,12 @@ class MemoryBatch:
         A place gets a hypothetical edge where its prior weight is above `threshold`; `clock` is
         that of every home, (H, 2), None if the time is unknown.
         """
-        self.time = 0
-        self.clock = clock
-        self.labels = list(labels)
+        super().__init__(labels, layout, clock)
         self.threshold = threshold
-        self._take_layout(layout)
-        num_homes, num_furniture = self.furniture_label.shape
-        self.furniture = make_table(FURNITURE, (num_homes,), num_furniture)
-        self.objects, self.edges = make_table(OBJECTS), make_table(EDGES)
         self._history: HomeHistory | None = None
-        self._row_of_key = np.full((num_homes, 64), -1, dtype=np.int32)
+        self._row_of_key = np.full((self.num_homes, 64), -1, dtype=np.int32)
         self._pending: Queries | None = None
         self.derived: dict[object, Any] | None = None
-
-    @property
-    def tables(self) -> dict[str, Table]:
-        """The tables of what was observed, by the names of their declarations (`TABLES`)."""
-        return {"furniture": self.furniture, "objects": self.objects, "edges": self.edges}
-
-    @property
-    def furniture_num_observed(self) -> np.ndarray:
-        """Looks so far, (H, F)."""
-        return self.furniture["num_observed"]
-
-    @property
-    def furniture_last_observed(self) -> np.ndarray:
-        """Time step of the last look, (H, F)."""
-        return self.furniture["last_observed"]
 
     @property
     def history(self) -> HomeHistory:
@@ -139,16 +92,6 @@ class MemoryBatch:
                 )
             so_far = HomeHistory(*self.furniture_label.shape)
         self._history = self._history if so_far is None else so_far
-
-    @property
-    def num_homes(self) -> int:
-        """Number of homes, H."""
-        return len(self.furniture_label)
-
-    @property
-    def num_furniture(self) -> int:
-        """Furniture nodes of the largest home, F."""
-        return self.furniture_label.shape[1]
 
     def copy(self) -> MemoryBatch:
         """Return the same memories without open questions, which can be changed alone."""
@@ -185,18 +128,6 @@ class MemoryBatch:
         self._take_layout(layout)
         self._pending = None
         self.look_up_prior()
-
-    def look_up_prior(self) -> None:
-        """Look up the prior weight of every edge, again."""
-        edges = self.edges
-        edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
-
-    def _take_layout(self, layout: LayoutArrays) -> None:
-        self.room_label, self.place_prior = layout.room_label, layout.place_prior
-        self.furniture_label, self.furniture_room = layout.furniture_label, layout.furniture_room
-        self.is_furniture = self.furniture_label >= 0
-        self.home_num_rooms = np.count_nonzero(self.room_label >= 0, axis=1)
-        self.home_num_furniture = np.count_nonzero(self.is_furniture, axis=1)
 
     def step(self) -> None:
         """Let one time step pass; hypothetical edges end with it."""
@@ -237,10 +168,6 @@ class MemoryBatch:
     def propose_places(self, queries: Queries) -> np.ndarray:
         """Mark the hypothetical edges of queries, bool (Q, F, 2)."""
         return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])
-
-    def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
-        """Return query numbers and rows of the remembered edges of query objects, (k,) each."""
-        return join_groups(queries.object, self.edges["object"], len(self.objects))
 
     def observe(
         self,
@@ -294,9 +221,8 @@ class MemoryBatch:
         has_changed = mark_rows(seen_object, len(self.objects))
         if self._history is not None and is_look:
             self._history.note_look(
-                self, looked, look.is_counted, has_changed, again, self._pending,
-                look.relations, look.find_out_of_view(touched_key),
-            )  # fmt: skip
+                self, looked, look, touched_key, has_changed, again, self._pending
+            )
         self._update_edges(touched, is_seen, look.weigh(touched_key))
         edges["confidence"][again] = look.get_confidence(touched_key[is_seen])
         is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
@@ -400,14 +326,6 @@ class MemoryBatch:
                 is_true, 0, self.furniture_num_observed[home, looked[home]] + 1
             ),
         )  # fmt: skip
-
-    def _get_prior(
-        self, rows: np.ndarray, furniture: np.ndarray, relation: np.ndarray
-    ) -> np.ndarray:
-        """Return the prior weight of edges of object nodes; 0 for unknown types."""
-        home, types = self.objects["home"][rows], self.objects["type"][rows]
-        prior = self.place_prior.weights[home, np.maximum(types, 0), furniture, relation]
-        return np.where(types >= 0, prior, 0)
 
     def _update_objects(self, rows: np.ndarray, looked: np.ndarray) -> None:
         objects = self.objects

@@ -41,7 +41,7 @@ class Queries:
         )
 
     def take(self, rows: np.ndarray) -> Queries:
-        """Return some of the queries, (n,)."""
+        """Return some of the queries, by their numbers, (n,), or as a mask, bool (Q,)."""
         more = None if self.more_asked is None else self.more_asked[rows]
         return Queries(self.home[rows], self.object[rows], self.prior[rows], more)
 

@@ -1,36 +1,108 @@
-"""What the parts of a memory read of it."""
+"""What is remembered of many homes: their layouts, and tables of what was observed."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Sequence
 
 import numpy as np
 
+from sgm.arrays.grouped import join_groups
 from sgm.arrays.table import Table
+from sgm.layout.layout import LayoutArrays
+from sgm.memory.columns import EDGES, FURNITURE, OBJECTS, make_table
 from sgm.memory.queries import Queries
-from sgm.prior.place_prior import PlacePrior
 
 
-class Remembered(Protocol):
-    """The state of H homes that a look is weighed and counted against; see `MemoryBatch`."""
+class Remembered:
+    """What is remembered of H homes with up to R rooms and F furniture nodes each.
 
-    time: int
-    clock: np.ndarray | None
-    objects: Table
-    edges: Table
-    place_prior: PlacePrior
+    Attributes:
+        time: the current time step, the same for all homes.
+        labels: text of every label index.
+        room_label: (H, R). furniture_label, furniture_room: (H, F). Rows of homes with fewer rooms
+            or less furniture end with -1.
+        is_furniture: which columns are furniture of a home, bool (H, F).
+        home_num_rooms, home_num_furniture: rooms and furniture nodes of each home, the first
+            columns of its rows, (H,).
+        furniture: table of furniture nodes (num_observed, last_observed), looks so far and the last
+            one, (H, F).
+        objects: table of object nodes (home, key, label, type, num_observed, last_observed,
+            num_moved, last_moved, last_furniture, first_observed, num_at_once, num_sought,
+            num_still, carried_since, same_as); `key` is the description, `type` the prior's object
+            type or -1; `num_at_once` is the most things of this description that a robot has seen
+            in one time step (0 in simulated homes); `num_sought` counts the looks for it where it
+            was last seen, while it was asked for, `num_still` those that found it (0 without
+            `history`); `carried_since` is when the robot took it up, -1 for what it does not carry;
+            `same_as` the row of what it was merged with, -1 for none (`sgm.memory.same_things`).
+        edges: table of object-furniture edges (home, object, furniture, relation, prior,
+            num_observed, num_true, num_changed, last_observed, last_changed, last_true,
+            is_true, num_absent, time_true, missed, confidence); relation 0 "in", 1 "onTop";
+            `num_absent` is the number of looks at the furniture since the edge was last true, all
+            of them if it never was, `missed` the sum of their parts; `time_true` the time steps
+            from looks that found it true to the next one each; `confidence` that of the last
+            sighting, 0 without one.
+        place_prior: the prior for these layouts.
+        clock: where in the week step 0 of each home is, and how long its steps are
+            (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
+    """
+
+    def __init__(
+        self, labels: Sequence[str], layout: LayoutArrays, clock: np.ndarray | None
+    ) -> None:
+        """Begin with homes of which nothing but the layout is known."""
+        self.time = 0
+        self.clock = clock
+        self.labels = list(labels)
+        self._take_layout(layout)
+        num_homes, num_furniture = self.furniture_label.shape
+        self.furniture = make_table(FURNITURE, (num_homes,), num_furniture)
+        self.objects, self.edges = make_table(OBJECTS), make_table(EDGES)
+
+    @property
+    def tables(self) -> dict[str, Table]:
+        """The tables of what was observed, by the names of their declarations (`TABLES`)."""
+        return {"furniture": self.furniture, "objects": self.objects, "edges": self.edges}
 
     @property
     def furniture_num_observed(self) -> np.ndarray:
-        """Looks at each furniture node so far, (H, F)."""
+        """Looks so far, (H, F)."""
+        return self.furniture["num_observed"]
+
+    @property
+    def furniture_last_observed(self) -> np.ndarray:
+        """Time step of the last look, (H, F)."""
+        return self.furniture["last_observed"]
 
     @property
     def num_homes(self) -> int:
-        """H."""
+        """Number of homes, H."""
+        return len(self.furniture_label)
 
     @property
     def num_furniture(self) -> int:
-        """F of the largest home."""
+        """Furniture nodes of the largest home, F."""
+        return self.furniture_label.shape[1]
+
+    def look_up_prior(self) -> None:
+        """Look up the prior weight of every edge, again."""
+        edges = self.edges
+        edges["prior"][:] = self._get_prior(edges["object"], edges["furniture"], edges["relation"])
+
+    def _take_layout(self, layout: LayoutArrays) -> None:
+        self.room_label, self.place_prior = layout.room_label, layout.place_prior
+        self.furniture_label, self.furniture_room = layout.furniture_label, layout.furniture_room
+        self.is_furniture = self.furniture_label >= 0
+        self.home_num_rooms = np.count_nonzero(self.room_label >= 0, axis=1)
+        self.home_num_furniture = np.count_nonzero(self.is_furniture, axis=1)
 
     def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
-        """Return query and row of every remembered edge of the objects asked for, (n,) each."""
+        """Return query numbers and rows of the remembered edges of query objects, (k,) each."""
+        return join_groups(queries.object, self.edges["object"], len(self.objects))
+
+    def _get_prior(
+        self, rows: np.ndarray, furniture: np.ndarray, relation: np.ndarray
+    ) -> np.ndarray:
+        """Return the prior weight of edges of object nodes; 0 for unknown types."""
+        home, types = self.objects["home"][rows], self.objects["type"][rows]
+        prior = self.place_prior.weights[home, np.maximum(types, 0), furniture, relation]
+        return np.where(types >= 0, prior, 0)
