@@ -45,8 +45,9 @@ class MissingFileError(FileNotFoundError, ValueError):
         self.strerror = message
 
 
-def make_read_error(error: OSError, message: str) -> ValueError:
-    """Return the error of a file that cannot be read, by what the system says."""
+def make_read_error(error: OSError, rule: str, where: str) -> ValueError:
+    """Return the error of a file that cannot be read: a rule, what the system says, and where."""
+    message = f"{rule}, got {shorten(error.strerror)} {where}"
     is_missing = isinstance(error, FileNotFoundError)
     return MissingFileError(message) if is_missing else ValueError(message)
 

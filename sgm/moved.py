@@ -24,6 +24,7 @@ _TO_FOLDERS = (
 )
 # Folders and modules; what is inside a folder has the same name in the new one.
 MOVED = {
+    "sgm.memory.storage": "sgm.memory.memory_files",
     "sgm.memory.statement": "sgm.memory.thing",
     "sgm.arrays.sparse_counts": "sgm.arrays.read_numbers",
     "sgm.arrays.clone": "sgm.arrays.table",

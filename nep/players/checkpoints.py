@@ -303,8 +303,7 @@ def _name_faults(
     try:
         yield
     except OSError as error:
-        message = f"{there}, got {shorten(error.strerror)} {where}. {find}"
-        raise make_read_error(error, message) from error
+        raise make_read_error(error, there, f"{where}. {find}") from error
     except (*_DAMAGED, *damaged) as error:
         raise ValueError(f"{whole}, got {type(error).__name__} {where}. {mend}") from error
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -174,9 +173,8 @@ class MemoryCorrections(MemoryIdentities):
         """Log that a node is forgotten, and forget it."""
         with self._lock:
             name, state = ThingName(description, id), self._state
-            about: dict[str, Any] = {} if by is None else {"by": by}
             row = self._get_row(name)
-            self._write("remove_object", **name.to_json(), **about)
+            self._write("remove_object", **name.to_json(), by=by)
             state.take(state.get_content().remove(objects=state.list_members(row)))
 
 

@@ -12,9 +12,9 @@ from sgm.memory.clock import Clock
 from sgm.memory.locks import LogLock
 from sgm.memory.look_log import LogLine, read_log
 from sgm.memory.memory_content import MemoryContent
+from sgm.memory.memory_files import load_content
 from sgm.memory.replay import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.storage import load_content
 from sgm.names.aliases import Aliases
 
 LOG_ENDING = ".log"  # of the log beside a snapshot; those before it have a number behind that

@@ -51,6 +51,8 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "transform": ("angle", "shift", "map_id"),
 }
 _OPTIONAL = ("id", "by")  # of the thing; who said it
+# What a line says only where there is any.
+_LEFT_OUT = ("by", "box", "open_cost", "hidden", "viewpoint")
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,11 +140,18 @@ class LookLog:
     def write(self, kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> None:
         """Append a `LogLine`; with a clock it also says what time it was, for people.
 
+        Values that lines need not have are left out where they are None or empty.
+
         Raises:
             ValueError: if it is no date of the clock, or another memory or process has the log.
             OSError: if the file cannot be written; it is left as it was.
         """
-        self._write(_write_line(kind, time, clock, values))
+        said = {
+            name: value
+            for name, value in values.items()
+            if name not in _LEFT_OUT or value not in (None, ())
+        }
+        self._write(_write_line(kind, time, clock, said))
 
     def _write(self, line: bytes, *, is_new: bool = False) -> None:
         with self._lock.take(self._turn, is_new=is_new):
@@ -166,11 +175,8 @@ def read_log(path: str | Path) -> list[LogLine]:
     try:
         whole = _cut_torn_line(path)
     except OSError as error:
-        raise make_read_error(
-            error,
-            f"log must be a file that can be read, got {shorten(error.strerror)} for {path}. Make "
-            'one with SceneGraphMemory(log="looks.jsonl").',
-        ) from error
+        where = f'for {path}. Make one with SceneGraphMemory(log="looks.jsonl").'
+        raise make_read_error(error, "log must be a file that can be read", where) from error
     return _read_lines(whole, path)
 
 
@@ -190,7 +196,8 @@ def _write_line(kind: str, time: int, clock: Clock | None, values: Mapping[str, 
     at = {} if clock is None else {"at": clock.get_time(time).isoformat()}
     text = json.dumps(
         {"kind": kind, "time": time, **at, **values}, ensure_ascii=False, separators=(",", ":"),
-        default=lambda number: number.item(),  # of numpy, as ids and positions may be
+        # Boxes and viewpoints; or numbers of numpy, as ids and positions may be.
+        default=lambda value: value.to_json() if hasattr(value, "to_json") else value.item(),
     )  # fmt: skip
     return f"{text}\n".encode()
 

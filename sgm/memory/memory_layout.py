@@ -6,7 +6,7 @@ from typing import Any
 
 from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import Box
-from sgm.layout.furniture import Furniture, read_position
+from sgm.layout.furniture import read_position
 from sgm.layout.layout import Layout, read_map_id
 from sgm.memory.memory_files import MemoryFiles
 from sgm.names.words import read_words
@@ -87,7 +87,8 @@ class MemoryLayout(MemoryFiles):
             node = layout.make_furniture(label, room, description, position, box, open_cost)
             self._write(
                 "furniture", furniture=layout.num_furniture_ever, label=label, room=node.room,
-                description=node.description, position=node.position, **_list_extents(node),
+                description=node.description, position=node.position, box=node.box,
+                open_cost=node.open_cost,
             )  # fmt: skip
             furniture = layout.add_furniture(node)
             self._state.note_new(label)
@@ -117,10 +118,8 @@ class MemoryLayout(MemoryFiles):
         with self._lock:
             layout = self._state.layout
             node = layout.make_moved(furniture, room, position, box)
-            about: dict[str, Any] = {} if node.box is None else {"box": node.box.to_json()}
-            self._write(
-                "move", furniture=furniture, room=node.room, position=node.position, **about
-            )
+            place: dict[str, Any] = {"position": node.position, "box": node.box}
+            self._write("move", furniture=furniture, room=node.room, **place)
             layout.furniture[furniture] = node
             self._state.note_new()
 
@@ -204,8 +203,7 @@ class MemoryLayout(MemoryFiles):
         """Log that furniture is gone, and forget it."""
         with self._lock:
             self._state.layout.check_furniture(furniture)
-            about: dict[str, Any] = {} if by is None else {"by": by}
-            self._write("remove_furniture", furniture=furniture, **about)
+            self._write("remove_furniture", furniture=furniture, by=by)
             self._state.take(self._state.get_content().remove(furniture=[furniture]))
 
     def describe(self, furniture: int) -> str:
@@ -216,13 +214,3 @@ class MemoryLayout(MemoryFiles):
         """
         with self._lock:
             return self._state.layout.describe(furniture)
-
-
-def _list_extents(node: Furniture) -> dict[str, Any]:
-    """Return what a line of a log says of furniture with a box, or that must be opened."""
-    about: dict[str, Any] = {}
-    if node.box is not None:
-        about["box"] = node.box.to_json()
-    if node.open_cost is not None:
-        about["open_cost"] = node.open_cost
-    return about

@@ -86,10 +86,8 @@ class MemoryLooks(MemoryLayout):
                 seen = [replace(one, confidence=calibration(one.confidence)) for one in seen]
             else:
                 self._warn_of_scores(seen)
-            about: dict[str, Any] = {"hidden": names} if names else {}
-            if from_where is not None:
-                about["viewpoint"] = from_where.to_json()
-            self._write("look", furniture=furniture, coverage=share, seen=rows, **about)
+            look: dict[str, Any] = {"furniture": furniture, "coverage": share, "seen": rows}
+            self._write("look", **look, hidden=names, viewpoint=from_where)
             self._state.look(furniture, seen, share, names)
 
     @property

@@ -14,11 +14,11 @@ from sgm.memory.locks import SaveLock
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import MemoryContent
+from sgm.memory.memory_files import load_content
 from sgm.memory.memory_looks import MemoryLooks
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.step_log import FrameWatch
-from sgm.memory.storage import load_content
 from sgm.messages import shorten
 from sgm.names.aliases import Aliases, AliasTable
 from sgm.names.name_encoder import Encode, NameEncoder

@@ -68,11 +68,9 @@ class Network:
             checksum = about["sha256"]
             content = _read_file(find_part(folder, ONNX, checksum))
         except OSError as error:
-            raise make_read_error(
-                error,
-                f"exported folder must have {CONFIG} and {ONNX}, got {shorten(error.strerror)} in "
-                f"{folder}. Export again with `python -m nep.export`.",
-            ) from error
+            rule = f"exported folder must have {CONFIG} and {ONNX}"
+            where = f"in {folder}. Export again with `python -m nep.export`."
+            raise make_read_error(error, rule, where) from error
         except (KeyError, TypeError, AttributeError) as error:
             raise ValueError(
                 f"exported folder must be one that nep.export wrote, got {type(error).__name__} "

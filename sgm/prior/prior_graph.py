@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgm.files import make_read_error, parse_json, read_file, write_whole
-from sgm.messages import shorten
 from sgm.prior.household import build_household
 from sgm.prior.prior_check import PARTS, RELATIONS, VERSION, check_prior
 
@@ -216,12 +215,9 @@ def load_prior(source: str | None) -> PriorGraph:
     try:
         return PriorGraph.load(source)
     except OSError as error:
-        raise make_read_error(
-            error,
-            f"prior must be {' or '.join(SHIPPED)}, or a file that can be read, got "
-            f"{shorten(error.strerror)} for {source}. Check the path, or leave it out for the "
-            "default.",
-        ) from error
+        rule = f"prior must be {' or '.join(SHIPPED)}, or a file that can be read"
+        where = f"for {source}. Check the path, or leave it out for the default."
+        raise make_read_error(error, rule, where) from error
 
 
 def find_shipped(checksum: str) -> PriorGraph | None:

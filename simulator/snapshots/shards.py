@@ -44,11 +44,8 @@ def load_shard(path: Path, checksum: str | None = None) -> dict[str, np.ndarray]
             f"shard must exist, got none at {path}. Collect again: finished homes are kept."
         ) from error
     except OSError as error:
-        raise make_read_error(
-            error,
-            f"shard must be a file that can be read, got {shorten(error.strerror)} for {path}. "
-            "Check the folder.",
-        ) from error
+        rule = "shard must be a file that can be read"
+        raise make_read_error(error, rule, f"for {path}. Check the folder.") from error
     found = hashlib.sha256(content).hexdigest()
     if checksum is not None and found != checksum:
         raise ValueError(

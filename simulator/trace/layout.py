@@ -66,11 +66,8 @@ def read_part(what: str, path: Path) -> bytes:
     try:
         return read_file(path)
     except OSError as error:
-        raise make_read_error(
-            error,
-            f"{what} must be a file that can be read, got {shorten(error.strerror)} for {path}. A "
-            "trace is a folder with layout.json and events.csv.",
-        ) from error
+        where = f"for {path}. A trace is a folder with layout.json and events.csv."
+        raise make_read_error(error, f"{what} must be a file that can be read", where) from error
 
 
 def load_layout(path: Path) -> tuple[Layout, datetime | None, float | None]:

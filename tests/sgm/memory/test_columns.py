@@ -15,7 +15,7 @@ from sgm.memory.columns import (
     read_tables,
     write_tables,
 )
-from sgm.memory.storage import FORMAT_VERSION
+from sgm.memory.memory_files import FORMAT_VERSION
 from simulator import SceneGraphMemory, Sighting
 
 BESIDE = Column("beside", default=-1, low=-1, refers_to="furniture", since=FORMAT_VERSION + 1)

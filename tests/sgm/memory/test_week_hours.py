@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sgm.memory.clock import Clock
-from sgm.memory.storage import load_content
+from sgm.memory.memory_files import load_content
 from sgm.memory.week_hours import NUM_WEEK_HOURS, WeekHours, compute_week_hours
 from simulator import SceneGraphMemory, Sighting
 
