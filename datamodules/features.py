@@ -74,8 +74,9 @@ class Feature:
 
     def compute_for(self, rows: Rows) -> np.ndarray | float:
         """Return it for rows, (n,) or (n, width), or one number that stands for all of them."""
-        is_given = isinstance(rows, LayoutRows) and self.layout is not None
-        return self.layout if is_given else self.compute(rows)
+        if isinstance(rows, LayoutRows) and self.layout is not None:
+            return self.layout
+        return self.compute(rows)
 
 
 @dataclass(frozen=True)
@@ -125,14 +126,9 @@ class FeatureConfig:
 
     def __post_init__(self) -> None:
         """Raise ValueError if there is no group of such a name."""
-        known = {**PLACE_GROUP_COLUMNS, **QUESTION_GROUP_COLUMNS}
         object.__setattr__(self, "evidence_without", tuple(self.evidence_without))  # JSON: a list
-        for name in self.evidence_without:
-            if name not in known:
-                raise ValueError(
-                    f"evidence_without must hold some of {', '.join(known)}, got {shorten(name)}. "
-                    "Choose among these."
-                )
+        known = {**PLACE_GROUP_COLUMNS, **QUESTION_GROUP_COLUMNS}
+        _check_names("evidence_without must hold", self.evidence_without, known)
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -163,11 +159,14 @@ def list_columns(table: str, groups: Collection[str]) -> list[tuple[Feature, sli
 def check_groups(groups: Collection[str]) -> None:
     """Raise ValueError unless names are of groups beyond the paper's."""
     known = [name for name in _GROUPS if name not in PAPER_GROUPS]
-    for name in groups:
+    _check_names("groups of features must be", groups, known)
+
+
+def _check_names(rule: str, names: Collection[str], known: Collection[str]) -> None:
+    for name in names:
         if name not in known:
             raise ValueError(
-                f"groups of features must be some of {', '.join(known)}, got {shorten(name)}. "
-                "Choose among these."
+                f"{rule} some of {', '.join(known)}, got {shorten(name)}. Choose among these."
             )
 
 

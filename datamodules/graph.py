@@ -139,14 +139,15 @@ class GraphBuilder:
             ),
             "text": text,
         }
+        tensors: dict[str, Any] = {
+            name: None if values is None else torch.from_numpy(values)
+            for name, values in arrays.items()
+        }
         return Batch(
             node_counts=tuple(np.diff(first_node).tolist()),
             edge_counts=tuple(np.diff(first_edge).tolist()),
             num_snapshots=snapshots.num_snapshots,
-            **{
-                name: None if values is None else torch.from_numpy(values)
-                for name, values in arrays.items()
-            },
+            **tensors,
         )
 
     def _compute(

@@ -96,21 +96,17 @@ class Encoder(nn.Module, ABC):
         """
         cls = type(self)
         class_path = f"{cls.__module__}.{cls.__qualname__}"
-        names = list(inspect.signature(cls).parameters)
-        for name in names:
+        arguments = {}
+        for name in inspect.signature(cls).parameters:
             if not hasattr(self, name):
                 raise ValueError(
                     f"encoder must keep each argument of its constructor under its own name, got "
                     f"no attribute {name} in {class_path}. Write `self.{name} = {name}` in its "
                     "__init__: a checkpoint rebuilds the encoder from these."
                 )
-        return {
-            "class_path": class_path,
-            "init_args": {
-                name: list(value) if isinstance(value := getattr(self, name), tuple) else value
-                for name in names
-            },
-        }
+            value = getattr(self, name)
+            arguments[name] = list(value) if isinstance(value, tuple) else value
+        return {"class_path": class_path, "init_args": arguments}
 
 
 class AlikeConv(nn.Module):
@@ -233,8 +229,7 @@ class DGLEncoder(Encoder):
 def _take_graph(batch: Batch, device: torch.device) -> dgl.DGLGraph:
     """Return the graph of a batch on the device of the network."""
     try:
-        graph = batch.graph
-        return graph if graph.device == device else graph.to(device)
+        return batch.graph.to(device)
     except (dgl.DGLError, LookupError, RuntimeError) as error:
         raise ValueError(
             f"device of an encoder written with DGL must be one that DGL was built for, got "

@@ -31,7 +31,6 @@ class EventPolicy(Policy):
         """Keep the network; it may go on learning, and plays as it is at the next `reset`."""
         self._trained = trained
         self._network: TemporalNetwork | None = None
-        self._stream: EventStream | None = None
 
     @classmethod
     def load(cls, source: str) -> EventPolicy:
@@ -58,25 +57,23 @@ class EventPolicy(Policy):
         network = make_network(trained.name, trained.network.settings)
         load_parameters(network, dict(trained.network.named_parameters()))
         self._network = network.eval().double()
-        self._stream = EventStream(memory.furniture_label, trained.sightings_alone)
-        self._network.reset(self._stream, load_text().vectors(memory.labels))
+        stream = EventStream(memory.furniture_label, trained.sightings_alone)
+        self._network.reset(stream, load_text().vectors(memory.labels))
 
     @torch.no_grad()
     def observe(self, memory: MemoryBatch, change: Change) -> None:
         """Take note of what a look has shown."""
-        network, stream = self._take()
-        stream.know_things(memory.objects["home"], memory.objects["label"])
-        network.note(stream.append(make_events(memory, change), memory.time))
+        network = self._show_things(memory)
+        network.note(network.stream.append(make_events(memory, change), memory.time))
 
     @torch.no_grad()
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits, (Q, F)."""
-        network, stream = self._take()
-        stream.know_things(memory.objects["home"], memory.objects["label"])
+        network = self._show_things(memory)
         logits = network(make_asked(memory, queries)).numpy().round(_DECIMALS)
         return mask_furniture(memory, queries, logits)
 
-    def _take(self) -> tuple[TemporalNetwork, EventStream]:
+    def _show_things(self, memory: MemoryBatch) -> TemporalNetwork:
         assert self._network is not None, "reset comes first"
-        assert self._stream is not None
-        return self._network, self._stream
+        self._network.stream.know_things(memory.objects["home"], memory.objects["label"])
+        return self._network

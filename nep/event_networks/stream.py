@@ -111,36 +111,15 @@ class EventStream:
         self._num_things = np.zeros(self.num_homes, dtype=np.int64)
         self.node_label = np.maximum(furniture_label, 0).ravel().astype(np.int64)
         self.node_number = np.tile(np.arange(self.num_places), self.num_homes)
-        self._size = 0
-        self._ids = np.zeros((2, 1024), dtype=np.int64)
-        self._time = np.zeros(1024, dtype=np.int64)
+        self._ids = np.zeros((3, 1024), dtype=np.int64)
         self._message = np.zeros((1024, MESSAGE_DIM), dtype=np.float32)
+        self._show(0)
         self._latest = np.full((len(self.node_label), NUM_KEPT), -1, dtype=np.int64)
 
     @property
     def num_nodes(self) -> int:
         """Known nodes, N."""
         return len(self.node_label)
-
-    @property
-    def src(self) -> np.ndarray:
-        """Thing of each event, (E,)."""
-        return self._ids[0, : self._size]
-
-    @property
-    def dst(self) -> np.ndarray:
-        """Place of each event, (E,)."""
-        return self._ids[1, : self._size]
-
-    @property
-    def time(self) -> np.ndarray:
-        """Time step of each event, (E,)."""
-        return self._time[: self._size]
-
-    @property
-    def message(self) -> np.ndarray:
-        """What each event says, float32 (E, 4)."""
-        return self._message[: self._size]
 
     def know_things(self, home: np.ndarray, label: np.ndarray) -> None:
         """Take note of new things; rows of all that are known, home and label of each, (O,)."""
@@ -178,22 +157,24 @@ class EventStream:
         """Add events; returns their numbers, of those that are not dropped, (n,)."""
         if self.sightings_alone:
             new = new.take(np.flatnonzero(new.is_seen))
-        count, first = len(new.home), self._size
-        while first + count > self._ids.shape[1]:
+        numbers = len(self.time) + np.arange(len(new.home))
+        size = len(self.time) + len(numbers)
+        while size > len(self._message):
             self._ids = np.concatenate([self._ids, np.zeros_like(self._ids)], axis=1)
-            self._time = np.concatenate([self._time, np.zeros_like(self._time)])
             self._message = np.concatenate([self._message, np.zeros_like(self._message)])
-        rows = slice(first, first + count)
-        self._ids[0, rows] = self.find_things(new.thing)
-        self._ids[1, rows] = new.home.astype(np.int64) * self.num_places + new.furniture
-        self._time[rows] = time
+        things = self.find_things(new.thing)
+        places = new.home.astype(np.int64) * self.num_places + new.furniture
+        self._ids[:, numbers] = things, places, np.full(len(numbers), time)
         columns = [new.is_seen, new.relation, new.coverage, new.confidence]
-        self._message[rows] = np.column_stack(columns)
-        self._size += count
-        numbers = np.arange(first, first + count)
-        self._note_latest(self._ids[0, rows], numbers)
-        self._note_latest(self._ids[1, rows], numbers)
+        self._message[numbers] = np.column_stack(columns)
+        self._show(size)
+        self._note_latest(things, numbers)
+        self._note_latest(places, numbers)
         return numbers
+
+    def _show(self, size: int) -> None:
+        self.src, self.dst, self.time = self._ids[:, :size]
+        self.message = self._message[:size]
 
     def find_latest(self, nodes: np.ndarray, count: int) -> np.ndarray:
         """Return the numbers of the latest K events of nodes, the last one last, -1 for none.
@@ -207,7 +188,7 @@ class EventStream:
 
         Of -1, for no event, it is any node.
         """
-        if not self._size:
+        if not len(self.time):
             return np.zeros_like(events)
         is_thing = nodes >= self.num_homes * self.num_places
         return np.where(is_thing, self.dst[events], self.src[events])

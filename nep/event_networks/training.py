@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from nep.event_networks.episodes import EventEpisode, LookEvents
+from nep.event_networks.episodes import EpisodeQuestions, EventEpisode, LookEvents
 from nep.event_networks.network import TemporalNetwork
 from nep.event_networks.registry import make_network
 from nep.event_networks.stream import EventStream
@@ -64,7 +64,8 @@ def train_network(
         on_epoch: called with the number of epochs that are done.
     """
     optimizer = torch.optim.Adam(network.parameters(), lr=learning_rate)
-    num_steps = sum(_count_questions(episode) for episode in episodes) * epochs
+    everything = [happened for episode in episodes for happened in episode.happened]
+    num_steps = epochs * sum(isinstance(each, EpisodeQuestions) for each in everything)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, max(num_steps, 1))
     for epoch in range(epochs):
         network.train()
@@ -138,10 +139,6 @@ def play_episode(
         else:
             logits = network(happened.asked)
             on_answer(logits, happened.asked.is_place, happened.answers)
-
-
-def _count_questions(episode: EventEpisode) -> int:
-    return sum(not isinstance(happened, LookEvents) for happened in episode.happened)
 
 
 def tune(

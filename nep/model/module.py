@@ -116,11 +116,17 @@ class NEPModule(pl.LightningModule):
         self.playing = playing
         self.predictor = NodeEdgePredictor(encoder, network, reads)
         # The curve of the training metric is binned: an exact one would keep every training edge.
-        train = {"hits_at_1": HitsAtOne(), "auroc": BinaryAUROC(thresholds=200)}
-        val = {"hits_at_1": HitsAtOne(), "auroc": BinaryAUROC()}
-        val["average_precision"] = BinaryAveragePrecision()
-        self.train_metrics = MetricCollection(train, prefix="train/")
-        self.val_metrics = MetricCollection(val, prefix="val/")
+        self.train_metrics = MetricCollection(
+            {"auroc": BinaryAUROC(thresholds=200), "hits_at_1": HitsAtOne()}, prefix="train/"
+        )
+        self.val_metrics = MetricCollection(
+            {
+                "auroc": BinaryAUROC(),
+                "average_precision": BinaryAveragePrecision(),
+                "hits_at_1": HitsAtOne(),
+            },
+            prefix="val/",
+        )
 
     @classmethod
     def load_from_checkpoint(cls, checkpoint_path: Any, *args: Any, **kwargs: Any) -> NEPModule:
