@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -54,7 +54,7 @@ class HomerSummary:
     num_days: int
     num_places: int
     num_objects: int
-    left_out: dict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
+    left_out: dict[str, Counter[str]]
 
     def summarise(self) -> str:
         """Say what was placed and what was not, a line each."""
@@ -177,8 +177,8 @@ def _expect_list(value: Any) -> list[Any]:
 
 
 def _make_day(edges: Any, minutes: Any, num_nodes: int, file: Path) -> _Day:
-    try:
-        edges, minutes = _make_array(edges), _make_array(minutes)
+    try:  # tensors of any type, or lists
+        edges, minutes = (torch.as_tensor(x).to(torch.float64).numpy() for x in (edges, minutes))
         num_minutes = len(minutes)
     except (TypeError, ValueError, RuntimeError) as error:
         raise ValueError(
@@ -192,11 +192,6 @@ def _make_day(edges: Any, minutes: Any, num_nodes: int, file: Path) -> _Day:
             f"{edges.shape} in {file}. Copy it again."
         )
     return _Day(minutes, np.where(edges.any(axis=2), edges.argmax(axis=2), -1))
-
-
-def _make_array(values: Any) -> np.ndarray:
-    """Return tensors of any type, or lists, as numbers."""
-    return torch.as_tensor(values).to(torch.float64).numpy()
 
 
 def _find_movers(days: Sequence[_Day]) -> np.ndarray:
@@ -219,10 +214,10 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
         raise ValueError(
             f"household must hold an object at a place, got none in {folder}. Check it."
         )
-    room_of = {int(node): _find_room(nodes, days[0].parent[0], int(node)) for node in used}
-    summary = HomerSummary(len(days), 0, 0)
+    room_of = {node: _find_room(nodes, days[0].parent[0], node) for node in used.tolist()}
+    left_out: dict[str, Counter[str]] = defaultdict(Counter)
     for outside in [key for key, room in room_of.items() if room < 0]:
-        summary.left_out["in no room"][nodes.names[outside]] += 1
+        left_out["in no room"][nodes.names[outside]] += 1
         del room_of[outside]
     rooms = sorted(set(room_of.values()))
     order = sorted(room_of, key=lambda node: (rooms.index(room_of[node]), node))
@@ -249,15 +244,12 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
     for text, item in zip(texts, objects.tolist(), strict=True):
         events += _list_events(text, nodes.names[item], item, days, places, index, relations)
     events.sort(key=lambda event: event.time_s)
-    summary.num_places = len(order)
-    summary.num_objects = len({event.object for event in events})
-    unseen = set(texts) - {event.object for event in events}
-    summary.left_out["never at a place"].update(sorted(unseen))
-    if not unseen:
-        del summary.left_out["never at a place"]
-    until_s = len(days) * DAY_SECONDS
-    name = folder.resolve().name
-    return Trace(name, layout, tuple(events), start=FIRST_DAY, until_s=until_s), summary
+    placed = {event.object for event in events}
+    if unseen := sorted(set(texts) - placed):
+        left_out["never at a place"].update(unseen)
+    name, until_s = folder.resolve().name, len(days) * DAY_SECONDS
+    trace = Trace(name, layout, tuple(events), start=FIRST_DAY, until_s=until_s)
+    return trace, HomerSummary(len(days), len(order), len(placed), left_out)
 
 
 def _list_events(

@@ -118,12 +118,11 @@ def compute_rows(
     rows = []
     for name, own in scores.items():
         values = own.home_values  # (H,)
-        differences: dict[str, Difference | None] = {}
-        for reference in references:
-            if reference in scores:
-                differences[reference] = (
-                    None if reference == name else compute_difference(own, scores[reference])
-                )
+        differences = {
+            reference: None if reference == name else compute_difference(own, scores[reference])
+            for reference in references
+            if reference in scores
+        }
         gap = None
         if task.metric in BOUNDED and FLOOR in scores and TOP in scores:
             floor, top = (float(scores[other].home_values.mean()) for other in (FLOOR, TOP))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import webbrowser
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
@@ -18,13 +18,14 @@ from sgm.checks import check_at_least
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
-from sgm.prior.prior_graph import PriorGraph, load_prior
+from sgm.prior.prior_graph import load_prior
 from simulator.command_line import add_home_arguments, make_parser, one_line_errors, parse, pick
 from simulator.home_options import SOURCES, HomeOptions
 from simulator.process import run_main
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay
 from simulator.replay.still_memory import StillMemory
+from simulator.replay.story import Story
 from simulator.trace.trace import find_traces
 
 WEEK = "routine"  # a simulated week with people
@@ -68,53 +69,6 @@ def list_options(source: str) -> list[str]:
     return []
 
 
-def open_source(
-    source: str,
-    homes: HomeOptions,
-    steps: int | None = None,
-    number: int = 0,
-    seed: int = 0,
-    robot: str = "bayesian",
-    doors: Sequence[Sequence[Any]] = (),
-) -> Stage:
-    """Open what a page shows: a source as `list_options` takes it, for a week if no steps are said.
-
-    Raises:
-        ValueError: if a file is broken, or a number out of range.
-    """
-    path = Path(source)
-    if source == GRID:
-        from simulator.igridson.replay import record_searches  # an extra
-
-        return _hold(record_searches(steps or GRID_SEARCHES, seed=seed, policy=robot), doors)
-    if source in PLAYED or path.is_dir():
-        made = homes.make()
-        return _hold(
-            record_run(
-                made, steps or made.num_steps or DEFAULT_STEPS, home=number, seed=seed, policy=robot
-            ),
-            doors,
-        )
-    prior = None if homes.prior is None else load_prior(homes.prior)
-    load: Callable[[], Any]
-    if path.suffix == LOG_ENDING:
-        load = lambda: _read_replay(path, prior)  # noqa: E731
-    else:
-        load = lambda: StillMemory(SceneGraphMemory.load(path, prior), path.name)  # noqa: E731
-    return Stage(load, lambda: (path.stat().st_mtime_ns, path.stat().st_size), doors)
-
-
-def _read_replay(path: Path, prior: PriorGraph | None) -> Replay:
-    """Read a log, and make its last memory: a line that cannot be made again is refused now."""
-    story = Replay(read_log(path), path.name, prior=prior)
-    story.memory_at(story.num_steps)
-    return story
-
-
-def _hold(story: Replay, doors: Sequence[Sequence[Any]]) -> Stage:
-    return Stage(lambda: story, doors=doors)
-
-
 @dataclass(frozen=True, slots=True)
 class ViewOptions:
     """What the page shows.
@@ -155,6 +109,39 @@ class ViewOptions:
             check_at_least(1, steps=self.steps)
 
 
+def open_source(source: str, homes: HomeOptions, options: ViewOptions | None = None) -> Stage:
+    """Open what a page shows: a source as `list_options` takes it, for a week if no steps are said.
+
+    Raises:
+        ValueError: if a file is broken, or a number out of range.
+    """
+    options = ViewOptions() if options is None else options
+    path = Path(source)
+    doors: list[Any] = [door.split(",") for door in options.doors]  # read by `Stage`
+    seed, policy = options.seed, options.robot
+    story: Story
+    if source == GRID:
+        from simulator.igridson.replay import record_searches  # an extra
+
+        story = record_searches(options.steps or GRID_SEARCHES, seed=seed, policy=policy)
+        return Stage(lambda: story, doors=doors)
+    if source in PLAYED or path.is_dir():
+        made = homes.make()
+        steps = options.steps or made.num_steps or DEFAULT_STEPS
+        story = record_run(made, steps, home=options.number, seed=seed, policy=policy)
+        return Stage(lambda: story, doors=doors)
+    prior = None if homes.prior is None else load_prior(homes.prior)
+
+    def load() -> Story:
+        if path.suffix != LOG_ENDING:
+            return StillMemory(SceneGraphMemory.load(path, prior), path.name)
+        story = Replay(read_log(path), path.name, prior=prior)
+        story.memory_at(story.num_steps)  # a line that cannot be made again is refused now
+        return story
+
+    return Stage(load, lambda: (path.stat().st_mtime_ns, path.stat().st_size), doors)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
@@ -174,12 +161,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         homes = HomeOptions(**pick(parsed, HomeOptions))
         if source in PLAYED:
             print(f"Playing {source} ...", flush=True)
-        stage = open_source(
-            source, homes, options.steps, options.number, options.seed, options.robot,
-            [door.split(",") for door in options.doors],
-        )  # fmt: skip
-        desk = Desk(stage, judges)
-        asked = options.ask or _list_last_asked(desk)
+        desk = Desk(open_source(source, homes, options), judges)
+        # What was last asked in a run, so that the page does not begin empty.
+        last = [question.description for question in desk.stage.story.questions[-1:]]
+        asked = options.ask or tuple(last)
         if options.save is not None:
             save_page(desk, asked, options.save)
             print(f"Saved {options.save}")
@@ -195,11 +180,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print()
     finally:
         server.server_close()
-
-
-def _list_last_asked(desk: Desk) -> tuple[str, ...]:
-    """Return what was last asked in a run, so that the page does not begin empty."""
-    return tuple(question.description for question in desk.stage.story.questions[-1:])
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import OrderedDict
+from collections.abc import Iterable
 from dataclasses import asdict
 from threading import Lock
 from typing import Any
@@ -11,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from nep.view.page_state import Judges, Stage
-from nep.view.plan_shapes import PlanShapes, make_cone
-from nep.view.routes import list_ways
+from nep.view.plan_shapes import PlanShapes, list_ways, make_cone
 from nep.view.texts import tell_furniture, tell_step
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.finder.ranking import Ranking
@@ -87,7 +87,9 @@ class Desk:
         batch = memory.batch
         edges = batch.edges
         rows = np.flatnonzero(edges["num_true"] > 0)
-        names = self._number_names(memory.descriptions)
+        with self._names_lock:  # a new name gets the next number
+            numbers = [self._names.setdefault(n, len(self._names)) for n in memory.descriptions]
+        names = np.array(numbers, dtype=np.int64)  # (O,)
         return {
             "step": step,
             "time": story.get_time(step),
@@ -199,16 +201,15 @@ class Desk:
                     self._histories.popitem(last=False)
         return tell_history(history, story.step_hours)
 
-    def _number_names(self, names: tuple[str, ...]) -> np.ndarray:
-        """Return the number of each name, (O,); a new one gets the next number."""
-        with self._names_lock:
-            numbers = [self._names.setdefault(name, len(self._names)) for name in names]
-        return np.array(numbers, dtype=np.int64)
-
 
 def tell_history(history: History, step_hours: float) -> dict[str, Any]:
     """Return a history, its times in steps."""
     belief = history.belief
+
+    def list_marks(hours: np.ndarray, places: np.ndarray, what: Iterable[Any]) -> list[list[Any]]:
+        rows = zip(hours.tolist(), places.tolist(), what, strict=True)
+        return [[round(hour / step_hours), place, one] for hour, place, one in rows]
+
     return {
         "words": history.description,
         "places": history.places,
@@ -217,20 +218,8 @@ def tell_history(history: History, step_hours: float) -> dict[str, Any]:
         [[None if np.isnan(p) else round(float(p), 3) for p in row] for row in belief.T],
         "stays": [[place, begin / step_hours, end / step_hours]
                   for place, begin, end in history.list_stays()],
-        "looks": [
-            [round(hour / step_hours), place, int(found)]
-            for hour, place, found in zip(
-                history.look_hour.tolist(), history.look_place.tolist(),
-                history.is_found.tolist(), strict=True,
-            )
-        ],
-        "said": [
-            [round(hour / step_hours), place, by]
-            for hour, place, by in zip(
-                history.said_hour.tolist(), history.said_place.tolist(), history.said_by,
-                strict=True,
-            )
-        ],
+        "looks": list_marks(history.look_hour, history.look_place, map(int, history.is_found)),
+        "said": list_marks(history.said_hour, history.said_place, history.said_by),
     }  # fmt: skip
 
 

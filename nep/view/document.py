@@ -16,7 +16,6 @@ from sgm.files import write_whole
 
 # In the order in which they use each other.
 SCRIPTS = ("time", "source", "viewport", "labels", "map", "history", "panels", "page")
-_FOLDER = "page"  # beside this file
 MOST_FRAMES = 60  # steps of a story
 _MOST_FURNITURE = 200  # whose tables are kept
 
@@ -27,14 +26,12 @@ def make_document(data: Mapping[str, Any]) -> str:
     Its security policy names the style and the script by their checksums: nothing else runs, also
     where a name of a thing would bring it in.
     """
-    style = _read("page.css")
-    script = "".join(_read(f"{name}.js") for name in SCRIPTS)
     # A "<" of a name could end the element that holds the data.
     text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
     body = _read("page.html")
     for name, value in (
         ("policy", escape(make_policy())), ("title", escape(str(data["title"]))),
-        ("style", style), ("script", script), ("data", text),
+        ("style", _read("page.css")), ("script", _read_script()), ("data", text),
     ):  # fmt: skip
         body = body.replace("{{" + name + "}}", value, 1)
     return body
@@ -42,10 +39,9 @@ def make_document(data: Mapping[str, Any]) -> str:
 
 def make_policy() -> str:
     """Return the content security policy of the page."""
-    script = "".join(_read(f"{name}.js") for name in SCRIPTS)
     rules = {
         "default-src": "'none'",
-        "script-src": _sum(script),
+        "script-src": _sum(_read_script()),
         "style-src": _sum(_read("page.css")),
         "connect-src": "'self'",
         "img-src": "data:",
@@ -56,7 +52,11 @@ def make_policy() -> str:
 
 
 def _read(name: str) -> str:
-    return (files("nep.view") / _FOLDER / name).read_text("utf-8")
+    return (files("nep.view") / "page" / name).read_text("utf-8")
+
+
+def _read_script() -> str:
+    return "".join(_read(f"{name}.js") for name in SCRIPTS)
 
 
 def _sum(text: str) -> str:
@@ -74,10 +74,9 @@ def save_page(desk: Desk, asked: Sequence[str], path: Path) -> None:
         OSError: if the file cannot be written.
     """
     story, judge = desk.stage.story, desk.judges.names[0]
-    steps = story.choose_steps(MOST_FRAMES)
     frames: dict[int, Any] = {}
     plans: dict[int, Any] = {}
-    for step in steps:
+    for step in story.choose_steps(MOST_FRAMES):
         state = desk.tell_state(step)
         if state["plan"] not in plans:
             plans[state["plan"]] = desk.tell_plan(step)

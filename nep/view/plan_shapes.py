@@ -1,15 +1,17 @@
-"""What stands where on the map, to scale where that is known, and what a look saw of it."""
+"""What stands where on the map, to scale where that is known; looks at it and ways through it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.sparse.csgraph import csgraph_from_dense, dijkstra
 
 from sgm.layout.furniture import Furniture
-from sgm.layout.outline import compute_edge_distance, contains_points
+from sgm.layout.outline import compute_edge_distance, compute_outline_distance, contains_points
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.drawing.floor_plan import FloorPlan
@@ -21,6 +23,7 @@ _SIDES = (0.4, 1.0)  # metres: least and most of a box around a point
 _RINGS = 12  # around a point, in which a box looks for a free spot
 _IN_ROWS = (0.05, 0.2, 0.9, 0.7)  # of the unit square of furniture that is laid out: its box
 _DIGITS = 3
+_FARTHEST = 1.0  # metres from a door to the rooms that it joins
 
 
 @dataclass(frozen=True)
@@ -264,3 +267,40 @@ def find_outer_corners(stand: np.ndarray, corners: np.ndarray) -> np.ndarray:
     side = ahead[0] * offset[:, 1] - ahead[1] * offset[:, 0]
     angle = np.arctan2(side, offset @ ahead)
     return np.asarray(corners[[angle.argmin(), angle.argmax()]])
+
+
+def list_ways(shapes: PlanShapes, stops: Sequence[int]) -> list[list[list[float]]]:
+    """Return the doors on the way from each of some places to the next, (x, y) of each.
+
+    Where doors join the rooms of two places, these are those of the shortest way; else there are
+    none, and the way is drawn straight.
+    """
+    joined = _join_rooms(shapes)
+    return [_round(_go(shapes, joined, start, end)) for start, end in pairwise(stops)]
+
+
+def _join_rooms(shapes: PlanShapes) -> list[set[int]]:
+    """Return the rooms that each door leads to: up to two, the nearest ones."""
+    outlines = [tuple(map(tuple, corners.tolist())) for corners in shapes.room_outlines]
+    distances = [compute_outline_distance(own, shapes.doors) for own in outlines]
+    away = np.array(distances).reshape(len(outlines), len(shapes.doors))
+    near = np.argsort(away, axis=0, kind="stable")[:2]
+    return [set(near[away[near[:, door], door] <= _FARTHEST, door]) for door in range(len(near.T))]
+
+
+def _go(shapes: PlanShapes, joined: Sequence[set[int]], start: int, end: int) -> np.ndarray:
+    """Return the doors on the shortest way between two furniture nodes, (n, 2)."""
+    rooms = shapes.furniture_room
+    own = [{rooms[start]}, {rooms[end]}, *joined]  # of the two ends, and of each door
+    shares = np.array([[bool(one & other) for other in own] for one in own])
+    if shares[0, 1]:
+        return np.zeros((0, 2))
+    points = np.concatenate([shapes.middles[[start, end]], shapes.doors])
+    length = np.linalg.norm(points[:, None] - points, axis=-1)
+    graph = csgraph_from_dense(np.where(shares, length, np.inf), null_value=np.inf)
+    _, before = dijkstra(graph, indices=0, return_predecessors=True)
+    way, at = [], before[1]
+    while at > 0:  # negative: there is no way
+        way.append(at)
+        at = before[at]
+    return points[way[::-1]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
@@ -35,8 +36,8 @@ def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
         for one in story.questions
         if one.step == step
     ]
-    first = bisect_left(story.looks, step, key=_get_step)
-    end = bisect_right(story.looks, step, key=_get_step)
+    first = bisect_left(story.looks, step, key=attrgetter("step"))
+    end = bisect_right(story.looks, step, key=attrgetter("step"))
     said = [one for one in story.statements if one.step == step]
     for number in range(first, end + 1):
         while said and (said[0].num_looks <= number or number == end):
@@ -111,10 +112,6 @@ def _tell_gone(story: Story, memory: SceneGraphMemory, node: int, edge: int) -> 
     if any(said.step == since and number in own for said, number in spoken_of):
         return "said to be elsewhere"
     return "missing at the last look"
-
-
-def _get_step(look: PastLook) -> int:
-    return look.step
 
 
 def _tell_look(look: PastLook) -> str:

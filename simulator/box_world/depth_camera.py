@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sgm.eyes.camera import Intrinsics, Pose
-from simulator.box_world.ray_kernel import cast_rays
-from simulator.box_world.solids import Solids
+from simulator.box_world.ray_kernel import Solids, cast_rays
 
 
 def make_intrinsics(width: int = 160, height: int = 128, view: float = 75.0) -> Intrinsics:

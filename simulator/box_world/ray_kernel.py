@@ -1,16 +1,61 @@
-"""Rays through boxes: depth images, and which points are hidden."""
+"""Rays through boxes of matter: depth images, and which points are hidden."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from sgm.kernel import kernel
-from simulator.box_world.solids import Solids
+from sgm.layout.box import Box
 
 _NEAR = 0.02  # metres in front of the camera, where nothing is seen
 _FLAT = 1e-30  # a direction that stands for 0
+
+
+class Solids(NamedTuple):
+    """B upright boxes of matter, as compiled functions read them.
+
+    Attributes:
+        center: x, y, z of the middles, (B, 3).
+        half: half of length, width and height, (B, 3).
+        turn: cosine and sine of the yaw, (B, 2).
+        owner: which thing each belongs to, int32 (B,).
+    """
+
+    center: np.ndarray
+    half: np.ndarray
+    turn: np.ndarray
+    owner: np.ndarray
+
+    @classmethod
+    def of_boxes(cls, boxes: Sequence[Box], owner: int) -> Solids:
+        """Return the boxes of one owner."""
+        rows = [[*box.center, *box.size, math.cos(box.yaw), math.sin(box.yaw)] for box in boxes]
+        numbers = np.array(rows, dtype=float).reshape(-1, 8)
+        return cls(
+            np.ascontiguousarray(numbers[:, :3]),
+            np.ascontiguousarray(numbers[:, 3:6] / 2),
+            np.ascontiguousarray(numbers[:, 6:]),
+            np.full(len(rows), owner, dtype=np.int32),
+        )
+
+    @classmethod
+    def join(cls, parts: Sequence[Solids]) -> Solids:
+        """Return all boxes of some."""
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def select_between(self, position: np.ndarray, points: np.ndarray) -> Solids:
+        """Return the boxes that may lie between a position (3,) and any of the points (n, 3)."""
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2
+        reach = np.linalg.norm(points - middle, axis=1).max()
+        along, offset = middle - position, self.center - position
+        share = np.clip(offset @ along / max(float(along @ along), 1e-12), 0, 1)
+        away = np.linalg.norm(offset - share[:, None] * along, axis=1)
+        rows = np.flatnonzero(away <= reach + np.linalg.norm(self.half, axis=1))
+        return Solids(*(column[rows] for column in self))
 
 
 @kernel

@@ -1,10 +1,13 @@
-"""How large furniture and things are: two tables, by what they are called."""
+"""How large furniture and things are, by what they are called, and the boxes of furniture."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
+
+from sgm.layout.box import Box
 from sgm.names.words import read_words
 from sgm.prior.household import read_table
 
@@ -77,3 +80,56 @@ def _load_things() -> dict[str, tuple[float, float, float]]:
         for row in read_table("simulator.box_world", "thing_sizes.csv")
         for words in row["words"].split("|")
     }
+
+
+def list_parts(box: Box, shape: str, is_open: bool = False) -> list[Box]:
+    """Return the boxes of matter that furniture consists of.
+
+    Args:
+        box: around all of it.
+        shape: one of `SHAPES`.
+        is_open: whether its door is open; it then stands where no ray goes.
+    """
+    length, width, height = box.size
+    board = min(0.02, height / 4)
+    if shape == "solid":
+        return [box]
+    if shape == "table":
+        top = _cut(box, (0, 0, height / 2 - 0.02), (length, width, 0.04))
+        at_x, at_y = length / 2 - 0.03, width / 2 - 0.03
+        legs = [
+            _cut(box, (x, y, -0.02), (0.05, 0.05, height - 0.04))
+            for x in (-at_x, at_x)
+            for y in (-at_y, at_y)
+        ]
+        return [top, *legs]
+    half = height / 2 - board / 2
+    bottom = _cut(box, (0, 0, -half), (length, width, board))
+    back = _cut(box, (-length / 2 + board / 2, 0, 0), (board, width, height))
+    left = _cut(box, (0, width / 2 - board / 2, 0), (length, board, height))
+    right = _cut(box, (0, -width / 2 + board / 2, 0), (length, board, height))
+    front = _cut(box, (length / 2 - board / 2, 0, 0), (board, width, height))
+    walls = [bottom, back, left, right]
+    if shape == "basin":
+        return [*walls, front]
+    top = _cut(box, (0, 0, half), (length, width, board))
+    boards = [
+        _cut(box, (-0.02, 0, z - board / 2), (length - 0.06, width - 2 * board, board))
+        for z in list_levels(height)[1:]
+    ]
+    doors = [front] if shape == "doors" and not is_open else []
+    return [*walls, top, *boards, *doors]
+
+
+def list_levels(height: float) -> list[float]:
+    """Return where things stand in furniture with boards, from its middle; the lowest first."""
+    board = 0.02
+    num = max(round((height - 2 * board) / 0.38), 1)
+    space = (height - 2 * board) / num
+    return [-height / 2 + board + row * space for row in range(num)]
+
+
+def _cut(box: Box, offset: tuple[float, float, float], size: tuple[float, float, float]) -> Box:
+    """Return a part of a box, by its middle and sides in the box's own axes."""
+    center = box.to_map(np.array(offset, dtype=float))
+    return Box(tuple(center.tolist()), size, box.yaw)

@@ -10,8 +10,7 @@ from sgm.eyes.camera import Pose
 from sgm.layout.box import ABOVE_TOP, Box
 from sgm.memory.sighting import RELATIONS
 from simulator.box_world.depth_camera import DepthCamera
-from simulator.box_world.ray_kernel import find_hidden
-from simulator.box_world.solids import Solids
+from simulator.box_world.ray_kernel import Solids, find_hidden
 from simulator.box_world.world import BoxWorld
 
 _TOUCHING = 0.005  # metres: points on the surface of other furniture count

@@ -78,20 +78,17 @@ def draw_history(axes: Axes, history: History) -> Axes:
             label="truly there" if number == 0 else None, zorder=2,
         )  # fmt: skip
     found = np.asarray(history.is_found, dtype=bool)
-    for name, rows, marker, colour in (
-        ("look that saw it", found, "o", SEEN),
-        ("look that did not", ~found, "x", MISSING),
+    at, where = history.look_hour, history.look_place
+    for name, hours, places, marker, colour in (
+        ("look that saw it", at[found], where[found], "o", SEEN),
+        ("look that did not", at[~found], where[~found], "x", MISSING),
+        ("said to be there", history.said_hour, history.said_place, "D", SAID),
     ):
-        if rows.any():
+        if len(hours):
             axes.scatter(
-                history.look_hour[rows], history.look_place[rows] + 0.25, label=name, s=22,
-                marker=marker, color=colour, linewidths=1.2, zorder=3,
+                hours, places + 0.25, label=name, s=22, marker=marker, color=colour,
+                linewidths=1.2, zorder=3,
             )  # fmt: skip
-    if len(history.said_by):
-        axes.scatter(
-            history.said_hour, history.said_place + 0.25, label="said to be there", s=22,
-            marker="D", color=SAID, linewidths=1.2, zorder=3,
-        )  # fmt: skip
     axes.set_yticks(np.arange(num_places), history.places)
     axes.set_ylim(max(num_places, 1) - 0.5, -0.5)
     axes.set_xlabel(history.unit)

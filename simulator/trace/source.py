@@ -69,7 +69,7 @@ class RecordedSource(HomeSource):
         check_step_seconds(step_seconds)
         traces = [load_trace(folder) for folder in find_traces(folders)]
         self._folders = tuple(str(Path(folder).absolute()) for folder in folders)
-        self._prepare(traces, prior, home, step_seconds, by_day, replays)
+        self._prepare(traces, prior, home, (step_seconds, by_day, replays))
 
     @classmethod
     def from_traces(
@@ -85,7 +85,7 @@ class RecordedSource(HomeSource):
         check_step_seconds(step_seconds)
         source = cls.__new__(cls)
         source._folders = ()
-        source._prepare(traces, prior, home, step_seconds, by_day, replays)
+        source._prepare(traces, prior, home, (step_seconds, by_day, replays))
         return source
 
     def _prepare(
@@ -93,13 +93,11 @@ class RecordedSource(HomeSource):
         traces: Sequence[Trace],
         prior: PriorGraph | None,
         home: HomeConfig | None,
-        step_seconds: float | None,
-        by_day: bool,
-        replays: int,
+        options: tuple[float | None, bool, int],
     ) -> None:
         super().__init__(prior, home)
+        self._options = step_seconds, by_day, replays = options
         check_at_least(1, replays=replays)
-        self._options = (step_seconds, by_day, replays)
         self.traces = list(traces)
         self._types = RecordedTypes(self.prior, traces)
         self.episodes: list[Episode] = []
@@ -108,10 +106,8 @@ class RecordedSource(HomeSource):
         for trace in traces:
             seconds = _choose_step(trace, step_seconds)
             whole = make_episode(trace, seconds)
-            episodes = [whole]
-            if by_day:
-                episodes, left_out = split_days(trace, seconds)
-                self._left_out += left_out
+            episodes, left_out = split_days(trace, seconds) if by_day else ([whole], [])
+            self._left_out += left_out
             self.episodes += episodes * replays
             self._configs += [make_rules(whole, self.home)] * len(episodes) * replays
 

@@ -249,10 +249,7 @@ def find_traces(folders: Sequence[str | Path]) -> list[Path]:
     """
     found = []
     for folder in map(Path, folders):
-        if (folder / LAYOUT_FILE).exists():
-            found.append(folder)
-            continue
-        inside = _find_inside(folder) if folder.is_dir() else []
+        inside = [folder] if (folder / LAYOUT_FILE).exists() else _find_inside(folder)
         if not inside:
             raise ValueError(
                 f"trace must be a folder with {LAYOUT_FILE} and {EVENTS_FILE}, or one of such "
@@ -263,7 +260,9 @@ def find_traces(folders: Sequence[str | Path]) -> list[Path]:
 
 
 def _find_inside(folder: Path) -> list[Path]:
-    """List the folders of traces in a folder, in order of name."""
+    """List the folders of traces in a folder, in order of name; none if it is no folder."""
+    if not folder.is_dir():
+        return []
     with os.scandir(folder) as entries:
         names = sorted(entry.name for entry in islice(entries, _MOST_ENTRIES + 1))
     if len(names) > _MOST_ENTRIES:

@@ -112,6 +112,7 @@ class _GraphReader:
         objects = []
         for node in self._list_nodes(self._layers.OBJECTS):
             label = self._find_label(node, self._layers.OBJECTS)
+            own: bool | None = node.attributes.metadata.get().get(FURNITURE)
             if label is None:
                 number = node.attributes.semantic_label
                 if number == node.attributes.NO_SEMANTIC_LABEL:
@@ -119,7 +120,7 @@ class _GraphReader:
                 else:
                     reason = "no name for the number of its label (give --labels)"
                     self.builder.leave_out(reason, str(number))
-            elif self._is_furniture(node, label):
+            elif self.builder.is_furniture(label) if own is None else own:
                 self._add_furniture(node, label)
             else:
                 objects.append((node, label))
@@ -227,7 +228,8 @@ class _GraphReader:
             for name in edge:
                 here = self._graph.get_node(name)
                 links = set(here.parents())
-                if not climbs_only and here.layer.layer == self._object_layer:
+                layer = self._graph.get_layer_key(self._layers.OBJECTS).layer
+                if not climbs_only and here.layer.layer == layer:
                     links |= set(here.siblings())
                 following += sorted(links - reached)
                 reached |= links
@@ -236,10 +238,6 @@ class _GraphReader:
                 return min(hits, key=lambda name: self._compute_distance(node, name)), num_links
             edge = [name for name in following if name not in self._rooms]
         return None
-
-    @property
-    def _object_layer(self) -> int:
-        return int(self._graph.get_layer_key(self._layers.OBJECTS).layer)
 
     def _compute_distance(self, node: Any, other: int) -> float:
         """Metres from the position of a node to the extents of another one, 0 inside."""
@@ -258,10 +256,6 @@ class _GraphReader:
                 points = np.asarray(box.corners(), dtype=float)  # (8, 3); it may be rotated
             self._extents[node.id.value] = np.stack([points.min(axis=0), points.max(axis=0)])
             yield node
-
-    def _is_furniture(self, node: Any, label: str) -> bool:
-        own: bool | None = node.attributes.metadata.get().get(FURNITURE)
-        return self.builder.is_furniture(label) if own is None else own
 
     def _find_label(self, node: Any, layer: str) -> str | None:
         """What a node is: by its semantic label, else by its name."""

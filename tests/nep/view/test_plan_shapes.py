@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from nep.view.page_state import Stage
-from nep.view.plan_shapes import PlanShapes, find_outer_corners, make_cone
-from nep.view.routes import list_ways
+from nep.view.plan_shapes import PlanShapes, find_outer_corners, list_ways, make_cone
 from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint
 from simulator import SceneGraphMemory

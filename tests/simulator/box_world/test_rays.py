@@ -4,8 +4,8 @@ import pytest
 from sgm.eyes.camera import Pose
 from sgm.layout.box import Box
 from simulator.box_world.depth_camera import DepthCamera, make_intrinsics
-from simulator.box_world.ray_kernel import find_hidden
-from simulator.box_world.solids import Solids, list_levels, list_parts
+from simulator.box_world.ray_kernel import Solids, find_hidden
+from simulator.box_world.sizes import list_levels, list_parts
 
 
 @pytest.fixture

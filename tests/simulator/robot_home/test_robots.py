@@ -5,8 +5,8 @@ from sgm.finder.finder import Finder
 from sgm.layout.box import Box
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.floor import ROBOT_RADIUS
+from simulator.box_world.ray_kernel import Solids
 from simulator.box_world.robot_body import BodyRules, RobotBody
-from simulator.box_world.solids import Solids
 from simulator.robot_home.robots import PerfectRobot, SeeingRobot, ShownRobot, make_memory
 from simulator.robot_home.week import Week, WeekRules
 
