@@ -238,7 +238,10 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
         ),
     )
     index = {node: number for number, node in enumerate(order)}
-    relations = [_find_relation(label) for label in labels]
+    known = load_types().furniture  # the source does not tell "in" from "on": the usual relation
+    relations = [
+        RELATIONS.index(known[label].relation if label in known else "onTop") for label in labels
+    ]
     texts = number_names([nodes.names[node] for node in objects])
     events = []
     for text, item in zip(texts, objects.tolist(), strict=True):
@@ -293,9 +296,3 @@ def _find_room(nodes: _Nodes, parent: np.ndarray, node: int) -> int:
             return node
         node = int(parent[node])
     return -1
-
-
-def _find_relation(label: str) -> int:
-    """Return the usual relation of furniture: the source does not tell "in" from "on"."""
-    known = load_types().furniture.get(label)
-    return RELATIONS.index("onTop" if known is None else known.relation)

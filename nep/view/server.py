@@ -71,15 +71,12 @@ def read_request(content: bytes, desk: Desk) -> tuple[str, dict[str, Any]]:
     names = CALLS[call][0]
     if body.keys() != {"call", *names}:
         raise _refuse(f"arguments of {call}", f"be {', '.join(names) or 'none'}", sorted(body))
-    return call, {name: _read(name, body[name], desk) for name in names}
-
-
-def _read(name: str, value: Any, desk: Desk) -> Any:
     rules = {"words": TEXT, "judge": make_choice_rule(*desk.judges.names)}
-    rule = rules.get(name, _NUMBER)
-    if rule.convert(name, value) is None:
-        raise _refuse(name, rule.must, value)
-    return value
+    for name in names:
+        rule = rules.get(name, _NUMBER)
+        if rule.convert(name, body[name]) is None:
+            raise _refuse(name, rule.must, body[name])
+    return call, {name: body[name] for name in names}
 
 
 def _refuse(what: str, rule: str, value: object) -> ValueError:

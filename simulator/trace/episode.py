@@ -103,7 +103,7 @@ def make_episode(
             break
         resolver.play(now, list(events))
         steps.append(now)
-        counts.append(resolver.num_present)
+        counts.append(len(resolver.place))
     rows = np.array(resolver.rows, dtype=np.int64).reshape(-1, 6)
     step, slot, place, description, is_move, is_new = rows.T
     num_present = np.repeat(counts, np.diff([*steps, num_steps + 1]))[1:]
@@ -200,37 +200,33 @@ class _Resolver:
     lowest free ones, as in the simulator.
 
     Attributes:
+        place: of every object that is there now.
         descriptions: number of each that came up.
         rows: columns of `Episode`.
     """
 
     def __init__(self, trace: Trace) -> None:
         self._rooms = [row.room for row in trace.layout.furniture.values()]
-        self._place: dict[str, int] = {}  # of every object that is there
+        self.place: dict[str, int] = {}
         self._slot: dict[str, int] = {}
         self._free = list(range(trace.num_slots))
         self.descriptions: dict[str, int] = {}
         self.rows: list[tuple[int, int, int, int, bool, bool]] = []
         self.crosses_rooms = False
 
-    @property
-    def num_present(self) -> int:
-        """Objects that are there now."""
-        return len(self._place)
-
     def play(self, step: int, events: Sequence[Event]) -> None:
         """Apply all events of a step at once."""
         last = {event.object: event for event in events}
         emptied: set[int] = set()
         filled: dict[int, tuple[int, int, bool, bool]] = {}
-        for name in [n for n, e in last.items() if e.furniture == GONE and n in self._place]:
+        for name in [n for n, e in last.items() if e.furniture == GONE and n in self.place]:
             slot = self._slot.pop(name)
-            del self._place[name]
+            del self.place[name]
             heapq.heappush(self._free, slot)
             emptied.add(slot)
         for name, event in last.items():
             place = event.furniture * NUM_RELATIONS + event.relation
-            before = self._place.get(name)
+            before = self.place.get(name)
             if event.furniture == GONE or before == place:
                 continue
             is_move = False
@@ -241,7 +237,7 @@ class _Resolver:
                 is_move = came_from != event.furniture
                 self.crosses_rooms |= self._rooms[came_from] != self._rooms[event.furniture]
             number = self.descriptions.setdefault(event.description, len(self.descriptions))
-            self._place[name] = place
+            self.place[name] = place
             filled[self._slot[name]] = (place, number, is_move, before is None)
         for slot in sorted(emptied - filled.keys()):
             self.rows.append((step, slot, -1, 0, False, False))

@@ -71,7 +71,8 @@ def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
         ValueError: if nothing was seen, or a line names a room or furniture that there is not.
     """
     clocks = [line.values["clock"] for line in lines if line.kind == "start"]
-    reader = _LogReader(min(filter(None, clocks), key=lambda clock: clock.start, default=None))
+    starts = (clock.start for clock in clocks if clock is not None)
+    reader = _LogReader(min(starts, default=None))
     for line in lines:
         try:
             reader.read(line)
@@ -138,12 +139,18 @@ def _cut(trace: Trace, name: str, begin_s: float, end_s: float) -> Trace:
 
 
 class _LogReader:
-    """Follows the layout through a log, and gathers the looks."""
+    """Follows the layout through a log, and gathers the looks.
 
-    def __init__(self, clock: Clock | None) -> None:
+    Attributes:
+        start: date and time of time 0, when the step 0 of the earliest clock was; None if unknown.
+        looks: in the order of the log.
+        descriptions: of things, as first written.
+    """
+
+    def __init__(self, start: datetime | None) -> None:
+        self.start = start
         self.looks: list[LoggedLook] = []
-        self.descriptions: dict[Name, str] = {}  # as first written
-        self._clock = clock  # the earliest; the trace begins when its step 0 was
+        self.descriptions: dict[Name, str] = {}
         self._step_seconds = DEFAULT_STEP_SECONDS
         self._shift_s = 0.0  # of the memory's step 0
         self._time_s = 0.0
@@ -199,11 +206,6 @@ class _LogReader:
             relation = RELATIONS.index(read_relation(values["relation"]))
             self._add_look(place, 0.0, {name: [relation]})
 
-    @property
-    def start(self) -> datetime | None:
-        """Date and time of time 0; None if it is unknown."""
-        return None if self._clock is None else self._clock.start
-
     def make_layout(self) -> Layout:
         """Return rooms and furniture; those of one label are numbered."""
         rooms = [read_words("label", label) for label in self._room_labels]
@@ -221,8 +223,8 @@ class _LogReader:
         """Go on with another memory of the home; what has the same number and name is the same."""
         clock: Clock | None = line.values["clock"]
         self._step_seconds = DEFAULT_STEP_SECONDS if clock is None else clock.step_seconds
-        if clock is not None and self._clock is not None:
-            self._shift_s = (clock.start - self._clock.start).total_seconds()
+        if clock is not None and self.start is not None:
+            self._shift_s = (clock.start - self.start).total_seconds()
         elif self._shift_s + line.time * self._step_seconds < self._time_s:
             # a new memory, an unknown time later: one step
             self._shift_s = self._time_s + self._step_seconds * (1 - line.time)

@@ -127,7 +127,9 @@ def make_layout_json(layout: Layout, start: datetime | None, until_s: float | No
 
 def _read_layout(data: Any) -> tuple[Layout, datetime | None, float | None]:
     if not isinstance(data, Mapping):
-        raise ValueError(f"layout must be a JSON object, got {_shorten(data)}. See docs/traces.md.")
+        raise ValueError(
+            f"layout must be a JSON object, got {shorten(data, 60)}. See docs/traces.md."
+        )
     if data.get("version", LAYOUT_VERSION) != LAYOUT_VERSION:
         raise ValueError(
             f"version must be {LAYOUT_VERSION}, got {shorten(data['version'])}. Install the "
@@ -183,19 +185,19 @@ def _read_box(where: str, row: Any) -> Box | None:
     entry = _check_row(where, row, _BOX_FIELDS)
     for name in ("center", "size"):
         if name not in entry:
-            raise ValueError(f"{where} must have the field {name}, got {_shorten(row)}. Add it.")
+            raise ValueError(f"{where} must have the field {name}, got {shorten(row, 60)}. Add it.")
     return Box(**entry)
 
 
 def _check_list(what: str, rows: Any) -> list[Any]:
     if not isinstance(rows, list) or not rows:
-        raise ValueError(f"{what} must be a list with entries, got {_shorten(rows)}. Add some.")
+        raise ValueError(f"{what} must be a list with entries, got {shorten(rows, 60)}. Add some.")
     return rows
 
 
 def _check_row(where: str, row: Any, fields: tuple[str, ...]) -> Mapping[str, Any]:
     if not isinstance(row, Mapping):
-        raise ValueError(f"{where} must be a JSON object, got {_shorten(row)}. Name its fields.")
+        raise ValueError(f"{where} must be a JSON object, got {shorten(row, 60)}. Name its fields.")
     _check_fields(where, row, fields)
     return row
 
@@ -220,7 +222,3 @@ def _read_name(what: str, name: Any, seen: set[str]) -> str:
 
 def _read_label(what: str, label: Any, name: str) -> str:
     return get_label(name) if label is None else read_words(what, label)
-
-
-def _shorten(value: Any) -> str:
-    return shorten(value, 60)

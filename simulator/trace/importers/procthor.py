@@ -182,44 +182,35 @@ class _HouseReader:
             label = load_names("procthor").find_room(kind) or _split_words(kind)
             self._room_index[number] = self.builder.add_room(label)
         for item in house["objects"]:
-            self._read_top(item)
+            self._read_item(item)
 
-    def _read_top(self, item: Any) -> None:
-        """Read what stands in a room."""
+    def _read_item(
+        self, item: Any, room: int = -1, furniture: int | None = None, is_nested: bool = False
+    ) -> None:
+        """Read what stands in a room, or lies on furniture there, or on another object."""
         names = _find_names(item)
         if names is None:
             self.builder.leave_out("no type in id, assetId or objectType", shorten(item, 40))
             return
-        furniture, label = names
         children = _list_children(item)
-        if not children and not self.builder.is_furniture(furniture):
-            self.builder.leave_out("not on furniture", label)
-            return
-        number = self._rooms.find(item)
-        if number is None:
-            self.builder.leave_out("in no room of the house", furniture)
-            for child in children:
-                names = _find_names(child)
-                self.builder.leave_out("on furniture in no room", names[1] if names else "?")
-            return
-        room = self._room_index[number]
-        index = self.builder.add_furniture(furniture, room)
-        for child in children:
-            self._read_child(child, index, room, is_nested=False)
-
-    def _read_child(self, item: Any, furniture: int, room: int, *, is_nested: bool) -> None:
-        """Read what lies on furniture, or on another object there."""
-        names = _find_names(item)
-        if names is None:
-            self.builder.leave_out("no type in id, assetId or objectType", shorten(item, 40))
-            return
-        is_furniture = self.builder.is_furniture(names[0])
-        if is_furniture:
-            furniture = self.builder.add_furniture(names[0], room)
+        if furniture is None:
+            if not children and not self.builder.is_furniture(names[0]):
+                self.builder.leave_out("not on furniture", names[1])
+                return
+            number = self._rooms.find(item)
+            if number is None:
+                self.builder.leave_out("in no room of the house", names[0])
+                for child in map(_find_names, children):
+                    self.builder.leave_out("on furniture in no room", child[1] if child else "?")
+                return
+            room = self._room_index[number]
+        if furniture is None or self.builder.is_furniture(names[0]):
+            furniture, is_nested = self.builder.add_furniture(names[0], room), False
         else:
             self.builder.add_object(names[1], furniture, is_nested=is_nested)
-        for child in _list_children(item):
-            self._read_child(child, furniture, room, is_nested=not is_furniture)
+            is_nested = True
+        for child in children:
+            self._read_item(child, room, furniture, is_nested)
 
 
 def _find_names(item: Any) -> tuple[str, str] | None:
