@@ -223,19 +223,16 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
     order = sorted(room_of, key=lambda node: (rooms.index(room_of[node]), node))
     room_names = number_names([nodes.names[room] for room in rooms])
     labels = ["floor" if nodes.is_room[node] else nodes.names[node] for node in order]
-    names = [
-        f"{room_names[rooms.index(room_of[node])]} floor" if nodes.is_room[node] else None
-        for node in order
-    ]
-    others = iter(
-        number_names([label for label, name in zip(labels, names, strict=True) if not name])
+    in_room = [rooms.index(room_of[node]) for node in order]
+    names = number_names(
+        [
+            f"{room_names[room]} floor" if nodes.is_room[node] else nodes.names[node]
+            for node, room in zip(order, in_room, strict=True)
+        ]
     )
     layout = Layout.of(
-        (Room(nodes.names[room], name) for name, room in zip(room_names, rooms, strict=True)),
-        (
-            Furniture(label, rooms.index(room_of[node]), label, name or next(others))
-            for node, name, label in zip(order, names, labels, strict=True)
-        ),
+        map(Room, (nodes.names[room] for room in rooms), room_names),
+        map(Furniture, labels, in_room, labels, names),
     )
     index = {node: number for number, node in enumerate(order)}
     known = load_types().furniture  # the source does not tell "in" from "on": the usual relation

@@ -248,16 +248,14 @@ def make_csv(
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     differences = [f"minus_{name}{part}" for name in REFERENCES for part in ("", "_low", "_high")]
-    writer.writerow(
-        [key, "policy", "mean", "std", *differences, "gap_closed", *METRICS, *(more or {})]
-    )
+    names = [*METRICS, *(more or {})]
+    writer.writerow([key, "policy", "mean", "std", *differences, "gap_closed", *names])
     for task, rows in tables.items():
         for row in rows:
             numbers: list[float | None] = [row.mean, row.std]
             for name in REFERENCES:
                 delta = row.differences.get(name)
                 numbers += [delta.mean, delta.low, delta.high] if delta else [None] * 3
-            names = [*METRICS, *(more or {})]
             numbers += [row.gap_closed, *(row.metrics[name] for name in names)]
             cells = [None if x is None or math.isnan(x) else x for x in numbers]
             writer.writerow([task, row.policy, *cells])

@@ -31,7 +31,7 @@ _SPELLED = dict(zip(RELATIONS, ("inside", "on top"), strict=True))
 
 
 class Desk:
-    """Answers about a stage."""
+    """Answers about a stage; what takes a step raises ValueError where the story has none such."""
 
     def __init__(self, stage: Stage, judges: Judges) -> None:
         """Answer about a stage."""
@@ -68,19 +68,11 @@ class Desk:
             return list(self._names)[since:]
 
     def tell_plan(self, step: int) -> dict[str, Any]:
-        """Return rooms, furniture and doors at a step.
-
-        Raises:
-            ValueError: if the story has no such step.
-        """
+        """Return rooms, furniture and doors at a step."""
         return self.stage.get_shapes(step).to_json()
 
     def tell_state(self, step: int) -> dict[str, Any]:
-        """Return what is remembered at a step: things, looks, and what happened.
-
-        Raises:
-            ValueError: if the story has no such step.
-        """
+        """Return what is remembered at a step: things, looks, and what happened."""
         story = self.stage.story
         memory = story.memory_at(step)
         plan, shapes = self.stage.get_plan(step, story)
@@ -112,9 +104,6 @@ class Desk:
 
         Returns:
             The ranking and a search plan; `problem` alone where the words are no name.
-
-        Raises:
-            ValueError: if the story has no such step.
         """
         story = self.stage.story
         memory = story.memory_at(step)
@@ -151,11 +140,7 @@ class Desk:
         }  # fmt: skip
 
     def tell_furniture(self, step: int, furniture: int) -> list[dict[str, Any]]:
-        """Return what was seen at a furniture node by a step, as tables; none if it is unknown.
-
-        Raises:
-            ValueError: if the story has no such step.
-        """
+        """Return what was seen at a furniture node by a step, as tables; none if it is unknown."""
         story = self.stage.story
         memory = story.memory_at(step)
         if furniture not in memory.furniture_ids:
@@ -163,11 +148,7 @@ class Desk:
         return [asdict(table) for table in tell_furniture(story, memory, furniture)]
 
     def tell_changes(self, step: int) -> dict[str, Any]:
-        """Return what has changed by a step, `memory.changes`, the latest first.
-
-        Raises:
-            ValueError: if the story has no such step.
-        """
+        """Return what has changed by a step, `memory.changes`, the latest first."""
         memory = self.stage.story.memory_at(step)
         changes = memory.changes(0)
         known = set(memory.furniture_ids)

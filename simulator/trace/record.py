@@ -133,9 +133,6 @@ def _describe_layout(homes: SampledHomes, home: int) -> Layout:
     labels = homes.furniture_labels[home, homes.is_furniture[home]].tolist()
     room, code = homes.furniture_room[home].tolist(), homes.furniture_code[home].tolist()
     describe = homes.furniture_descriptions.text
-    furniture = [
-        Furniture(label, room[index], describe(code[index]), name)
-        for index, (label, name) in enumerate(zip(labels, number_names(labels), strict=True))
-    ]
+    furniture = map(Furniture, labels, room, map(describe, code), number_names(labels))
     rooms = homes.configs[home].rooms
     return Layout.of(map(Room, rooms, number_names(rooms)), furniture)
