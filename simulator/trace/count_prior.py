@@ -166,15 +166,11 @@ def _count_home(
                episode.is_move, episode.is_new)  # fmt: skip
     rows = zip(*(column.tolist() for column in columns), strict=True)
     end = episode.num_steps
-    now = 0
-    for step, slot, place, description, is_move, is_new in [*rows, (end, -1, -1, 0, False, False)]:
-        if step > now:  # each object that is there at the start of a step may leave or move
-            for label, number in present.items():
-                counts[label].object_steps += (step - now) * number
-            now = step
+    for step, slot, place, description, is_move, is_new in rows:
         if (is_new or place < 0) and slot in holds:
             left = holds.pop(slot)
             present[left] -= 1
+            counts[left].object_steps -= end - step
             counts[left].removals += 1
         if place < 0:
             continue
@@ -183,6 +179,7 @@ def _count_home(
         if is_new:
             holds[slot] = label
             present[label] += 1
+            own.object_steps += end - step  # in each it may leave or move
             own.additions += step > 0
             own.most = max(own.most, present[label])
         own.moves += is_move

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from itertools import groupby
@@ -96,17 +95,8 @@ def make_episode(
             f"{trace.end_s - start:g} s for {trace.name}. Set end_s in layout.json, or take "
             "shorter steps."
         )
-    resolver = _Resolver(trace)
-    steps, counts = [0], [0]  # when objects came or went, and how many there are since
-    for now, events in groupby(trace.events, lambda event: _find_step(event, start, step_seconds)):
-        if now > num_steps:
-            break
-        resolver.play(now, list(events))
-        steps.append(now)
-        counts.append(len(resolver.place))
-    rows = np.array(resolver.rows, dtype=np.int64).reshape(-1, 6)
-    step, slot, place, description, is_move, is_new = rows.T
-    num_present = np.repeat(counts, np.diff([*steps, num_steps + 1]))[1:]
+    rows, num_present, descriptions = _follow_slots(trace, start, step_seconds, num_steps)
+    step, slot, place, description, is_move, is_new, crosses_rooms = rows.T
     if (num_present == 0).any():
         empty = int(np.argmax(num_present == 0)) + 1
         raise ValueError(
@@ -115,10 +105,10 @@ def make_episode(
             "is there."
         )
     return Episode(
-        name or trace.name, trace, start, step_seconds, num_steps, tuple(resolver.descriptions),
+        name or trace.name, trace, start, step_seconds, num_steps, tuple(descriptions),
         step, slot, place, description, is_move.astype(bool), is_new.astype(bool),
         np.bincount(step[is_move > 0], minlength=num_steps + 1)[1:], num_present,
-        bool((step[(is_new > 0) | (place < 0)] > 0).any()), resolver.crosses_rooms,
+        bool((step[(is_new > 0) | (place < 0)] > 0).any()), bool(crosses_rooms.any()),
     )  # fmt: skip
 
 
@@ -193,56 +183,56 @@ def _count_steps(trace: Trace, start_s: float, step_seconds: float) -> int:
     return math.ceil(seconds / step_seconds - _ROUNDING)
 
 
-class _Resolver:
-    """Follows objects and slots through the steps.
+def _follow_slots(
+    trace: Trace, start_s: float, step_seconds: float, num_steps: int
+) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+    """Follow objects and slots through the steps.
 
     A slot is a row of the home's arrays: what leaves frees its own first, then newcomers take the
     lowest free ones, as in the simulator.
 
-    Attributes:
-        place: of every object that is there now.
-        descriptions: number of each that came up.
-        rows: columns of `Episode`.
+    Returns:
+        The columns of `Episode`, and whether what is there came from another room, (n, 7); how many
+        objects are there after each step, (T,); the number of each description.
     """
-
-    def __init__(self, trace: Trace) -> None:
-        self._rooms = [row.room for row in trace.layout.furniture.values()]
-        self.place: dict[str, int] = {}
-        self._slot: dict[str, int] = {}
-        self._free = list(range(trace.num_slots))
-        self.descriptions: dict[str, int] = {}
-        self.rows: list[tuple[int, int, int, int, bool, bool]] = []
-        self.crosses_rooms = False
-
-    def play(self, step: int, events: Sequence[Event]) -> None:
-        """Apply all events of a step at once."""
+    rooms = [row.room for row in trace.layout.furniture.values()]
+    places: dict[str, int] = {}  # of every object that is there
+    slots: dict[str, int] = {}
+    free = list(range(trace.num_slots))
+    descriptions: dict[str, int] = {}
+    rows: list[tuple[int, ...]] = []
+    steps, counts = [0], [0]  # when objects came or went, and how many there are since
+    for step, events in groupby(trace.events, lambda one: _find_step(one, start_s, step_seconds)):
+        if step > num_steps:
+            break
         last = {event.object: event for event in events}
-        emptied: set[int] = set()
-        filled: dict[int, tuple[int, int, bool, bool]] = {}
-        for name in [n for n, e in last.items() if e.furniture == GONE and n in self.place]:
-            slot = self._slot.pop(name)
-            del self.place[name]
-            heapq.heappush(self._free, slot)
-            emptied.add(slot)
+        changed: dict[int, tuple[int, ...]] = {}  # by slot; what is emptied may be filled again
+        for name in [n for n, e in last.items() if e.furniture == GONE and n in places]:
+            del places[name]
+            changed[slots[name]] = (-1, 0, False, False, False)
+            heapq.heappush(free, slots.pop(name))
         for name, event in last.items():
             place = event.furniture * NUM_RELATIONS + event.relation
-            before = self.place.get(name)
+            before = places.get(name)
             if event.furniture == GONE or before == place:
                 continue
-            is_move = False
+            is_move = crosses = False
             if before is None:
-                self._slot[name] = heapq.heappop(self._free)
+                slots[name] = heapq.heappop(free)
             else:
                 came_from = before // NUM_RELATIONS
                 is_move = came_from != event.furniture
-                self.crosses_rooms |= self._rooms[came_from] != self._rooms[event.furniture]
-            number = self.descriptions.setdefault(event.description, len(self.descriptions))
-            self.place[name] = place
-            filled[self._slot[name]] = (place, number, is_move, before is None)
-        for slot in sorted(emptied - filled.keys()):
-            self.rows.append((step, slot, -1, 0, False, False))
-        for slot, row in sorted(filled.items()):
-            self.rows.append((step, slot, *row))
+                crosses = rooms[came_from] != rooms[event.furniture]
+            number = descriptions.setdefault(event.description, len(descriptions))
+            places[name] = place
+            changed[slots[name]] = (place, number, is_move, before is None, crosses)
+        # Emptied slots first.
+        for slot, row in sorted(changed.items(), key=lambda item: (item[1][0] >= 0, item[0])):
+            rows.append((step, slot, *row))
+        steps.append(step)
+        counts.append(len(places))
+    num_present = np.repeat(counts, np.diff([*steps, num_steps + 1]))[1:]
+    return np.array(rows, dtype=np.int64).reshape(-1, 7), num_present, descriptions
 
 
 def _find_step(event: Event, start: float, step_seconds: float) -> int:
