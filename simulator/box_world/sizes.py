@@ -64,8 +64,8 @@ def _load_furniture() -> dict[str, FurnitureSize]:
     """Read `data/furniture_sizes.csv`: round figures of usual furniture, written for this table."""
     sizes: dict[str, FurnitureSize] = {}
     for row in read_table("simulator.box_world", "furniture_sizes.csv"):
-        metres = (float(row[name]) for name in ("width", "depth", "height", "bottom"))
-        size = FurnitureSize(*metres, shape=row["shape"])
+        metres = {name: float(row[name]) for name in ("width", "depth", "height", "bottom")}
+        size = FurnitureSize(**metres, shape=row["shape"])
         sizes |= dict.fromkeys((row["label"], *filter(None, row["also"].split("|"))), size)
     return sizes
 
