@@ -26,7 +26,7 @@ _PLANS_KEPT = 32
 class Stage:
     """A story, read again when it has changed.
 
-    `version` counts the changes, `problem` says in a line why it could not be read again.
+    `story` is shown, `version` counts the changes, `problem` says why it could not be read again.
     """
 
     def __init__(
@@ -49,17 +49,12 @@ class Stage:
         self._load, self._get_state = load, get_state
         self._lock = Lock()
         self._state = get_state() if get_state is not None else None
-        self._story = load()
+        self.story = load()
         self._plans: OrderedDict[int, tuple[int, PlanShapes]] = OrderedDict()
         self._num_plans = 0
         self.is_live = get_state is not None
         self.version = 0
         self.problem = ""
-
-    @property
-    def story(self) -> Story:
-        """What is shown."""
-        return self._story
 
     def refresh(self) -> None:
         """Read the story again if it has changed; what cannot be read leaves it as it was."""
@@ -70,7 +65,7 @@ class Stage:
                 state = self._get_state()
                 if state == self._state:
                     return
-                self._story, self._state, self.problem = self._load(), state, ""
+                self.story, self._state, self.problem = self._load(), state, ""
                 self.version += 1
             except (ValueError, OSError) as error:  # in the middle of being written
                 self.problem = str(error)
@@ -85,7 +80,7 @@ class Stage:
         Another layout has another number. It is made once as long as it stays as it is; `story` is
         one that was shown, None for what is shown now.
         """
-        story = story or self._story
+        story = story or self.story
         plan = story.plan
         memory = story.memory_at(step)
         layout = memory.layout

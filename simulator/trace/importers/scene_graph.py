@@ -158,31 +158,28 @@ class _GraphReader:
         return box, about.get(OPEN_COST)
 
     def _add_object(self, node: Any, label: str) -> None:
-        name = self._find_name(node)
-        found = self._search(node, self._furniture, climbs_only=False)
+        found, relation = self._search(node, self._furniture, climbs_only=False), None
         if found is not None:
-            holder, num_links = found
-            inside = self._compute_distance(node, holder) == 0
-            link = self._graph.find_edge(node.id.value, holder)
+            link = self._graph.find_edge(node.id.value, found[0])
             relation = None if link is None else link.info.metadata.get().get(RELATION)
-            self.builder.add_object(
-                label, self._furniture[holder], inside, num_links > 1, name, relation
-            )
-            return
-        room = self._find_room(node)
-        distances = {
-            holder: self._compute_distance(node, holder)
-            for holder, index in self._furniture.items()
-            if room is None or self._room_of_furniture[index] == room
-        }
-        nearest = min(distances, key=lambda holder: distances[holder], default=None)
-        if nearest is None:
-            self.builder.leave_out("no furniture in its room", label)
-        elif distances[nearest] > MAX_DISTANCE:
-            self.builder.leave_out(f"no furniture within {MAX_DISTANCE:g} m", label)
         else:
-            is_inside = distances[nearest] == 0
-            self.builder.add_object(label, self._furniture[nearest], is_inside, description=name)
+            room = self._find_room(node)
+            distances = {
+                holder: self._compute_distance(node, holder)
+                for holder, index in self._furniture.items()
+                if room is None or self._room_of_furniture[index] == room
+            }
+            nearest = min(distances, key=lambda holder: distances[holder], default=None)
+            if nearest is None or distances[nearest] > MAX_DISTANCE:
+                reason = "in its room" if nearest is None else f"within {MAX_DISTANCE:g} m"
+                self.builder.leave_out(f"no furniture {reason}", label)
+                return
+            found = nearest, 1
+        holder, num_links = found
+        inside, name = self._compute_distance(node, holder) == 0, self._find_name(node)
+        self.builder.add_object(
+            label, self._furniture[holder], inside, num_links > 1, name, relation
+        )
 
     def _find_room(self, node: Any) -> int | None:
         """Index of the room above a node, else of the room whose box holds it."""
@@ -222,14 +219,14 @@ class _GraphReader:
         reached = {node.id.value}
         edge = [node.id.value]
         num_links = 0
+        objects = None if climbs_only else self._graph.get_layer_key(self._layers.OBJECTS).layer
         while edge:
             num_links += 1
             following: list[int] = []
             for name in edge:
                 here = self._graph.get_node(name)
                 links = set(here.parents())
-                layer = self._graph.get_layer_key(self._layers.OBJECTS).layer
-                if not climbs_only and here.layer.layer == layer:
+                if here.layer.layer == objects:
                     links |= set(here.siblings())
                 following += sorted(links - reached)
                 reached |= links
