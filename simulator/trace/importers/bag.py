@@ -247,17 +247,15 @@ def _check_metadata(path: Path) -> None:
 def _find_topics(reader: Any, path: Path, options: BagOptions) -> dict[str, str]:
     """Return the type of each topic that is read; those that are needed must be there."""
     there = {one.topic: one.msgtype for one in reader.connections}
+    needs_depth = bool(options.depth) and there.get(options.detections) == _2D
     wanted: list[tuple[str, tuple[str, ...], bool]] = [
         (options.detections, (_2D, _3D), True),
         (options.camera_info, ("sensor_msgs/msg/CameraInfo",), True),
         (options.tf, ("tf2_msgs/msg/TFMessage",), True),
         (options.tf_static, ("tf2_msgs/msg/TFMessage",), False),
+        (options.depth, ("sensor_msgs/msg/Image",), needs_depth),
+        (options.pose, ("geometry_msgs/msg/PoseWithCovarianceStamped",), False),
     ]
-    if options.depth:
-        is_needed = there.get(options.detections) == _2D
-        wanted.append((options.depth, ("sensor_msgs/msg/Image",), is_needed))
-    if options.pose:
-        wanted.append((options.pose, ("geometry_msgs/msg/PoseWithCovarianceStamped",), False))
     found: dict[str, str] = {}
     for topic, kinds, is_needed in wanted:
         if topic in there and there[topic] in kinds:
