@@ -14,9 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
-from nep.report.code_version import describe_code, list_versions
 from nep.report.figures import draw_task
-from nep.report.results import Results, ScoreSummary, TaskTitle
+from nep.report.results import Results, ScoreSummary, TaskTitle, describe_code, list_versions
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from sgm.checks import check_at_least
 from sgm.files import write_whole

@@ -27,8 +27,8 @@ from nep.players.checkpoints import (
 )
 from nep.players.policy import NEPPolicy
 from nep.players.stored_network import import_encoders
-from nep.report.code_version import list_versions
 from nep.report.model_card import REFERENCES, SCORED_TASKS, make_card
+from nep.report.results import list_versions
 from sgm.checks import check_at_least
 from sgm.files import compute_checksum, write_whole
 from sgm.messages import shorten

@@ -66,6 +66,7 @@ MOVED = {
     "nep.bench.elsewhere": "tools.elsewhere",
     "nep.bench.search_orders": "tools.searches.search_orders",
     "nep.report.searches": "nep.report.figures",
+    "nep.report.code_version": "nep.report.results",
     "nep.report.search_pictures": "nep.report.figures",
     "nep.view.cones": "nep.view.plan_shapes",
     "nep.view.inputs": "nep.view.server",

@@ -17,7 +17,7 @@ from nep.bench.game import Game, checksum_code
 from nep.bench.score_cache import ScoreCache, find_scores
 from nep.bench.table_options import Option, list_names, make_command
 from nep.players.contestants import Checkpoint
-from nep.report.code_version import describe_code
+from nep.report.results import describe_code
 from sgm.files import write_whole
 from simulator.command_line import add_worker_arguments, make_parser, one_line_errors, parse
 from simulator.fan_out import check_workers, fan_out

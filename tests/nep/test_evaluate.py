@@ -14,7 +14,7 @@ from nep.export import main as export
 from nep.fit import main as fit
 from nep.players.checkpoints import WEIGHTS
 from nep.players.contestants import Checkpoint
-from nep.report.code_version import describe_code
+from nep.report.results import describe_code
 from sgm.files import compute_checksum
 from simulator.policies import POLICIES
 from simulator.tasks.registry import TASKS

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from nep.report.code_version import list_versions
+from nep.report.results import list_versions
 from tools.claims.known import make_known
 from tools.claims.networks import NetworkSections
 from tools.claims.open_questions import make_readings, make_rooms

@@ -23,8 +23,7 @@ from nep.bench.paper.training import TrainedPlan, Training
 from nep.bench.score_cache import ScoreCache
 from nep.config_files import CONFIG_FOLDER
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
-from nep.report.code_version import list_versions
-from nep.report.results import ScoreSummary, unpack_summary
+from nep.report.results import ScoreSummary, list_versions, unpack_summary
 from sgm.checks import check_at_least, check_seed
 from sgm.files import compute_checksum
 from sgm.messages import shorten

@@ -14,7 +14,7 @@ from typing import Any
 from nep.bench.paper.plan import Plan
 from nep.export import ExportConfig, export_model
 from nep.players.checkpoints import CONFIG, find_weights, load_config, load_exported
-from nep.report.code_version import list_versions
+from nep.report.results import list_versions
 from sgm.files import compute_checksum, read_json, write_whole
 from sgm.messages import shorten
 

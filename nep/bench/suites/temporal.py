@@ -34,7 +34,7 @@ from nep.bench.temporal.report import (
 )
 from nep.event_networks.registry import NETWORKS
 from nep.players.contestants import Checkpoint, list_contestants
-from nep.report.code_version import describe_code
+from nep.report.results import describe_code
 from sgm.files import write_whole
 from simulator.command_line import one_line_errors, pick
 from simulator.policies import find_policy

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from nep.report.code_version import describe_code
+from nep.report.results import describe_code
 from sgm.files import read_json, write_whole
 
 

@@ -13,7 +13,7 @@ from nep.bench.home_games import deal_placements, list_simulated
 from nep.bench.suites.any_home import main, note_kinds
 from nep.bench.task_game import SHARED_METRICS
 from nep.players.contestants import Checkpoint
-from nep.report.code_version import describe_code
+from nep.report.results import describe_code
 from sgm.network.shipped import PRETRAINED
 from sgm.prior.prior_graph import PriorGraph
 

@@ -3,8 +3,8 @@
 import subprocess
 from importlib.metadata import version
 
-from nep.report import code_version
-from nep.report.code_version import describe_code, find_commit, list_versions
+from nep.report import results as code_version
+from nep.report.results import describe_code, find_commit, list_versions
 
 
 def run_git(*arguments):

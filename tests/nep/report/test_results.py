@@ -6,8 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from nep.report.code_version import list_versions
-from nep.report.results import RESULTS_VERSION, Results, ScoreSummary
+from nep.report.results import RESULTS_VERSION, Results, ScoreSummary, list_versions
 from simulator.tasks.metrics import METRICS
 
 
