@@ -153,6 +153,7 @@ MOVED = {
     "simulator.text.vectors": "sgm.text.vectors",
     "simulator.trace.memory": "simulator.trace.trace",
     "simulator.trace.truth": "simulator.trace.trace",
+    "simulator.box_world.detector": "simulator.box_world.depth_camera",
     "simulator.box_world.solids": "simulator.box_world.ray_kernel",
     "simulator.box_world.things": "simulator.box_world.world",
     "simulator.drawing.belief": "simulator.drawing.home",

@@ -24,6 +24,7 @@ _DOOR_DEPTH = 1.2  # metres behind a door where nothing stands
 _TRIES = 200  # places for one piece of furniture
 _ROUNDS = 12  # arrangements of a room before it gets larger
 _GROWTH = 1.1  # how much longer its sides are then
+_OUTWARDS = np.array([[-1.0], [1.0]])  # of the low and the high corner of an area
 _STANDS_FREE = frozenset(("table", "dining table", "coffee table", "kitchen island", "chair"))
 
 
@@ -154,7 +155,7 @@ def _arrange(
             if any((own < 0).any() or (own > room).any() for own in (piece.area, piece.front)):
                 continue
             if not _overlaps(piece.area, behind_door) and not any(
-                _overlaps(_grow(piece.area, _GAP), other.area)
+                _overlaps(piece.area + _GAP * _OUTWARDS, other.area)
                 or _overlaps(piece.area, other.front)
                 or _overlaps(piece.front, other.area)
                 for other in placed.values()
@@ -188,10 +189,6 @@ def _draw_piece(
     return _Piece(np.stack([low, high]), np.stack([ends.min(axis=0), ends.max(axis=0)]), yaw)
 
 
-def _grow(area: np.ndarray, metres: float) -> np.ndarray:
-    return np.stack([area[0] - metres, area[1] + metres])
-
-
 def _overlaps(area: np.ndarray, other: np.ndarray) -> bool:
     return bool((area[0] < other[1]).all() and (other[0] < area[1]).all())
 
@@ -204,7 +201,7 @@ def _is_reachable(pieces: Sequence[_Piece], width: float, depth: float, door: fl
     margin = ROBOT_RADIUS + cell / 2
     is_free = ((y > margin) & (y < depth - margin))[:, None] & ((x > margin) & (x < width - margin))
     for piece in pieces:
-        low, high = _grow(piece.area, margin)
+        low, high = piece.area + margin * _OUTWARDS
         is_free &= ~(((y > low[1]) & (y < high[1]))[:, None] & ((x > low[0]) & (x < high[0])))
     is_free[y <= depth / 2] |= (np.abs(x - door) < cell) & (y[y <= depth / 2, None] <= 2 * margin)
     from scipy.ndimage import label  # only a generator needs it

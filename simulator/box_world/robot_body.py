@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sgm.eyes.camera import Pose
-from simulator.box_world.depth_camera import DepthCamera, Shot
-from simulator.box_world.detector import BoxDetector, Detected
+from simulator.box_world.depth_camera import BoxDetector, DepthCamera, Detected, Shot
 from simulator.box_world.routes import FloorRoutes
 from simulator.box_world.world import BoxWorld
 

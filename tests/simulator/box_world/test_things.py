@@ -5,8 +5,7 @@ from sgm.arrays.relations import NUM_RELATIONS
 from sgm.eyes.camera import Pose
 from sgm.layout.box import Box
 from sgm.memory.sighting import RELATIONS
-from simulator.box_world.depth_camera import DepthCamera
-from simulator.box_world.detector import BoxDetector
+from simulator.box_world.depth_camera import BoxDetector, DepthCamera
 from simulator.box_world.ray_kernel import find_hidden
 from simulator.box_world.true_view import TrueView, sample_cells
 from simulator.box_world.world import BoxWorld
