@@ -206,9 +206,9 @@ def _clean(names: Sequence[str]) -> list[str]:
 
 def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, HomerSummary]:
     """Put places, rooms and events together."""
-    places = [np.stack([_find_places(nodes, row) for row in day.parent]) for day in days]
     objects = np.flatnonzero(nodes.is_object)
-    used = np.unique(np.concatenate([place[:, objects].ravel() for place in places]))
+    places = np.stack([_find_places(nodes, row)[objects] for day in days for row in day.parent])
+    used = np.unique(places)  # of (T, O)
     used = used[used >= 0]
     if not len(used):
         raise ValueError(
@@ -234,15 +234,22 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
         map(Room, (nodes.names[room] for room in rooms), room_names),
         map(Furniture, labels, in_room, labels, names),
     )
-    index = {node: number for number, node in enumerate(order)}
     known = load_types().furniture  # the source does not tell "in" from "on": the usual relation
     relations = [
         RELATIONS.index(known[label].relation if label in known else "onTop") for label in labels
     ]
     texts = number_names([nodes.names[node] for node in objects])
+    number_of = np.full(len(nodes.names) + 1, -1)  # of a place, by node; the last for node -1
+    number_of[order] = np.arange(len(order))
+    times = np.concatenate([n * DAY_SECONDS + day.minutes * 60 for n, day in enumerate(days)])
+    times[0] = 0.0
     events = []
-    for text, item in zip(texts, objects.tolist(), strict=True):
-        events += _list_events(text, nodes.names[item], item, days, places, index, relations)
+    for text, item, column in zip(texts, objects, number_of[places].T.tolist(), strict=True):
+        at = -1
+        for time, now in zip(times.tolist(), column, strict=True):
+            if now >= 0 and now != at:
+                events.append(Event(time, text, nodes.names[item], now, relations[now]))
+                at = now
     events.sort(key=lambda event: event.time_s)
     placed = {event.object for event in events}
     if unseen := sorted(set(texts) - placed):
@@ -250,29 +257,6 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
     name, until_s = folder.resolve().name, len(days) * DAY_SECONDS
     trace = Trace(name, layout, tuple(events), start=FIRST_DAY, until_s=until_s)
     return trace, HomerSummary(len(days), len(order), len(placed), left_out)
-
-
-def _list_events(
-    name: str,
-    label: str,
-    node: int,
-    days: Sequence[_Day],
-    places: Sequence[np.ndarray],
-    index: dict[int, int],
-    relations: Sequence[int],
-) -> list[Event]:
-    """List where an object is put, whenever that changes; the first snapshot is at time 0."""
-    events: list[Event] = []
-    at = -1
-    for number, (day, place) in enumerate(zip(days, places, strict=True)):
-        for step, parent in enumerate(place[:, node]):
-            now = index.get(int(parent), -1)
-            if now >= 0 and now != at:
-                is_first = number == step == 0
-                time = 0.0 if is_first else number * DAY_SECONDS + day.minutes[step] * 60
-                events.append(Event(float(time), name, label, now, relations[now]))
-                at = now
-    return events
 
 
 def _find_places(nodes: _Nodes, parent: np.ndarray) -> np.ndarray:

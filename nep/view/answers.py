@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import asdict
+from functools import lru_cache
 from threading import Lock
 from typing import Any
 
@@ -39,7 +39,7 @@ class Desk:
         self.judges = judges
         self._names: dict[str, int] = {}
         self._names_lock = Lock()
-        self._histories: OrderedDict[tuple[Any, ...], History] = OrderedDict()
+        self._trace = lru_cache(_HISTORIES_KEPT)(self._trace_object)
         self._lock = Lock()
 
     def tell_page(self, asked: str = "") -> dict[str, Any]:
@@ -171,16 +171,12 @@ class Desk:
         Raises:
             ValueError: if the words are no name.
         """
-        story = self.stage.story
-        key = (self.stage.version, words, judge)
         with self._lock:  # who asks for the same meanwhile gets it then
-            history = self._histories.get(key)
-            if history is None:
-                history = story.trace_object(words, self.judges.get(judge))
-                self._histories[key] = history
-                while len(self._histories) > _HISTORIES_KEPT:
-                    self._histories.popitem(last=False)
-        return tell_history(history, story.step_hours)
+            return self._trace(self.stage.version, words, judge)
+
+    def _trace_object(self, version: int, words: str, judge: str) -> dict[str, Any]:
+        story = self.stage.story
+        return tell_history(story.trace_object(words, self.judges.get(judge)), story.step_hours)
 
 
 def tell_history(history: History, step_hours: float) -> dict[str, Any]:

@@ -51,13 +51,9 @@ def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
 def tell_statement(said: PastStatement) -> str:
     """Tell what was said, or what the robot did."""
     thing, other = said.thing, said.other
-    done = {
+    told = {
         "picked_up": f"the robot picked up {thing}",
         "put_down": f"the robot put down {thing} at {said.place}",
-    }
-    if said.kind in done:
-        return done[said.kind]
-    told = {
         "moved": f"{thing} at {said.place}",
         "rename": f"{thing} is called {other}",
         "merge": f"{thing} and {other} are one thing",
@@ -66,7 +62,9 @@ def tell_statement(said: PastStatement) -> str:
         "remove_object": f"there is no {thing}; it is forgotten",
         "remove_furniture": f"{said.place} is gone; it is forgotten",
     }[said.kind]
-    return f"{'the robot' if said.by == ROBOT else said.by} said: {told}" if said.by else told
+    if said.kind in ("picked_up", "put_down") or not said.by:
+        return told
+    return f"{'the robot' if said.by == ROBOT else said.by} said: {told}"
 
 
 def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> list[TextTable]:
