@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -194,11 +194,8 @@ def fit_adaptation(questions: Questions) -> Adaptation:
     error = np.sqrt((weights**2 * (gains - weights @ gains) ** 2).sum())  # of the mean gain
     if not before - after > error:
         return Adaptation(num_questions=len(questions), nll_before=before, nll_after=before)
-    final = _fit(questions)
-    return Adaptation(
-        final.sharpness, final.weight, final.bias, len(questions), nll_before=before,
-        nll_after=after,
-    )  # fmt: skip
+    num_questions = len(questions)
+    return replace(_fit(questions), num_questions=num_questions, nll_before=before, nll_after=after)
 
 
 def compute_nll(questions: Questions, adaptation: Adaptation) -> float:

@@ -19,7 +19,7 @@ from sgm.finder.adaptation import Adaptation
 from sgm.finder.judged import JudgedBeliefs, list_said_moves, show_said_move, take_thing
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.reasons import gather_evidence
-from sgm.finder.search import ObjectSearch, SearchRules
+from sgm.finder.search import ObjectSearch
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
 from sgm.memory.asking import Asked
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -210,7 +210,7 @@ class Finder:
                 distances.
         """
         places = self.rank(memory, description, k, exclude).places
-        distance = check_distance(distance) or find_distance(memory, start)
+        distance = find_distance(memory, start, distance)
         return plan_search(description, places, start, distance, look_cost)
 
     def search(
@@ -244,9 +244,11 @@ class Finder:
             ValueError: as in `search_plan`; or if `give_up_at` or the budget is out of range.
         """
         check_ids(exclude)
-        distance = check_distance(distance) or find_distance(memory, start)
-        rules = SearchRules(look_cost, frozenset(exclude), give_up_at, budget)
-        return ObjectSearch(self, memory, description, start, distance, rules)
+        distance = find_distance(memory, start, distance)
+        return ObjectSearch(
+            self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at,
+            budget,
+        )  # fmt: skip
 
     def adapt(self, log: str | Path) -> Adaptation:
         """Learn the home of a log; finders with a network can (`ObjectFinder.adapt`).
@@ -268,7 +270,7 @@ class Finder:
         self._tell_miss_rate(asked)
         with self._lock:  # policies keep caches
             belief = self._judged.recall(
-                asked, self._list_settings(), self._judge_anywhere, self._policy.answers_apart
+                asked, self._list_settings(), self._judge_said, self._policy.answers_apart
             )
         belief = _doubt(belief, asked)
         rows, is_another = _list_variants(asked, carried)
@@ -286,12 +288,8 @@ class Finder:
         if self._detector is not None:
             asked.batch.history.given_miss_rate = self._detector.miss_rate
 
-    def _judge_anywhere(self, asked: Asked, is_looked: np.ndarray) -> Belief:
-        """Return the belief before this step's looks, in which things may be at any place."""
-        return self._judge_said(asked, is_looked).spread(CORRECTIONS.anywhere)
-
     def _judge_said(self, asked: Asked, is_looked: np.ndarray) -> Belief:
-        """Return the belief before this step's looks, in which things left where they were.
+        """Return the belief before this step's looks, in which things may be at any place.
 
         What was said to be elsewhere counts as missed by a look at where it was. No look was made,
         so that this holds for that thing alone: the things of such a question are judged one by
@@ -299,7 +297,7 @@ class Finder:
         """
         moved = list_said_moves(asked)
         if not moved:
-            return self._judge_elsewhere(asked, is_looked)
+            return self._judge_elsewhere(asked, is_looked).spread(CORRECTIONS.anywhere)
         beliefs = []
         for row in range(len(asked.rows)):
             own = show_said_move(asked, row) if row in moved else take_thing(asked, row)
@@ -309,7 +307,8 @@ class Finder:
                 missed, _ = self.detector.compute_log_likelihood(own.looks, counted)
                 belief = belief.look(missed, keeps_elsewhere=True)
             beliefs.append(belief)
-        return Belief(np.concatenate([belief.log_weights for belief in beliefs]))
+        belief = Belief(np.concatenate([belief.log_weights for belief in beliefs]))
+        return belief.spread(CORRECTIONS.anywhere)
 
     def _judge_elsewhere(self, asked: Asked, is_looked: np.ndarray) -> Belief:
         """Return the belief before this step's looks, with what may have left the home."""
@@ -430,17 +429,3 @@ def check_ids(exclude: Collection[int]) -> None:
             f"exclude must be furniture ids, got {shorten(exclude)}. Give a list of what "
             "add_furniture returned."
         )
-
-
-def check_distance(distance: Distance | None) -> Distance | None:
-    """Return a function of distances, None where none is given.
-
-    Raises:
-        TypeError: if it is no function.
-    """
-    if distance is not None and not callable(distance):
-        raise TypeError(
-            f"distance must be a function of (start or furniture id, furniture id), got "
-            f"{shorten(distance)}. Leave it out where all furniture has a position."
-        )
-    return distance

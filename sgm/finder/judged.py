@@ -58,7 +58,9 @@ class JudgedBeliefs:
             comes_along: whether other things may be judged in one pass: their beliefs, and those
                 of what is asked for, must be the same to the bit.
         """
-        if not self._is_of(asked.origin, asked.batch.time, settings):
+        is_same = [own is one for own, one in zip(self._settings, settings, strict=False)]
+        is_state = self._origin is asked.origin and self._time == asked.batch.time
+        if not (is_state and is_same and all(is_same)):  # the very same settings
             self._origin, self._time, self._settings = asked.origin, asked.batch.time, settings
             self._least_together = MOST_TOGETHER if len(self._asked) >= MOST_TOGETHER else 0
             self._beliefs, self._asked = {}, set()
@@ -75,11 +77,6 @@ class JudgedBeliefs:
             if len(self._lately) > _MOST_LATELY:
                 del self._lately[next(iter(self._lately))]
         return belief
-
-    def _is_of(self, origin: object, time: int, settings: tuple[object, ...]) -> bool:
-        """Tell whether beliefs are about that state, with the very same settings."""
-        is_same = [own is one for own, one in zip(self._settings, settings, strict=False)]
-        return self._origin is origin and self._time == time and any(is_same) and all(is_same)
 
     def _judge(self, asked: Asked, things: _Things, more: list[_Things], judge: Judge) -> Belief:
         questions = [things, *more]

@@ -54,11 +54,8 @@ def find_place(memory: SceneGraphMemory, place: int | str) -> int:
     numbered = _NUMBERED.fullmatch(words)
     if numbered and int(numbered[1]) in names:
         return int(numbered[1])
-    for write in (
-        lambda number: names[number],
-        lambda number: layout.furniture[number].description,
-    ):
-        found = [number for number in names if read_words("place", write(number)) == words]
+    for called in (names, {number: row.description for number, row in layout.furniture.items()}):
+        found = [number for number, name in called.items() if read_words("place", name) == words]
         if found:
             return _choose(found, names)
     found = list(memory.find_furniture(place))

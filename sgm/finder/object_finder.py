@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, takewhile
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +16,6 @@ from sgm.finder.finder import Finder
 from sgm.memory.asking import Asked
 from sgm.memory.look_log import LogLine, read_log
 from sgm.memory.look_weights import SURE
-from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
 from sgm.memory.replay import replay
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.name_matching import Similarity
@@ -30,17 +28,6 @@ from sgm.text import load_text
 
 # The latest ones, to adapt to. With half of them more fits were kept, and later answers were worse.
 _MOST_QUESTIONS = 2000
-
-
-class Answering(Protocol):
-    """A policy that asks such a network."""
-
-    @property
-    def text_pipeline(self) -> str | None:
-        """Whose text vectors it reads; None for those that ship."""
-
-    def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Return logits of the places, (Q, F), whatever was answered before in this step."""
 
 
 class ObjectFinder(Finder):
@@ -81,7 +68,7 @@ class ObjectFinder(Finder):
         if elsewhere_share is None:
             elsewhere_share = CORRECTIONS.elsewhere_share
         policy = self._make_policy(model, asks_moved)
-        self._network: Answering = policy
+        self._network = policy
         self._text = load_text(policy.text_pipeline)
         self._cosines: tuple[tuple[str, ...], np.ndarray] = ((), np.zeros((0, 0)))
         self.adaptation = Adaptation()
@@ -127,7 +114,10 @@ class ObjectFinder(Finder):
         return Network.load(path)
 
     def _make_policy(self, model: Any, asks_moved: float) -> Any:
-        """Return the policy that asks a network: an `Answering`."""
+        """Return the policy that asks a network, and says whose text vectors that reads.
+
+        `NetworkPolicy`, or one of its kind: with `text_pipeline` and `ask_anew`.
+        """
         return NetworkPolicy(model, asks_moved)
 
     def adapt(self, log: str | Path) -> Adaptation:

@@ -76,19 +76,14 @@ class Evidence:
         return "; ".join(parts) or "no evidence"
 
     def _tell_seen(self, seen: SeenAt) -> str:
-        """Say when it was last seen here, and whether a later look missed it."""
-        if seen.is_there and self.times_sought:
-            told = self._tell_when(seen)
-            return f"{told}; not found here in {_count(self.times_sought, 'look')} for it since"
-        return self._tell_when(seen)
-
-    def _tell_when(self, seen: SeenAt) -> str:
-        """Say when it was seen here, or said to be, and what ended that."""
+        """Say when it was last seen here, or said to be, what ended that, and who missed it."""
         who = "seen here"
         if seen.by:
             who = "put here by the robot" if seen.by == ROBOT else f"{seen.by} said so"
         is_new = not seen.by and seen.steps_ago == 0
         told = f"{who} {self._tell_ago(seen.steps_ago, None if is_new else self.seen_on)}"
+        if seen.is_there and self.times_sought:
+            return f"{told}; not found here in {_count(self.times_sought, 'look')} for it since"
         if seen.is_there:
             return told
         if self.ended is not None:

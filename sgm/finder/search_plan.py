@@ -178,15 +178,27 @@ def plan_search(
     return SearchPlan(description, tuple(looks), float(cost @ prob_needed), float(prob.sum()))
 
 
-def find_distance(memory: SceneGraphMemory, start: Any) -> Distance | None:
-    """Return the straight line in metres, if the start and all furniture have positions.
+def find_distance(
+    memory: SceneGraphMemory, start: Any, distance: Distance | None = None
+) -> Distance | None:
+    """Return a given function of distances, else the straight line in metres.
+
+    The latter is for a start and furniture that all have positions; None for others.
 
     The start is (x, y) in metres, or a furniture id; None for no start. There is no way to what has
     no position: furniture that was added later without one.
 
     Raises:
+        TypeError: if the distance is no function.
         ValueError: if the start is neither, beside positions of all furniture.
     """
+    if distance is not None and not callable(distance):
+        raise TypeError(
+            f"distance must be a function of (start or furniture id, furniture id), got "
+            f"{shorten(distance)}. Leave it out where all furniture has a position."
+        )
+    if distance is not None:
+        return distance
     at = memory.layout.compute_positions()
     if start is None or None in at.values():
         return None

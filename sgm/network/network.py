@@ -62,8 +62,12 @@ class Network:
             config = read_json(folder / CONFIG, allow_nan=True)
             about = config["onnx"]
             model = drop_retired(config["model"], folder, but=_BUT_BAKED)
-            prior_share = _read_share(model, "prior_share")
-            learns_asked = _read_switch(model, "learns_asked")
+            prior_share = model.get("prior_share", 0.0)
+            learns_asked = model.get("learns_asked", False)
+            if type(prior_share) not in (int, float) or type(learns_asked) is not bool:
+                raise TypeError("prior_share must be a number, learns_asked true or false")
+            if not 0 <= prior_share <= 1:
+                raise TypeError("prior_share must lie in [0, 1]")
             text, evidence = config["schema"]["text"], about["evidence"]
             checksum = about["sha256"]
             content = _read_file(find_part(folder, ONNX, checksum))
@@ -94,8 +98,8 @@ class Network:
                 "interrupted, or files of two were mixed. Export again."
             )
         session = _open(content, threads, folder)
-        identity = hashlib.sha256(f"{found} {prior_share}".encode()).hexdigest()
-        return cls(session, prior_share, learns_asked, identity)
+        identity = hashlib.sha256(f"{found} {float(prior_share)}".encode()).hexdigest()
+        return cls(session, float(prior_share), learns_asked, identity)
 
     def compute_logits(
         self, place: np.ndarray, question: np.ndarray, edge: np.ndarray, is_place: np.ndarray
@@ -138,20 +142,6 @@ def _read_file(path: Path) -> bytes:
             "Export again."
         )
     return content
-
-
-def _read_share(model: Any, name: str) -> float:
-    value = model.get(name, 0.0)
-    if type(value) not in (int, float) or not 0 <= value <= 1:
-        raise TypeError(f"{name} of the network is {shorten(value)}")
-    return float(value)
-
-
-def _read_switch(model: Any, name: str) -> bool:
-    value = model.get(name, False)
-    if type(value) is not bool:
-        raise TypeError(f"{name} of the network is {shorten(value)}")
-    return value
 
 
 def _open(content: bytes, threads: int, folder: Path) -> Any:
