@@ -11,8 +11,7 @@ import time
 from _measure import Benchmark, Measure, run
 
 from sgm.text import TextVectors
-from sgm.text.spacy_encoder import load_spacy
-from sgm.text.vectors import SHIPPED_PIPELINE
+from sgm.text.vectors import SHIPPED_PIPELINE, SpacyEncoder, load_language
 from tools.text_training import __main__ as train
 
 
@@ -30,7 +29,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         done = time.perf_counter()
         text.vectors(known)
         looked_up = time.perf_counter()
-        by_spacy = load_spacy(SHIPPED_PIPELINE)
+        by_spacy = SpacyEncoder(load_language(SHIPPED_PIPELINE))
         spacy_loaded = time.perf_counter()
         list(by_spacy.encode(labels))
         spacy_done = time.perf_counter()

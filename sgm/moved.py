@@ -130,6 +130,8 @@ MOVED = {
     "sgm.text.encoder": "sgm.text.tok2vec",
     "sgm.text.hashing": "sgm.text.tok2vec",
     "sgm.text.similar_words": "sgm.text.vectors",
+    "sgm.finder.reasons": "sgm.finder.ranking",
+    "sgm.text.spacy_encoder": "sgm.text.vectors",
     "sgm.names.names": "sgm.names.name_matching",
     "sgm.names.names_report": "tools.names",
     "simulator.policies.kept_beliefs": "simulator.policies.place_filter",

@@ -61,7 +61,7 @@ SGM_OPTIONAL = {
     "sgm/network/network.py": {"onnxruntime"},
     "sgm/serve/server.py": {"uvicorn"},
     "sgm/serve/tools.py": {"mcp"},
-    "sgm/text/spacy_encoder.py": {"spacy"},
+    "sgm/text/vectors.py": {"spacy"},
     "sgm/text/tok2vec.py": {"safetensors"},
 }
 # Names of files and folders that say nothing from outside.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,14 +18,13 @@ from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.evidence_features import compute_features
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
-from sgm.network.policy import StepAnswers, mix_answers
-from simulator.policies import Policy
+from sgm.network.policy import StepPolicy, mix_answers
 from simulator.policies.home_filter import HomeFilter
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
 
 
-class NEPPolicy(Policy):
+class NEPPolicy(StepPolicy):
     """Scores all queries of all homes in one forward pass.
 
     A furniture node's score is the highest logit of its query edges. A home's scores do not depend
@@ -49,8 +47,6 @@ class NEPPolicy(Policy):
     answers of another one are corrected (`Features.compare_asked`).
     """
 
-    score_kind = "logits"
-
     def __init__(
         self,
         module: NEPModule,
@@ -71,7 +67,6 @@ class NEPPolicy(Policy):
         self._belief_filter = belief_filter
         self._asks_moved = asks_moved
         self._predictor: NodeEdgePredictor | None = None
-        self._answers: StepAnswers | None = None
 
     @property
     def reads_clock(self) -> bool:
@@ -107,8 +102,7 @@ class NEPPolicy(Policy):
         """Forget earlier homes, ask for what features are computed from, take present weights."""
         self._predictor = None
         if self._builder.config.evidence:
-            memory.count_history()
-            self._answers = StepAnswers(memory)
+            super().reset(memory)
         if self._belief_filter is not None:
             self._belief_filter.reset(memory)
 
@@ -116,8 +110,7 @@ class NEPPolicy(Policy):
         """Tell the filter about a look, and use it in the answers of this step."""
         if self._belief_filter is not None:
             self._belief_filter.observe(memory, change)
-        if self._answers is not None and memory is self._answers.memory:
-            self._answers.note_look(change)
+        super().observe(memory, change)
 
     @classmethod
     def load(cls, source: str | Path) -> NEPPolicy:
@@ -128,12 +121,6 @@ class NEPPolicy(Policy):
         """
         trained = load_trained(source)
         return cls(trained.module, trained.builder)
-
-    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Return logits, (Q, F), -inf where there is no query edge."""
-        if self._answers is None or memory is not self._answers.memory:
-            return self.ask_anew(memory, queries)
-        return self._answers.answer(queries, partial(self.ask_anew, memory))
 
     def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return what it says whatever it said before in this step, (Q, F)."""

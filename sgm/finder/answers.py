@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import Any, Literal
 
-from sgm.finder.reasons import tell_time
+from sgm.finder.ranking import tell_time
 from sgm.memory.clock import Clock
 
 MOST_BYTES = 600  # of an answer of `where_is` for which no number of rows was asked

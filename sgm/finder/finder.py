@@ -17,8 +17,7 @@ from sgm.evidence.leaving import Leaving
 from sgm.evidence.outings import Outings, join_left
 from sgm.finder.adaptation import Adaptation
 from sgm.finder.judged import JudgedBeliefs, list_said_moves, show_said_move, take_thing
-from sgm.finder.ranking import Place, Ranking
-from sgm.finder.reasons import gather_evidence
+from sgm.finder.ranking import Place, Ranking, gather_evidence
 from sgm.finder.search import ObjectSearch
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
 from sgm.memory.asking import Asked

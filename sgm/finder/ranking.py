@@ -1,13 +1,106 @@
-"""Where an object may be: a ranking of places with their probabilities."""
+"""Where an object may be: places with their probabilities, and what speaks for and against each."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 
-from sgm.finder.reasons import Evidence
+import numpy as np
+
+from sgm.memory.asking import Asked
+from sgm.memory.clock import Clock
+from sgm.memory.columns import NEVER
 from sgm.memory.sighting import SeenAt
+from sgm.memory.thing import ROBOT, Statement
 from sgm.names.name_matching import Resolution
+
+SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
+_MONTHS = (
+    "January", "February", "March", "April", "May", "June", "July", "August", "September",
+    "October", "November", "December",
+)  # fmt: skip
+_NAMED = 2  # similar objects that are called by name
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What a memory holds about an object at one furniture node.
+
+    Counts of the memory, not an account of what moved the network.
+
+    Attributes:
+        seen: its last sighting there; None if it was never seen there.
+        times_absent: looks at this furniture that did not find it; of what was seen there, those
+            since it was first seen or looked for there.
+        similar: descriptions of other objects with a similar label that were seen there, the
+            latest first.
+        prior: share of this place in where such objects tend to be, 0 to 1.
+        seen_on: date and time of that sighting; None without a clock.
+        missed_on: date and time of the last look here, if it did not show it any more; None
+            without a clock.
+        now: date and time of the present step; None without a clock.
+        times_sought: looks for it alone since that sighting that did not find it here.
+        ended: what was said or done after that sighting, by which it is not here any more; None
+            without such a statement.
+        ended_ago: time steps since; 0 without a statement.
+        ended_on: date and time of it; None without one, or without a clock.
+        was_missed: whether a look here, after that sighting and statement, did not show it.
+    """
+
+    seen: SeenAt | None
+    times_absent: int
+    similar: tuple[str, ...]
+    prior: float
+    seen_on: datetime | None = None
+    missed_on: datetime | None = None
+    now: datetime | None = None
+    times_sought: int = 0
+    ended: Statement | None = None
+    ended_ago: int = 0
+    ended_on: datetime | None = None
+    was_missed: bool = False
+
+    def __str__(self) -> str:
+        """Say it in one line."""
+        parts = []
+        if self.seen is not None:
+            parts.append(self._tell_seen(self.seen))
+        elif self.times_absent:
+            parts.append(f"not seen here in {_count(self.times_absent, 'look')}")
+        if self.similar:
+            names = ", ".join(self.similar[:_NAMED])
+            more = len(self.similar) - _NAMED
+            parts.append(f"similar objects: {names}" + (f" and {more} more" if more > 0 else ""))
+        if self.prior > 0:
+            parts.append(f"prior {self.prior:.0%}")
+        return "; ".join(parts) or "no evidence"
+
+    def _tell_seen(self, seen: SeenAt) -> str:
+        """Say when it was last seen here, or said to be, what ended that, and who missed it."""
+        who = "seen here"
+        if seen.by:
+            who = "put here by the robot" if seen.by == ROBOT else f"{seen.by} said so"
+        is_new = not seen.by and seen.steps_ago == 0
+        told = f"{who} {self._tell_ago(seen.steps_ago, None if is_new else self.seen_on)}"
+        if seen.is_there and self.times_sought:
+            return f"{told}; not found here in {_count(self.times_sought, 'look')} for it since"
+        if seen.is_there:
+            return told
+        if self.ended is not None:
+            told += f"; {_tell_end(self.ended)} {self._tell_ago(self.ended_ago, self.ended_on)}"
+            if not self.was_missed:
+                return told
+        elif is_new:
+            return told + (", not in the latest look" if self.was_missed else ", then gone")
+        if self.missed_on is not None and self.now is not None:
+            return f"{told}; not there {tell_time(self.missed_on, self.now)}"
+        return told + (", then gone" if self.ended is None else "; not there in a look since")
+
+    def _tell_ago(self, steps_ago: int, time: datetime | None) -> str:
+        if time is not None and self.now is not None:
+            return tell_time(time, self.now)
+        return f"{_count(steps_ago, 'step')} ago" if steps_ago else "in this step"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,3 +184,137 @@ class Ranking:
         if self.with_robot:
             lines.insert(1, f"  {self.with_robot:4.0%}  with the robot")
         return "\n".join(lines)
+
+
+def _tell_end(said: Statement) -> str:
+    """Say by which statement a thing was at a place no longer."""
+    if said.by == ROBOT and said.kind != "moved":
+        return (
+            "the robot picked it up" if said.kind == "picked_up" else "the robot put it elsewhere"
+        )
+    return f"{'the robot' if said.by == ROBOT else said.by} said it was moved"
+
+
+def tell_time(time: datetime, now: datetime) -> str:
+    """Say a time as people do: "at 9:10", "yesterday at 21:40", "on 3 November at 8:00"."""
+    hour = f"at {time.hour}:{time.minute:02}"
+    days = (now.date() - time.date()).days
+    if days == 0:
+        return hour
+    if days == 1:
+        return f"yesterday {hour}"
+    if days == -1:
+        return f"tomorrow {hour}"
+    year = f" {time.year}" if time.year != now.year else ""
+    return f"on {time.day} {_MONTHS[time.month - 1]}{year} {hour}"
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def gather_evidence(
+    asked: Asked, cosines: np.ndarray | None, furniture: Sequence[int]
+) -> list[Evidence]:
+    """Gather what a memory holds about what was asked for, at some furniture nodes.
+
+    Args:
+        asked: what `memory.ask` gave.
+        cosines: of the text vectors of every pair of labels of `asked.batch`, (L, L); None to
+            leave similar objects out.
+        furniture: positions in `asked.furniture_ids`, (n,).
+
+    Returns:
+        One entry per furniture node, n of them.
+    """
+    edges, ids = asked.current.edges, asked.furniture_ids
+    seen_at: dict[int | None, SeenAt] = {}
+    for sighting in asked.sightings:  # the latest first
+        seen_at.setdefault(sighting.furniture, sighting)
+    own = asked.edges
+    num_observed, num_true = np.zeros((2, len(ids)), dtype=np.int64)
+    np.maximum.at(num_observed, edges["furniture"][own], edges["num_observed"][own])
+    np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
+    # What was never seen at a place was missed by every look at it, and by every search for it.
+    negative, sought = np.ceil(asked.looks.negative), asked.looks.sought
+    num_sought = np.ceil(asked.looks.negative + sought).max(axis=0).tolist()
+    num_missed = asked.batch.furniture_num_observed[0] + (negative + np.ceil(sought)).max(axis=0)
+    absent = np.where(num_true > 0, np.maximum(num_observed - num_true, 0), num_missed)
+    num_absent = absent.tolist()
+    similar = _list_similar(asked, cosines)
+    prior = asked.queries.prior.mean(axis=0).sum(axis=1).tolist()  # F of them
+    found = []
+    now = asked.current.time
+    now_on = _get_date(asked.clock, now)
+    for place in furniture:
+        seen = seen_at.get(ids[place])
+        ended, missed, was_missed = None, NEVER, False
+        if seen is not None and not seen.is_there:
+            here = own[edges["furniture"][own] == place]
+            ended, missed, was_missed = _find_end(asked, here, seen)
+        clock = None if seen is None else asked.clock
+        found.append(
+            Evidence(
+                seen=seen,
+                times_absent=int(num_absent[place]),
+                similar=tuple(similar.get(place, ())),
+                prior=prior[place],
+                seen_on=None if seen is None else _get_date(clock, seen.time),
+                missed_on=_get_date(clock, missed),
+                now=None if seen is None else now_on,
+                times_sought=0 if seen is None else int(num_sought[place]),
+                ended=ended,
+                ended_ago=0 if ended is None else now - ended.time,
+                ended_on=None if ended is None else _get_date(clock, ended.time),
+                was_missed=was_missed,
+            )
+        )
+    return found
+
+
+def _get_date(clock: Clock | None, time: int) -> datetime | None:
+    return None if clock is None or time == NEVER else clock.get_date(time)
+
+
+def _find_end(asked: Asked, edges: np.ndarray, seen: SeenAt) -> tuple[Statement | None, int, bool]:
+    """Return by what a thing that was seen at a place is not there any more.
+
+    `edges` are rows of those of what is asked for at that place, (n,), and `seen` is the last
+    sighting there, which something has ended.
+
+    Returns:
+        The last statement that ended it; None without one. The time step of the last look here
+        since, or from which on it is false, `NEVER` without one. Whether that was a look.
+    """
+    table = asked.current.edges
+    own = edges[(table["last_true"][edges] == seen.time) & ~table["is_true"][edges]]
+    place, thing = int(table["furniture"][own[0]]), int(table["object"][own[0]])
+    last_look = int(asked.current.furniture_last_observed[0, place])
+    number = asked.rows.tolist().index(thing)
+    for said in reversed(asked.statements[number]):
+        if said.time >= seen.time and seen.furniture in said.was_at:
+            is_later = last_look > said.time
+            return said, last_look if is_later else NEVER, is_later
+    changed = int(table["last_changed"][own].max())
+    return None, max(last_look, changed), last_look >= changed
+
+
+def _list_similar(asked: Asked, cosines: np.ndarray | None) -> dict[int, dict[str, None]]:
+    """List other objects with a similar label by furniture, each once, the latest first."""
+    similar: dict[int, dict[str, None]] = {}
+    if cosines is None:
+        return similar
+    edges = asked.current.edges
+    label = asked.current.objects["label"]
+    own_label = asked.batch.objects["label"][asked.queries.object[0]]
+    # Labels that came up in this very step have no vector yet.
+    is_known = label < len(cosines)
+    is_similar = is_known & (cosines[np.where(is_known, label, 0), own_label] >= SIMILAR)
+    is_similar[asked.rows[asked.rows >= 0]] = False
+    alike = np.flatnonzero(is_similar[edges["object"]] & (edges["num_true"] > 0))
+    alike = alike[np.argsort(-edges["last_true"][alike], kind="stable")]
+    for place, other in zip(
+        edges["furniture"][alike].tolist(), edges["object"][alike].tolist(), strict=True
+    ):
+        similar.setdefault(place, {})[asked.descriptions[other]] = None
+    return similar

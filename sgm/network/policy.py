@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -22,17 +23,44 @@ from sgm.policies.policy import Policy, compute_probabilities
 from sgm.prior.place_prior import PlacePrior
 
 
-class NetworkPolicy(Policy):
+class StepPolicy(Policy):
+    """A network that is asked once in a time step for each thing.
+
+    The answers of a step stay, but for what looks have shown since (`StepAnswers`).
+    """
+
+    score_kind = "logits"
+    _answers: StepAnswers | None = None
+
+    def reset(self, memory: MemoryBatch) -> None:
+        """Forget earlier homes, and ask for what features are computed from."""
+        memory.count_history()
+        self._answers = StepAnswers(memory)
+
+    def observe(self, memory: MemoryBatch, change: Change) -> None:
+        """Use a look in the answers of this step."""
+        if self._answers is not None and memory is self._answers.memory:
+            self._answers.note_look(change)
+
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return logits, (Q, F), -inf where there is no place."""
+        if self._answers is None or memory is not self._answers.memory:
+            return self.ask_anew(memory, queries)
+        return self._answers.answer(queries, partial(self.ask_anew, memory))
+
+    @abstractmethod
+    def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return what it says whatever it said before in this step, (Q, F)."""
+
+
+class NetworkPolicy(StepPolicy):
     """Asks a network about all queries of all homes at once, each place one row of an array.
 
     A home's scores do not depend on the homes beside it, nor on threads, to the last bit. ONNX
     Runtime computes every row in the same order in any batch. Sums over places are sums
     of whole numbers, and what the last sums round differently is rounded away.
-
-    The answers of a time step stay, but for what looks have shown since (`StepAnswers`).
     """
 
-    score_kind = "logits"
     answers_apart = True
     reads_clock = False
     text_pipeline = None
@@ -44,7 +72,6 @@ class NetworkPolicy(Policy):
         """
         self.network = network
         self._asks_moved = asks_moved
-        self._answers: StepAnswers | None = None
 
     @classmethod
     def load(cls, source: str | Path) -> NetworkPolicy:
@@ -73,22 +100,6 @@ class NetworkPolicy(Policy):
         if asks_moved == self._asks_moved:
             return self
         return NetworkPolicy(self.network, asks_moved)
-
-    def reset(self, memory: MemoryBatch) -> None:
-        """Forget earlier homes, and ask for what features are computed from."""
-        memory.count_history()
-        self._answers = StepAnswers(memory)
-
-    def observe(self, memory: MemoryBatch, change: Change) -> None:
-        """Use a look in the answers of this step."""
-        if self._answers is not None and memory is self._answers.memory:
-            self._answers.note_look(change)
-
-    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Return logits, (Q, F), -inf where there is no place."""
-        if self._answers is None or memory is not self._answers.memory:
-            return self.ask_anew(memory, queries)
-        return self._answers.answer(queries, partial(self.ask_anew, memory))
 
     def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return what it says whatever it said before in this step, (Q, F)."""

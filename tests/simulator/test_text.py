@@ -12,9 +12,8 @@ import spacy
 
 from sgm.prior.prior_graph import PriorGraph
 from sgm.text import TextVectors
-from sgm.text.spacy_encoder import load_spacy
 from sgm.text.tok2vec import ENCODER_FILE
-from sgm.text.vectors import SHIPPED_PIPELINE
+from sgm.text.vectors import SHIPPED_PIPELINE, SpacyEncoder, load_language
 from tools.text_training import __main__ as train
 
 
@@ -290,7 +289,7 @@ def test_command_line_writes_a_pipeline_that_loads(
     train.main(["--out", str(out), "--epochs", "1", "--batch-size", "64"])
     assert set(json.loads(capsys.readouterr().out)["accuracy"]) == set(train.load_evaluation())
     words = ["mug", "spoons", "blue lamp", "(new)"]
-    with_spacy = np.stack(list(load_spacy(out).encode(words)))
+    with_spacy = np.stack(list(SpacyEncoder(load_language(out)).encode(words)))
     text = TextVectors(out)
     np.testing.assert_allclose(text.vectors(words), with_spacy, rtol=0, atol=1e-5)
     (out / ENCODER_FILE).write_bytes(b"")

@@ -32,9 +32,8 @@ from thinc.api import (
 from sgm.checks import check_at_least
 from sgm.files import write_whole
 from sgm.prior.prior_graph import PriorGraph
-from sgm.text.spacy_encoder import load_language
 from sgm.text.tok2vec import ENCODER_FILE
-from sgm.text.vectors import TextVectors
+from sgm.text.vectors import TextVectors, load_language
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
 from tools.text_training.convert import convert

@@ -10,9 +10,9 @@ import numpy as np
 from safetensors.numpy import save
 
 from sgm.messages import shorten
-from sgm.text.spacy_encoder import SpacyEncoder
 from sgm.text.tok2vec import ATTRIBUTES, METADATA, Tok2Vec, scale_mean
 from sgm.text.tokenizer import Tokenizer
+from sgm.text.vectors import SpacyEncoder
 
 if TYPE_CHECKING:
     from spacy.language import Language

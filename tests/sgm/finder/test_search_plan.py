@@ -6,8 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sgm.finder.ranking import Place
-from sgm.finder.reasons import Evidence
+from sgm.finder.ranking import Evidence, Place
 from sgm.finder.search_plan import EXACT_PLACES, find_distance, plan_search
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 
