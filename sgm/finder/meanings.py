@@ -36,10 +36,11 @@ class Unclear(Exception):
         self.status, self.ask, self.candidates, self.thing = status, ask, candidates, thing
 
 
-def find_place(memory: SceneGraphMemory, place: int | str) -> int:
+def find_place(memory: SceneGraphMemory, place: int | str, thing: str = "") -> int:
     """Return the id of the place that is meant, by its id or by a name.
 
-    Names are read as "white fridge in kitchen", "white fridge", or as `find_furniture` does.
+    Names are read as "white fridge in kitchen", "white fridge", or as `find_furniture` does. What
+    is to be asked is about a thing, if one is given.
 
     Raises:
         Unclear: if that is none, or several.
@@ -57,7 +58,7 @@ def find_place(memory: SceneGraphMemory, place: int | str) -> int:
     for called in (names, {number: row.description for number, row in layout.furniture.items()}):
         found = [number for number, name in called.items() if read_words("place", name) == words]
         if found:
-            return _choose(found, names)
+            return _choose(found, names, thing)
     found = list(memory.find_furniture(place))
     if not found and " in " in words:
         what, _, room = words.rpartition(" in ")
@@ -65,14 +66,14 @@ def find_place(memory: SceneGraphMemory, place: int | str) -> int:
         among = memory.find_furniture(what)
         found = [number for number in among if layout.furniture[number].room in rooms]
     if found:
-        return _choose(found, names)
+        return _choose(found, names, thing)
     rooms = [n for n, room in layout.rooms.items() if read_words("room", str(room)) == words]
     within = [names[number] for number in names if layout.furniture[number].room in rooms]
     if within:
         ask = f"{shorten(place, _MOST_NAME)} is a room. {_ask(within)}"
-        raise Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]))
+        raise Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]), thing)
     near = memory.resolve(place, among=list(names.values())).alternatives
-    raise Unclear("unknown", _ask_unknown(place, near, "list_places"), near)
+    raise Unclear("unknown", _ask_unknown(place, near, "list_places"), near, thing)
 
 
 def find_rooms(memory: SceneGraphMemory, room: str) -> list[int]:
@@ -153,7 +154,7 @@ def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Uncle
     return Unclear("unknown", f"No room is called {name}.", labels)
 
 
-def _choose(found: Sequence[int], names: dict[int, str]) -> int:
+def _choose(found: Sequence[int], names: dict[int, str], thing: str) -> int:
     if len(found) == 1:
         return found[0]
     own = [names[number] for number in found]
@@ -161,7 +162,7 @@ def _choose(found: Sequence[int], names: dict[int, str]) -> int:
         name if own.count(name) == 1 else f"{name} (place {number})"
         for number, name in zip(found, own, strict=True)
     ]
-    raise Unclear("ambiguous", _ask(told), tuple(told[:MOST_CANDIDATES]))
+    raise Unclear("ambiguous", _ask(told), tuple(told[:MOST_CANDIDATES]), thing)
 
 
 def _ask(names: Sequence[str]) -> str:

@@ -157,7 +157,10 @@ class ObjectFinder(Finder):
     def _ask_again(self, log: str | Path) -> Iterator[AskedAgain]:
         lines = read_log(log)
         sure = _list_sure(lines)
-        begin = _find_latest(sure, _MOST_QUESTIONS)
+        # The line from which on the looks show that many things, or fewer.
+        num_after = np.cumsum([len(names) for names in sure[::-1]])[::-1]
+        is_late = num_after <= _MOST_QUESTIONS
+        begin = int(is_late.argmax()) if is_late.any() else len(sure)
         asked_in: dict[str, AskedAgain] = {}  # answers before the looks of this time step
         for number, (memory, line, furniture) in enumerate(replay(lines)):
             if line.kind != "look":
@@ -255,10 +258,3 @@ def _list_sure(lines: Sequence[LogLine]) -> list[list[str]]:
         )
         sure.append(list(dict.fromkeys(names)))
     return sure
-
-
-def _find_latest(sure: Sequence[Sequence[str]], most: int) -> int:
-    """Return the number of the line from which on the looks show `most` things, or fewer."""
-    shown = [len(names) for names in sure]
-    num_after = np.cumsum(shown[::-1])[::-1]
-    return int(np.argmax(num_after <= most)) if num_after[-1] <= most else len(sure)

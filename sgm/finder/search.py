@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ from sgm.names.words import read_name
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
 
 
+@dataclass(eq=False, repr=False)
 class ObjectSearch:
     """Looks for one thing until it is found, or further looks are unlikely to find it.
 
@@ -56,51 +57,42 @@ class ObjectSearch:
         going: the look that `next` gave, as long as nothing was said of it; else None.
     """
 
-    def __init__(
-        self,
-        finder: Any,  # a `Finder`, whose module imports this one
-        memory: SceneGraphMemory,
-        description: str,
-        start: Any,
-        distance: Distance | None,
-        look_cost: float,
-        exclude: frozenset[int],
-        give_up_at: float,
-        budget: float | None,
-    ) -> None:
+    _finder: Any  # a `Finder`, whose module imports this one
+    memory: SceneGraphMemory
+    description: str
+    _at: Any  # the start, then where it is
+    _distance: Distance | None
+    _look_cost: float
+    _exclude: frozenset[int]
+    _give_up_at: float
+    _budget: float | None
+    num_looks: int = 0
+    cost: float = 0.0
+    is_found: bool = False
+    going: Look | None = None
+    # Looks at each place, and when the last one was.
+    _missed: dict[int, tuple[float, int]] = field(default_factory=dict)
+    _in_a_row: int = 0  # looks at the place where it is now
+    _opened: int | None = None  # what was opened at the place where it is now
+    _reason: str = ""
+    _found_at: str = ""
+
+    def __post_init__(self) -> None:
         """Start; `Finder.search` says what the arguments are.
 
         Raises:
             ValueError: if `give_up_at`, the budget, or what a plan takes is out of range.
         """
-        if not is_number(give_up_at) or not 0 < give_up_at <= 1:
+        if not is_number(self._give_up_at) or not 0 < self._give_up_at <= 1:
             raise ValueError(
-                f"give_up_at must lie above 0 and at most at 1, got {shorten(give_up_at)}. Give "
-                "the probability that no look finds it, from which on the search ends."
+                f"give_up_at must lie above 0 and at most at 1, got {shorten(self._give_up_at)}. "
+                "Give the probability that no look finds it, from which on the search ends."
             )
-        if budget is not None and (not is_number(budget) or not budget > 0):
+        if self._budget is not None and (not is_number(self._budget) or not self._budget > 0):
             raise ValueError(
-                f"budget must be a number above 0, got {shorten(budget)}. Give the most that all "
-                "looks may cost, or leave it out."
+                f"budget must be a number above 0, got {shorten(self._budget)}. Give the most that "
+                "all looks may cost, or leave it out."
             )
-        self.description = description
-        self.memory = memory
-        self.num_looks = 0
-        self.cost = 0.0
-        self.is_found = False
-        self._finder = finder
-        self._at = start
-        self._distance = distance
-        self._look_cost = look_cost
-        self._exclude = exclude
-        self._give_up_at = give_up_at
-        self._budget = budget
-        self._missed: dict[int, tuple[float, int]] = {}  # looks, and when the last one was
-        self._in_a_row = 0  # looks at the place where it is now
-        self._opened: int | None = None  # what was opened at the place where it is now
-        self.going: Look | None = None
-        self._reason = ""
-        self._found_at = ""
         self._plan(self._split(self.ranking)[0])  # bad arguments are reported now
 
     @property

@@ -300,7 +300,8 @@ class MemoryService(ReadCalls):
             KeyError: if there is no place of an id.
             ValueError: if a name is none, or a value is out of range.
         """
-        here, before = self._find_place(place, thing), self._find_taken(was_at, thing)
+        here = find_place(self.memory, place, thing)
+        before = self._find_any(was_at, thing)
         own = find_thing(self.memory, self.finder, thing)
         self.let_time_pass()
         self.memory.note_moved(own, here, by, relation, confidence, before)
@@ -319,7 +320,7 @@ class MemoryService(ReadCalls):
             KeyError: if there is no place of that id.
             ValueError: if a name is none.
         """
-        before = self._find_taken(was_at, thing)
+        before = self._find_any(was_at, thing)
         own = find_thing(self.memory, self.finder, thing)
         self.let_time_pass()
         self.memory.picked_up(own, before)
@@ -341,7 +342,7 @@ class MemoryService(ReadCalls):
         carried = self.memory.carried
         matches = self.memory.resolve(thing, among=carried).matches if carried else ()
         thing = matches[0] if len(matches) == 1 else thing
-        here = self._find_place(place, thing)
+        here = find_place(self.memory, place, thing)
         own = find_thing(self.memory, self.finder, thing)
         self.let_time_pass()
         self.memory.put_down(own, here, relation)
@@ -440,21 +441,13 @@ class MemoryService(ReadCalls):
             ValueError: if a name is none, nothing was merged, or the thing was seen at no other
                 place.
         """
-        here = None if place is None else self._find_place(place, thing)
+        here = self._find_any(place, thing)
         self.let_time_pass()
         self.memory.split(thing, here, name or "", by)
         return self._note("split", thing, here, f"{by} said that {thing} is two things")
 
-    def _find_place(self, place: int | str, thing: str) -> int:
-        """Return the id of the place that is meant; what is to be asked is about a thing."""
-        try:
-            return find_place(self.memory, place)
-        except Unclear as unclear:
-            unclear.thing = thing
-            raise
-
-    def _find_taken(self, was_at: int | str | None, thing: str) -> int | None:
-        return None if was_at is None else self._find_place(was_at, thing)
+    def _find_any(self, place: int | str | None, thing: str) -> int | None:
+        return None if place is None else find_place(self.memory, place, thing)
 
     @_write
     def add_room(self, label: str) -> Noted:

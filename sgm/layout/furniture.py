@@ -168,7 +168,8 @@ def compute_positions(
             if other not in floors
             and box.top > ground + _STEP
             and box.bottom < ground + _TALLEST
-            and _are_near(box, row.box)
+            and math.dist(box.center[:2], row.box.center[:2])
+            < _get_reach(box) + _get_reach(row.box)
         ]
         points = _list_points(row.box, is_floor=number in floors)
         is_free = np.ones(len(points), dtype=bool)
@@ -186,11 +187,6 @@ def compute_positions(
             x, y = points[int(is_free.argmax())].tolist()
             found[number] = (x, y)
     return found
-
-
-def _are_near(box: Box, other: Box) -> bool:
-    """Tell whether one of two boxes may be in the way of who looks at the other."""
-    return math.dist(box.center[:2], other.center[:2]) < _get_reach(box) + _get_reach(other)
 
 
 def _get_reach(box: Box) -> float:

@@ -204,15 +204,9 @@ class NameReader:
         head = frozenset(map(self._spell, plain[start:]))
         properties = frozenset(map(self._spell, plain[owned:start])) - DETERMINERS - _NOBODY
         own, ending = tuple(plain[owned:]), tuple(plain[start:])
-        owner = self._name_owner(plain[:owned])
+        known = self._table.find(plain[:owned]) if owned else ()  # "dad" and "father" are one
+        owner = self._table.names[known[0]] if known else " ".join(plain[:owned])
         return Reading(things, own, ending, head, properties, frozenset(), owner, is_content)
-
-    def _name_owner(self, words: list[str]) -> str:
-        """Return an owner as it is compared: "dad" and "father" are one."""
-        if not words:
-            return ""
-        known = self._table.find(words)
-        return self._table.names[known[0]] if known else " ".join(words)
 
     def _spell_by_table(self, word: str) -> str:
         """Return a word as it is compared: "telly" and "tv" are one, as the table has them."""

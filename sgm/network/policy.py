@@ -106,26 +106,17 @@ class NetworkPolicy(StepPolicy):
         learns = self.network.learns_asked
         asked = self._asks_moved if learns else TASKS_ASK_MOVED
         evidence = compute_features(memory, queries, asked)
-        is_place = evidence.asked.is_place
-        logits = self.network.compute_logits(
-            evidence.place, evidence.question, _gather_edges(memory, queries), is_place
-        )
+        is_place, edges = evidence.asked.is_place, memory.edges
+        # Prior weight of each place, and relation in which it was seen there the most often.
+        edge = choose_edges(
+            queries.object.astype(np.int64), len(memory.objects), queries.prior, edges["object"],
+            edges["furniture"], edges["relation"], edges["num_true"], edges["prior"],
+        )  # fmt: skip
+        logits = self.network.compute_logits(evidence.place, evidence.question, edge, is_place)
         scores = np.where(is_place, logits.round(CORRECTIONS.decimals), -np.inf)
         corrected = TASKS_ASK_MOVED if learns else self._asks_moved
         mixed = mix_answers(scores[..., None], evidence, self.network.prior_share, corrected)
         return mixed[..., 0]
-
-
-def _gather_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:
-    """Return prior weight and relation, 0 "in", 1 "onTop", of each place, float32 (Q, F, 2).
-
-    The relation in which the object was seen there the most often; else the likelier one.
-    """
-    edges = memory.edges
-    return choose_edges(
-        queries.object.astype(np.int64), len(memory.objects), queries.prior, edges["object"],
-        edges["furniture"], edges["relation"], edges["num_true"], edges["prior"],
-    )  # fmt: skip
 
 
 def mix_answers(

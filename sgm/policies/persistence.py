@@ -110,7 +110,10 @@ class Persistence(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the odds that an object asked for is there, (Q, F)."""
         self._add_pairs(memory)
-        presence = self._compute_unseen(memory, queries)
+        home = queries.home
+        left = self._compute_left(home[:, None], np.arange(memory.num_furniture), memory.time)
+        by_kind = (self.compute_kind_shares()[home][:, None] * left).sum(axis=2)
+        presence = _get_prior(memory, home, queries.prior) * by_kind  # (Q, F), without a look
         query, edge = memory.edges_of(queries)
         pairs = self._pairs["pair"][self._pair_of_edge[edge]]
         leave, come = self._compute_rates(pairs)
@@ -128,13 +131,6 @@ class Persistence(Policy):
     def compute_kind_shares(self) -> np.ndarray:
         """Return the share of the pairs of a home that is of each kind, (H, K)."""
         return self._num_of_kind / self._num_of_kind.sum(axis=1, keepdims=True)
-
-    def _compute_unseen(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Return the probability of places that no look was about, (Q, F)."""
-        furniture = np.arange(memory.num_furniture)
-        left = self._compute_left(queries.home[:, None], furniture, memory.time)  # (Q, F, K)
-        share = self.compute_kind_shares()[queries.home][:, None]
-        return _get_prior(memory, queries.home, queries.prior) * (share * left).sum(axis=2)
 
     def _compute_left(self, home: np.ndarray, furniture: np.ndarray, time: int) -> np.ndarray:
         """Return what is left of the prior weight of places, (..., K).

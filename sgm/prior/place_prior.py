@@ -80,7 +80,7 @@ class PlacePrior:
         """Cosine of unknown furniture to the known label it is most like, (H, F), 1 for known."""
         cosine = np.ones(self._is_place.shape)
         for home, place in self._list_unknown():
-            cosine[home, place] = self._columns.compare(self._labels[home][place]).max()
+            cosine[home, place] = self._columns.words.cosines([self._labels[home][place]]).max()
         return cosine
 
     @cached_property
@@ -206,10 +206,6 @@ class _Columns:
     def find(self, room: str, label: str) -> int:
         """Return the column of furniture in a room."""
         return self.index.get((room, label), self.index.get((None, label), self.unknown))
-
-    def compare(self, label: str) -> np.ndarray:
-        """Return the cosines of a label to the known ones, (K,)."""
-        return self.words.cosines([label])[0]
 
     def blend(self, room: str, label: str) -> np.ndarray:
         """Return the weights of furniture that is called like some that is known, (O, 2)."""

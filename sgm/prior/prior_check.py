@@ -16,12 +16,9 @@ MOST_DESCRIPTIONS_OF_ALL = 1_000_000
 Rule = tuple[Callable[[Any], bool], str]
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def _is_weight(value: Any) -> bool:
-    return _is_number(value) and value >= 0
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_number and math.isfinite(value) and value >= 0
 
 
 def _is_name(value: Any) -> bool:

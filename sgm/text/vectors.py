@@ -49,7 +49,12 @@ class TextVectors:
     RMS = RMS
 
     def __init__(self, pipeline: str | Path | None = None) -> None:
-        self._encoder = _load_encoder(SHIPPED_PIPELINE if pipeline is None else pipeline)
+        pipeline = SHIPPED_PIPELINE if pipeline is None else pipeline
+        file = Path(pipeline) / ENCODER_FILE
+        needs_spacy = pipeline == PAPER_PIPELINE or not file.is_file()
+        self._encoder: SpacyEncoder | Tok2Vec = (
+            SpacyEncoder(load_language(pipeline)) if needs_spacy else load_tok2vec(file)
+        )
         self._vector_of: dict[str, FloatArray] = {}
 
     @property
@@ -114,14 +119,6 @@ def load_text(pipeline: str | None = None) -> TextVectors:
 def is_text_known(pipeline: object) -> bool:
     """Tell whether a file may name a pipeline: ours, the paper's, or one that is loaded already."""
     return pipeline in (None, PAPER_PIPELINE) or (isinstance(pipeline, str) and pipeline in _LOADED)
-
-
-def _load_encoder(pipeline: str | Path) -> SpacyEncoder | Tok2Vec:
-    """Load an encoder: by numpy where a folder has the file for it, else by spaCy."""
-    file = Path(pipeline) / ENCODER_FILE
-    if pipeline != PAPER_PIPELINE and file.is_file():
-        return load_tok2vec(file)
-    return SpacyEncoder(load_language(pipeline))
 
 
 class Alike:
