@@ -115,13 +115,13 @@ class Detector:
     def compute_log_likelihood(
         self, looks: Looks, looks_counted: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the log likelihood of negative looks if a thing is at each place, (..., F) both.
+        """Return the log likelihood of negative looks if a thing is at each place, (V, F) both.
 
         Looks of this step all miss it with `compute_miss`. After one of s steps ago the object may
         have come, so that its likelihood is 1 - (1 - miss rate) (1 - leave rate)^s.
 
         Args:
-            looks: at every place, of one object or of V of them (`Looks.stack`).
+            looks: at every place, of V objects.
             looks_counted: share of what looks of earlier steps say that is in the belief already
                 where the object was ever seen; the rest is that power of their likelihood.
 
@@ -129,16 +129,11 @@ class Detector:
             That of the looks of earlier steps that were for whatever is there, which the memory
             keeps for all objects; and that of the others: of this step, and for this object alone.
         """
-        shape = looks.negative.shape
-        rows = [np.reshape(one, (-1, shape[-1])) for one in (looks.negative, looks.sought,
-                looks.sought_ago, looks.is_remembered)]  # fmt: skip
-        negative, sought, sought_ago, is_remembered = rows
-        steps_ago = looks.steps_ago.reshape(*negative.shape, -1)
-        earlier, own = _weigh_looks(
-            negative, steps_ago, sought, sought_ago, is_remembered, float(self.miss_rate),
-            float(self.leave_rate), float(self.repeated_share), float(looks_counted),
-        )  # fmt: skip
-        return earlier.reshape(shape), own.reshape(shape)
+        rates = self.miss_rate, self.leave_rate, self.repeated_share, looks_counted
+        return _weigh_looks(
+            (looks.negative, looks.sought, looks.sought_ago, looks.is_remembered, looks.steps_ago),
+            tuple(map(float, rates)),
+        )
 
 
 def compute_miss(
@@ -167,15 +162,7 @@ def compute_miss(
 
 @kernel
 def _weigh_looks(
-    negative: np.ndarray,
-    steps_ago: np.ndarray,
-    sought: np.ndarray,
-    sought_ago: np.ndarray,
-    is_remembered: np.ndarray,
-    miss_rate: float,
-    leave_rate: float,
-    repeated_share: float,
-    looks_counted: float,
+    looks: tuple[np.ndarray, ...], rates: tuple[float, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return log likelihood of earlier looks, and of the others, (V, F) each.
 
@@ -184,6 +171,8 @@ def _weigh_looks(
     `steps_ago`, infinite for none, (V, F, n). `is_remembered` says where the memory counts earlier
     looks, bool (V, F).
     """
+    negative, sought, sought_ago, is_remembered, steps_ago = looks
+    miss_rate, leave_rate, repeated_share, looks_counted = rates
     earlier, own = np.zeros(negative.shape), np.zeros(negative.shape)
     for row in range(negative.shape[0]):
         for place in range(negative.shape[1]):

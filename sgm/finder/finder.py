@@ -387,16 +387,12 @@ def _list_variants(asked: Asked, in_hand: np.ndarray) -> tuple[list[int], list[b
     Returns:
         Which of the K things each is, or is like, V of them; and whether it is another one.
     """
-    if asked.num_instances.max() == 1:
-        return list(range(len(in_hand))), [False] * len(in_hand)
     num_seen = np.count_nonzero(asked.looks.seen, axis=1)
     others = np.where(num_seen > 0, np.maximum(asked.num_instances - num_seen, 0), 0)
     others = np.where((num_seen == 0) & (in_hand > 0), asked.num_instances - 1, others)
-    rows, is_another = [], []
-    for row, num_others in enumerate(others.tolist()):
-        rows += [row] * (1 + num_others)
-        is_another += [False] + [True] * num_others
-    return rows, is_another
+    rows = np.repeat(np.arange(len(others)), 1 + others)
+    is_another = np.append(False, rows[1:] == rows[:-1])  # the first of each is itself
+    return rows.tolist(), is_another.tolist()
 
 
 def _odds(share: float) -> float:

@@ -128,24 +128,21 @@ class ReadCalls:
             unclear = ask_room(self.memory, room, [])
             return self._cut(PlaceList, [], k, self.memory.time, unclear)
         home, layout = self.memory.to_dict(), self.memory.layout
-        now, rows = home["time"], []
-        for own in home["rooms"]:
-            for node in own["furniture"]:
-                is_left_out = rooms is not None and own["id"] not in rooms
-                if is_left_out or node["id"] not in layout.furniture:  # removed meanwhile
-                    continue
-                looked = node["last_looked"]
-                rows.append(
-                    PlaceRow(
-                        place=node["id"],
-                        name=layout.describe(node["id"]),
-                        room=str(layout.rooms[layout.furniture[node["id"]].room]),
-                        label=node["label"],
-                        position=layout.furniture[node["id"]].position,
-                        last_looked=None if looked is None else self._tell_time(looked, now),
-                        things=sum(seen["is_there"] for seen in node["objects"]),
-                    )
-                )
+        now = home["time"]
+        rows = [
+            PlaceRow(
+                place=node["id"],
+                name=layout.describe(node["id"]),
+                room=str(layout.rooms[layout.furniture[node["id"]].room]),
+                label=node["label"],
+                position=layout.furniture[node["id"]].position,
+                last_looked=self._tell_any(node["last_looked"], now),
+                things=sum(seen["is_there"] for seen in node["objects"]),
+            )
+            for own in home["rooms"]
+            for node in own["furniture"]
+            if (rooms is None or own["id"] in rooms) and node["id"] in layout.furniture  # still
+        ]
         rows.sort(key=lambda row: row.place)
         return self._cut(PlaceList, rows, k, now)
 
@@ -239,7 +236,7 @@ class ReadCalls:
                 from_name=self._tell_name(change.from_place),
                 to_place=change.to_place,
                 to_name=self._tell_name(change.to_place),
-                after=None if change.after is None else self._tell_time(change.after, now),
+                after=self._tell_any(change.after, now),
                 at=self._tell_time(change.time, now),
                 probability=change.probability,
                 by=change.by,
@@ -288,6 +285,9 @@ class ReadCalls:
 
     def _tell_time(self, step: int, now: int) -> Moment:
         return Moment.tell(step, now, self.memory.clock)
+
+    def _tell_any(self, step: int | None, now: int) -> Moment | None:
+        return None if step is None else self._tell_time(step, now)
 
     def _tell_name(self, place: int | None) -> str:
         """Return the name of a place; empty if it was removed."""

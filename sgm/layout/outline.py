@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -107,13 +108,11 @@ def _crosses_itself(start: np.ndarray, end: np.ndarray) -> bool:
         ahead, aside = other - one, point - one
         return float(ahead[0] * aside[1] - ahead[1] * aside[0])
 
-    num = len(start)
-    for one in range(num):
-        for other in range(one + 2, num):
-            if one == 0 and other == num - 1:
-                continue
-            a, b, c, d = start[one], end[one], start[other], end[other]
-            sides = turn(a, b, c) * turn(a, b, d), turn(c, d, a) * turn(c, d, b)
-            if max(sides) <= 0 and sides != (0.0, 0.0):
-                return True
+    for one, other in combinations(range(len(start)), 2):
+        if other - one in (1, len(start) - 1):
+            continue
+        a, b, c, d = start[one], end[one], start[other], end[other]
+        sides = turn(a, b, c) * turn(a, b, d), turn(c, d, a) * turn(c, d, b)
+        if max(sides) <= 0 and sides != (0.0, 0.0):
+            return True
     return False

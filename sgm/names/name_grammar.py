@@ -159,8 +159,6 @@ class NameReader:
     ) -> list[Reading]:
         """Read two parts with "of", "with" or the like between them."""
         last = compute_singular(left[-1][0])
-        while len(right) > 1 and right[0][0] in DETERMINERS:
-            right = right[1:]
         # A measure that is a thing, too: "ball of yarn"; a "set" is none.
         is_thing = bool(self._table.find([word for word, _ in left]))
         if link == "of" and last in _MEASURES and not is_thing:

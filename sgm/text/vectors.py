@@ -75,7 +75,18 @@ class TextVectors:
                 f"[{shorten(labels)}]"
             )
         new = [label for label in dict.fromkeys(labels) if label not in self._vector_of]
-        self._vector_of.update(zip(new, self._compute_vectors(new), strict=True))
+        texts = [" ".join(label.lower().replace("_", " ").split()) for label in new]
+        for label, text in zip(new, texts, strict=True):
+            if not text:
+                raise ValueError(
+                    f"label must contain a word, got {shorten(label)}. Give every node type a name"
+                )
+            if any("\ud800" <= char <= "\udfff" for char in text):
+                raise ValueError(
+                    f"label must be text that UTF-8 can hold, got {shorten(label)}. Decode it from "
+                    "the encoding that it has"
+                )
+        self._vector_of.update(zip(new, self._encoder.encode(texts), strict=True))
         if not labels:
             return np.zeros((0, self.WIDTH), dtype=np.float32)
         return np.stack([self._vector_of[label] for label in labels])
@@ -87,20 +98,6 @@ class TextVectors:
         """
         unit = self.vectors(labels).astype(float) / (self.RMS * self.WIDTH**0.5)  # (L, 96)
         return np.clip(unit @ unit.T, -1.0, 1.0).astype(np.float32)
-
-    def _compute_vectors(self, labels: Sequence[str]) -> Iterator[FloatArray]:
-        texts = [" ".join(label.lower().replace("_", " ").split()) for label in labels]
-        for label, text in zip(labels, texts, strict=True):
-            if not text:
-                raise ValueError(
-                    f"label must contain a word, got {shorten(label)}. Give every node type a name"
-                )
-            if any("\ud800" <= char <= "\udfff" for char in text):
-                raise ValueError(
-                    f"label must be text that UTF-8 can hold, got {shorten(label)}. Decode it from "
-                    "the encoding that it has"
-                )
-        return self._encoder.encode(texts)
 
 
 _LOADED: dict[str | None, TextVectors] = {}
