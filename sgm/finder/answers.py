@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Literal
 
@@ -13,7 +13,6 @@ from sgm.memory.clock import Clock
 MOST_BYTES = 600  # of an answer of `where_is` for which no number of rows was asked
 _DIGITS = 3  # of probabilities and costs
 _PLAIN = frozenset((str, int, bool, type(None)))
-_FIELDS: dict[type, tuple[str, ...]] = {}  # of the dataclasses that were written so far
 
 Status = Literal["ok", "ambiguous", "unknown"]
 # What each status means, for the documentation.
@@ -374,10 +373,7 @@ def to_json(answer: Any) -> Any:
         return [to_json(value) for value in answer]
     if kind is dict:
         return {key: to_json(value) for key, value in answer.items()}
-    names = _FIELDS.get(kind)
-    if names is None:
-        names = _FIELDS[kind] = tuple(field.name for field in fields(answer))
-    return {name: to_json(getattr(answer, name)) for name in names}
+    return {name: to_json(getattr(answer, name)) for name in kind.__dataclass_fields__}
 
 
 def write_json(answer: Any) -> bytes:

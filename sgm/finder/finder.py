@@ -83,8 +83,7 @@ class Finder:
         self._policy = policy.for_questions(asks_moved)
         self._lock = Lock()
         # What was learnt of which state of a memory, at which time: the same for all questions.
-        self._leaving: tuple[object, int, Leaving] | None = None
-        self._outings: tuple[object, int, Outings] | None = None
+        self._learnt: tuple[object, int, Leaving, Outings | None] | None = None
         self._judged = JudgedBeliefs()
 
     @property
@@ -97,7 +96,7 @@ class Finder:
         check_kind("detector", detector, Detector, _DETECTOR_HINT)
         with self._lock:
             self._detector = detector
-            self._leaving = self._outings = None  # learnt with the former miss rate
+            self._learnt = None  # with the former miss rate
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
         """Say which remembered things a question means; see `NameIndex` for the rules.
@@ -325,22 +324,21 @@ class Finder:
 
     def _compute_left(self, asked: Asked) -> np.ndarray:
         """Return how likely each thing is out, before this step's looks, for good or not, (K,)."""
-        batch, known = asked.batch, self._leaving
+        batch, known = asked.batch, self._learnt
         if known is None or known[0] is not asked.origin or known[1] != batch.time:
-            known = self._leaving = asked.origin, batch.time, Leaving(batch, asked.queries)
-        left = known[2].compute(batch, asked.queries)
-        left = np.minimum(join_left(left, *self._compute_out(asked)), 1 - 1e-9)
+            outings = None if batch.clock is None else Outings(batch)
+            known = self._learnt = asked.origin, batch.time, Leaving(batch, asked.queries), outings
+        _, _, leaving, outings = known
+        left = leaving.compute(batch, asked.queries)
+        left = np.minimum(join_left(left, *self._compute_out(asked, outings)), 1 - 1e-9)
         odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(CORRECTIONS.elsewhere_share)
         return odds / (1 + odds)
 
-    def _compute_out(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+    def _compute_out(self, asked: Asked, outings: Outings | None) -> tuple[np.ndarray, np.ndarray]:
         """Return how likely things are out for a while, and what that explains; see `Outings`."""
-        batch, known = asked.batch, self._outings
-        if batch.clock is None:
+        if outings is None:  # without a clock
             return np.zeros(len(asked.rows)), np.ones(len(asked.rows))
-        if known is None or known[0] is not asked.origin or known[1] != batch.time:
-            known = self._outings = asked.origin, batch.time, Outings(batch)
-        return known[2].compute(batch, asked.queries)
+        return outings.compute(asked.batch, asked.queries)
 
     def _judge(self, asked: Asked) -> Belief:
         """Return the belief before this step's looks about each of the K things."""
@@ -364,8 +362,6 @@ def _doubt(belief: Belief, asked: Asked) -> Belief:
     Then a thing is where it was held to be before; where that is nowhere, it may be at any place.
     What was said in this time step is weighed as what was seen in it.
     """
-    if all(said is None for said in asked.said):
-        return belief
     share = np.zeros(len(asked.said))
     places = np.ones((len(share), len(asked.furniture_ids)))
     elsewhere = belief.elsewhere.copy()

@@ -212,17 +212,13 @@ class ObjectFinder(Finder):
     def _score(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
         """Return logits, and what the adaptive filter believes, (K, F) both."""
         belief = Adaptive().for_questions(self._asks_moved).follow(asked.batch, asked.queries)
-        return self._score_places(asked), belief[:, :-1]
-
-    def _score_places(self, asked: Asked) -> np.ndarray:
-        """Return the logit of each place, (K, F)."""
-        return self._network.ask_anew(asked.batch, asked.queries)
+        return self._network.ask_anew(asked.batch, asked.queries), belief[:, :-1]
 
     def _judge(self, asked: Asked) -> Belief:
         if self.adaptation.is_used:
             scores = self.adaptation.change(*self._score(asked), asked.furniture_ids)
         else:
-            scores = self._score_places(asked)
+            scores = self._network.ask_anew(asked.batch, asked.queries)
         return Belief.of_logits(scores, self.elsewhere_share)
 
     def _list_settings(self) -> tuple[object, ...]:

@@ -89,10 +89,6 @@ class MemoryService(ReadCalls):
         >>> service = MemoryService(memory, ObjectFinder.load())
         >>> service.where_is("the red mug").places[0].name
         'desk in study'
-
-    Attributes:
-        memory: what is remembered.
-        finder: says where things are.
     """
 
     def __init__(

@@ -59,11 +59,8 @@ class Layout:
 
     def __post_init__(self) -> None:
         """Mark the ids of rooms."""
-        if any(type(number) is int for number in self.rooms):
-            self.rooms = {
-                RoomId(number) if type(number) is int else number: room
-                for number, room in self.rooms.items()
-            }
+        rooms = self.rooms.items()
+        self.rooms = {RoomId(own) if type(own) is int else own: room for own, room in rooms}
 
     @classmethod
     def of(cls, rooms: Iterable[Room], furniture: Iterable[Furniture]) -> Layout:

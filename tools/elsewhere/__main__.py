@@ -81,7 +81,7 @@ class ElsewhereGame(LifeGame):
 class _WithoutHours(Finder):
     """A finder for which things leave for good alone."""
 
-    def _compute_out(self, asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+    def _compute_out(self, asked: Asked, outings: object) -> tuple[np.ndarray, np.ndarray]:
         num_things = len(asked.queries.home)
         return np.zeros(num_things), np.ones(num_things)
 
