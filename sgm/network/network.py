@@ -97,9 +97,9 @@ class Network:
                 f"{ONNX} must be that of {CONFIG}, got another in {folder}: the export was "
                 "interrupted, or files of two were mixed. Export again."
             )
-        session = _open(content, threads, folder)
-        identity = hashlib.sha256(f"{found} {float(prior_share)}".encode()).hexdigest()
-        return cls(session, float(prior_share), learns_asked, identity)
+        session, prior_share = _open(content, threads, folder), float(prior_share)
+        identity = hashlib.sha256(f"{found} {prior_share}".encode()).hexdigest()
+        return cls(session, prior_share, learns_asked, identity)
 
     def compute_logits(
         self, place: np.ndarray, question: np.ndarray, edge: np.ndarray, is_place: np.ndarray
