@@ -85,6 +85,8 @@ MOVED = {
     "sgm.compiled.places": "sgm.evidence.rank_kernel",
     "sgm.compiled.question_columns": "sgm.evidence.question_columns_kernel",
     "sgm.compiled.sighting_columns": "sgm.evidence.sighting_columns_kernel",
+    "sgm.serve.metrics": "sgm.serve.application",
+    "sgm.serve.turns": "sgm.serve.caller",
     "simulator.compiled.dynamics": "simulator.world.paper_dynamics",
     "simulator.compiled.filters": "simulator.policies.filter_kernel",
     "simulator.compiled.homes": "simulator.world.paper_dynamics",

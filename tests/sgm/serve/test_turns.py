@@ -7,8 +7,8 @@ from functools import partial
 
 import pytest
 
-from sgm.serve import turns
-from sgm.serve.turns import Turns
+from sgm.serve import caller
+from sgm.serve.caller import Turns
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def pool():
 
 
 def test_one_at_a_time_in_order(pool, monkeypatch):
-    monkeypatch.setattr(turns, "TURN_SECONDS", 60.0)
+    monkeypatch.setattr(caller, "TURN_SECONDS", 60.0)
     begun, num_at_once, most = [], [0], [0]
 
     def work(number):
@@ -40,7 +40,7 @@ def test_one_at_a_time_in_order(pool, monkeypatch):
 
 def test_a_slow_one_passes_its_turn_on(pool, monkeypatch):
     """Two are held; the third ends meanwhile, and what they return late takes no turn away."""
-    monkeypatch.setattr(turns, "TURN_SECONDS", 0.01)
+    monkeypatch.setattr(caller, "TURN_SECONDS", 0.01)
     go_on = threading.Event()
 
     async def run():
@@ -66,7 +66,7 @@ def test_what_is_raised_is_raised_to_who_asked(pool):
 
 
 def test_who_waits_no_longer_is_left_out(pool, monkeypatch):
-    monkeypatch.setattr(turns, "TURN_SECONDS", 60.0)
+    monkeypatch.setattr(caller, "TURN_SECONDS", 60.0)
     go_on, made = threading.Event(), []
 
     async def run():
@@ -90,7 +90,7 @@ def test_who_waits_no_longer_is_left_out(pool, monkeypatch):
 
 def test_what_takes_too_long_is_given_up(pool, monkeypatch):
     """One that has begun goes on, one that waits is left out."""
-    monkeypatch.setattr(turns, "TURN_SECONDS", 60.0)
+    monkeypatch.setattr(caller, "TURN_SECONDS", 60.0)
     go_on, made = threading.Event(), []
 
     async def run():
@@ -108,7 +108,7 @@ def test_what_takes_too_long_is_given_up(pool, monkeypatch):
 
 def test_an_answer_is_sent_before_the_next_one_begins(pool, monkeypatch):
     """The loop would wait for a thread that computes whenever it has written a byte."""
-    monkeypatch.setattr(turns, "TURN_SECONDS", 60.0)
+    monkeypatch.setattr(caller, "TURN_SECONDS", 60.0)
     events = []
 
     async def run():
