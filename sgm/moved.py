@@ -41,6 +41,7 @@ MOVED = {
     "nep.bench.paper.stages": "nep.bench.paper.work",
     "nep.bench.paper.trained_plan": "nep.bench.paper.training",
     "nep.bench.best_rule": "nep.bench.comparisons",
+    "nep.bench.temporal.kept_units": "nep.bench.temporal.plan",
     "nep.bench.paired_priors": "nep.bench.comparisons",
     "nep.bench.scoring_code": "nep.bench.game",
     "sgm.memory.candidates": "sgm.memory.queries",

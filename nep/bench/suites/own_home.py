@@ -8,6 +8,7 @@ from contextlib import redirect_stdout
 from dataclasses import dataclass
 from functools import partial
 from io import StringIO
+from itertools import islice, product
 from pathlib import Path
 from typing import ClassVar
 
@@ -162,32 +163,26 @@ def make_tables(
         for who in sorted(players, key=lambda who: float(values[who]["accuracy"].mean()))
     ]
     means = join_table(["who", *titles], rows)
-    pairs = []
+    pairs: list[tuple[str, str | None]] = []  # who, and minus whom: None for the best rule
     for network in networks:
         learnt = [f"{network} {how}" for how in (ADAPTED, TUNED) if f"{network} {how}" in players]
         pairs += [(who, network) for who in learnt]
-        pairs += [(who, "") for who in (network, *learnt)]
-    found = []  # column, who, than whom, whether that is the best rule
-    for who, other in pairs:
-        for name in COMPARED:
-            than = other or find_best_rule(values, COLUMNS[name], RULES)
-            found.append((name, who, than, not other))
-    deltas = [values[who][name] - values[than][name] for name, who, than, _ in found]
-    differences = [Difference.of(delta, units) for delta in deltas]
-    # A player that is another one in all but its name is tested once, and not against itself.
-    keys = [(name, delta.tobytes()) for (name, *_), delta in zip(found, deltas, strict=True)]
-    tests = {
-        key: own.p for key, own, delta in zip(keys, differences, deltas, strict=True) if delta.any()
-    }
-    by_test = dict(zip(tests, correct_holm([*tests.values()]), strict=True))
-    cells = [
-        _format_compared(own, by_test.get(key, float("nan")), name, than if is_rule else "")
-        for own, key, (name, _, than, is_rule) in zip(differences, keys, found, strict=True)
-    ]
-    rows = [
-        [who, other or "the best rule", *cells[number : number + len(COMPARED)]]
-        for number, (who, other) in zip(range(0, len(cells), len(COMPARED)), pairs, strict=True)
-    ]
+        pairs += [(who, None) for who in (network, *learnt)]
+    found, tests = [], {}
+    for (who, other), name in product(pairs, COMPARED):
+        than = other or find_best_rule(values, COLUMNS[name], RULES)
+        delta = values[who][name] - values[than][name]
+        difference, key = Difference.of(delta, units), (name, delta.tobytes())
+        found.append((difference, key, "" if other else than))
+        # A player that is another one in all but its name is tested once, and not against itself.
+        if delta.any():
+            tests[key] = difference.p
+    corrected = dict(zip(tests, correct_holm([*tests.values()]), strict=True))
+    cells = (
+        _format_compared(difference, corrected.get(key, float("nan")), key[0], rule)
+        for difference, key, rule in found
+    )
+    rows = [[who, other or "the best rule", *islice(cells, len(COMPARED))] for who, other in pairs]
     header = ["who", "minus", *(f"{title} [95 %]" for title in titles)]
     return f"{means}\n{join_table(header, rows, num_text=2)}", len(tests)
 

@@ -14,7 +14,6 @@ from jsonargparse import ArgumentParser, Namespace
 from nep.bench.paper.work import work_in
 from nep.bench.runner import Suite
 from nep.bench.table_options import Option, make_command
-from nep.bench.temporal.kept_units import read_unit
 from nep.bench.temporal.plan import (
     HOUSEHOLDS,
     TINY,
@@ -23,6 +22,7 @@ from nep.bench.temporal.plan import (
     Sizes,
     Workshop,
     list_kinds,
+    read_unit,
 )
 from nep.bench.temporal.report import (
     MEMORY,
@@ -81,26 +81,24 @@ def make_content(
             if TRAINED_ELSEWHERE.get(kind, kind) != entry.kind:
                 continue
             own = replace(entry, kind=kind)
-            plays, seconds, checkpoints = [], [], []
+            plays, seconds, checksums = [], [], []
             more = sum(1 for _ in (workshop.runs / own.key).glob("played_*.json"))
             for seed in range(max(seeds, more)):  # a command for some may have trained more
                 played = read_unit(workshop.runs / own.key / f"played_{seed}.json")
                 trained = read_unit(workshop.runs / entry.key / f"seed_{seed}.json")
-                if (played is None or trained is None) and seed >= seeds:
-                    continue
                 if played is None or trained is None:
-                    missing.append(f"{own.key} seed {seed}")
+                    missing += [f"{own.key} seed {seed}"] * (seed < seeds)
                     continue
                 plays.append(played["done"])
                 seconds.append(trained["done"]["seconds"])
-                checkpoints.append(trained["done"]["checkpoint"])
+                checksums.append(trained["done"]["checkpoint"])
                 made[played["made"]] = None
             if plays:
                 rows.append({
                     "name": NETWORKS[entry.network].name,
                     "reads": SIGHTINGS if entry.sightings_alone else NEGATIVES,
                     "plays": plays, "num_trainings": len(plays),
-                    "seconds": sum(seconds) / len(seconds), "checkpoints": checkpoints,
+                    "seconds": sum(seconds) / len(seconds), "checkpoints": checksums,
                 })  # fmt: skip
         units = homes.list_units() if homes.is_recorded else None
         kinds[kind] = {"title": homes.title, "units": units, "rows": rows}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -14,12 +15,12 @@ import torch
 
 from nep.bench.home_games import list_simulated
 from nep.bench.task_game import TaskGame
-from nep.bench.temporal.kept_units import keep_unit
 from nep.event_networks.episodes import EventEpisode, record_episodes
 from nep.event_networks.policy import EventPolicy
 from nep.event_networks.registry import TrainedNetwork, make_network
 from nep.event_networks.training import train_network, tune, validate
-from sgm.files import compute_checksum
+from nep.report.results import describe_code
+from sgm.files import compute_checksum, read_json, write_whole
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy
@@ -119,7 +120,8 @@ class Workshop:
             )
 
         path = self.runs / entry.key / "tuned.json"
-        return dict(self._keep(path, about, work, f"tuned {entry.key}")["settings"])
+        found = keep_unit(path, about, work, partial(self.on_unit, f"tuned {entry.key}"))
+        return dict(found["settings"])
 
     def train(self, entry: Entry, seed: int) -> Path:
         """Train a network with its tuned settings; return its file."""
@@ -133,9 +135,9 @@ class Workshop:
 
         def work() -> dict[str, Any]:
             train, val = self._record(entry.kind, "train"), self._record(entry.kind, "val")
-            rate = settings["learning_rate"]
+            rest = dict(settings)
+            rate = rest.pop("learning_rate")
             torch.manual_seed(seed)
-            rest = {name: value for name, value in settings.items() if name != "learning_rate"}
             network = make_network(entry.network, rest)
             began = time.process_time()
             train_network(
@@ -152,7 +154,8 @@ class Workshop:
                 "validation": asdict(found),
             }  # fmt: skip
 
-        done = self._keep(folder / f"seed_{seed}.json", about, work, f"trained {entry.key} {seed}")
+        on_done = partial(self.on_unit, f"trained {entry.key} {seed}")
+        done = keep_unit(folder / f"seed_{seed}.json", about, work, on_done)
         if not path.is_file() or compute_checksum(path) != done["checkpoint"]:
             (folder / f"seed_{seed}.json").unlink()
             return self.train(entry, seed)
@@ -183,7 +186,7 @@ class Workshop:
     ) -> None:  # fmt: skip
         homes = self.kinds[kind]
         about = {**about, "homes": homes.describe()}
-        self._keep(path, about, partial(play_kind, homes, make), what)
+        keep_unit(path, about, partial(play_kind, homes, make), partial(self.on_unit, what))
 
     def _describe_training(self, entry: Entry) -> dict[str, Any]:
         sizes = self.sizes
@@ -202,11 +205,6 @@ class Workshop:
                 most_homes=self.sizes.batch_homes,
             )  # fmt: skip
         return self._episodes[kind, split]
-
-    def _keep(
-        self, path: Path, about: Mapping[str, Any], work: Callable[[], Any], what: str
-    ) -> Any:
-        return keep_unit(path, about, work, partial(self.on_unit, what))
 
 
 def play_kind(kind: TaskGame, make: Callable[[Homes], Policy]) -> dict[str, Any]:
@@ -284,3 +282,36 @@ def list_kinds(sizes: Sizes, recorded: Sequence[str] = ()) -> dict[str, TaskGame
             source.num_homes, sizes.steps, sizes.searches,
         )  # fmt: skip
     return kinds
+
+
+def keep_unit(
+    path: Path,
+    about: Mapping[str, Any],
+    work: Callable[[], Any],
+    on_done: Callable[[], object] = lambda: None,
+) -> Any:
+    """Return what a file keeps of a unit of work, or do it and keep it.
+
+    What came of it, and `about`, everything that it depends on, are JSON values.
+    """
+    found = read_unit(path, about)
+    if found is not None:
+        return found["done"]
+    content = {"about": about, "made": describe_code(), "done": work()}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(content)
+    write_whole(path, f"{text}\n".encode())
+    on_done()
+    return json.loads(text)["done"]
+
+
+def read_unit(path: Path, about: Mapping[str, Any] | None = None) -> dict[str, Any] | None:
+    """Return what a unit has kept; None if it is not there, or of something else than `about`."""
+    try:
+        found = read_json(path, allow_nan=True)
+    except (OSError, ValueError):
+        return None
+    if not isinstance(found, dict) or not {"about", "made", "done"} <= found.keys():
+        return None
+    is_same = about is None or found["about"] == json.loads(json.dumps(about))
+    return found if is_same else None

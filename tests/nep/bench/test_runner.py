@@ -12,7 +12,7 @@ from nep.bench.runner import play_all
 from nep.bench.score_cache import ScoreCache
 from nep.bench.suites.temporal import Temporal
 from nep.bench.table_options import Option, count, make_command
-from nep.bench.temporal.kept_units import keep_unit, read_unit
+from nep.bench.temporal.plan import keep_unit, read_unit
 from nep.report.tables import TableColumn, lay_out
 from simulator.command_line import parse
 

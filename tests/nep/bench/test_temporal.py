@@ -9,8 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nep.bench.suites.temporal import RULES, Temporal, main, read_sizes
-from nep.bench.temporal.plan import TINY, Entry, Sizes, list_kinds, play_kind
+from nep.bench.suites.temporal import RULES, Temporal, main, make_content, read_sizes
+from nep.bench.temporal.plan import (
+    TINY,
+    Entry,
+    Sizes,
+    Workshop,
+    keep_unit,
+    list_kinds,
+    play_kind,
+)
 from nep.bench.temporal.report import NEGATIVES, SIGHTINGS, TableRow, make_report
 from simulator.command_line import parse
 from simulator.policies import make_policy
@@ -94,6 +102,25 @@ def test_a_table_of_what_is_complete_names_what_is_missing(folder, tmp_path):
     again = tmp_path / "again"
     main(["--stored", str(tmp_path / "temporal.json"), "--out", str(again)])
     assert (again / "temporal.md").read_text() == text
+
+
+def test_graph_memories_are_rows_of_every_kind(tmp_path):
+    """Of the second kind, too, after the trainings of the first."""
+    kinds = {name: list_kinds(TINY)[name] for name in ("paper_on", "paper_off")}
+    entry = Entry("paper_on", "recurrent", True)
+    for kind in kinds:
+        path = tmp_path / kind / "references" / "heat.json"
+        keep_unit(path, {"player": "heat", "checksum": "0a"}, lambda: {"nll": [1.0]})
+    keep_unit(tmp_path / entry.key / "played_0.json", {}, lambda: {"nll": [2.0]})
+    keep_unit(
+        tmp_path / entry.key / "seed_0.json", {}, lambda: {"seconds": 3.0, "checkpoint": "0b"}
+    )
+    workshop = Workshop(tmp_path, TINY, kinds, {})
+    content = make_content(workshop, [entry], 1, (), ["heat"], "by hand")["kinds"]
+    rows = {kind: [(row["reads"], row["checkpoints"]) for row in content[kind]["rows"]]
+            for kind in kinds}  # fmt: skip
+    memory = ("graph memory", ["0a"])
+    assert rows == {"paper_on": [memory, (SIGHTINGS, ["0b"])], "paper_off": [memory]}
 
 
 def test_differences_and_information_by_hand():
