@@ -104,7 +104,7 @@ MOVED = {
     "sgm.eyes.seen_points": "sgm.eyes.visits",
     "sgm.arrays.ragged": "sgm.arrays.grouped",
     "sgm.layout.furniture_names": "sgm.layout.layout",
-    "sgm.memory.asking_kernel": "sgm.memory.questions",
+    "sgm.memory.asking_kernel": "sgm.memory.asking",
     "sgm.memory.time_steps": "sgm.memory.clock",
     "sgm.memory.apply_corrections": "sgm.memory.corrections",
     "sgm.memory.log_lock": "sgm.memory.locks",

@@ -13,7 +13,6 @@ from sgm.evidence.adaptive_filter_kernel import follow_looks
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
-from sgm.memory.asking import compute_relation_shares
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -180,7 +179,7 @@ def list_look_times(memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, 
     history = memory.history
     if history.look_relations is None:
         return np.ascontiguousarray(history.look_times), queries.home.astype(np.int64)
-    times = history.list_look_times(queries.home, compute_relation_shares(memory, queries))
+    times = history.list_look_times(queries.home, memory.compute_relation_shares(queries))
     return times, np.arange(len(times))
 
 

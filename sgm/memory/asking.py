@@ -1,4 +1,7 @@
-"""A question to a memory: a copy to ask policies of, and what the looks say about each object."""
+"""A question to a memory: a copy to ask policies of, and what the looks say about each object.
+
+The memory stays as it is.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,19 @@ from typing import Protocol
 
 import numpy as np
 
+from sgm.kernel import kernel
 from sgm.memory.clock import Clock
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
+from sgm.memory.seen_and_said import get_last_said, get_statements, list_places
 from sgm.memory.sighting import SeenAt
 from sgm.memory.thing import ROBOT_CONFIDENCE, Statement
+from sgm.names.words import read_words
+
+_HOME = np.zeros(1, dtype=np.int64)  # the number of the only home
+_NOTHING_SAID = -2  # as a place
 
 
 class Scorer(Protocol):
@@ -139,20 +149,205 @@ class Asked:
         return relation
 
 
-def compute_relation_shares(batch: MemoryBatch, queries: Queries) -> np.ndarray:
-    """Return how likely things are "in" and "onTop" of furniture that they are at, (Q, F, 2).
+def ask(
+    state: MemoryState, descriptions: Sequence[str], before_looks: bool, later: int = 0
+) -> Asked:
+    """Ask for objects by names or ids, time steps later; see `SceneGraphMemory.ask`."""
+    snapshot, step = state.get_snapshot(), state.step
+    current = state.share(snapshot)
+    current.time += later
+    if before_looks and step.before is not None and not later:
+        batch, origin, num_known = state.share(step.before), step.origin, step.num_objects
+    else:
+        batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
+        batch.time = current.time
+    question, known, descriptions = _find_asked(state, descriptions)
+    words = [read_words("description", description) for description in descriptions]
+    is_known = (known >= 0) & (known < num_known)
+    keys = np.where(is_known, known, num_known + np.arange(len(words)))
+    if is_known.all():
+        kinds = [batch.objects["label"][known], batch.objects["type"][known]]
+    else:
+        vocabulary = state.vocabulary.with_labels(batch.labels)
+        kinds = list(np.array([vocabulary.find_type(name) for name in descriptions]).T)
+        batch.labels = vocabulary.labels
+    queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
+    at_once = np.append(current.objects["num_at_once"], 0)
+    said = tuple(get_last_said(state, row) for row in known.tolist())
+    is_asked = np.zeros(len(current.objects) + 1, dtype=bool)
+    is_asked[known] = True  # -1, what it does not know, is the last one
+    edges = np.flatnonzero(is_asked[current.edges["object"]])
+    sightings = [
+        seen
+        for row in known[known >= 0].tolist()
+        for seen in list_places(state, row, current, edges)
+    ]
+    return Asked(
+        batch=batch,
+        origin=origin,
+        queries=queries,
+        current=current,
+        question=question,
+        rows=known,
+        edges=edges,
+        said=said,
+        statements=tuple(
+            get_statements(state, row).statements if row >= 0 else () for row in known.tolist()
+        ),
+        descriptions=state.things.descriptions,
+        looks=_list_looks(state, batch, current, queries, is_known, known, words, said),
+        num_instances=np.maximum(at_once[known], 1),
+        sightings=tuple(sorted(sightings, key=lambda seen: -seen.time)),
+        furniture_ids=state.furniture.ids,
+        furniture_names=state.furniture.names,
+        open_costs=state.furniture.open_costs,
+        clock=state.clock,
+    )
 
-    As they were seen there last; by the prior where they never were, and alike where that knows
-    nothing.
+
+def _find_asked(
+    state: MemoryState, names: Sequence[str]
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Find the objects that names and ids mean; of things with ids, a name means all.
+
+    Returns:
+        Where among the K things that of each name is, the first of several, (n,); the row of each
+        thing, -1 for a new one, (K,), and its description, K of them.
     """
-    prior = queries.prior.astype(float)
-    total = prior.sum(axis=2, keepdims=True)
-    share = np.where(total > 0, prior / np.where(total > 0, total, 1), 0.5)
-    query, edge = batch.edges_of(queries)
-    is_seen = batch.edges["num_true"][edge] > 0
-    query, edge = query[is_seen], edge[is_seen]
-    order = np.argsort(batch.edges["last_true"][edge], kind="stable")
-    query, edge = query[order], edge[order]
-    place, relation = batch.edges["furniture"][edge], batch.edges["relation"][edge]
-    share[query, place, 0], share[query, place, 1] = 1 - relation, relation
-    return share
+    rows: list[int] = []
+    firsts, descriptions = [], []
+    for name in names:
+        own = state.find_rows(name)
+        asked = [
+            row
+            for row in own
+            if row in rows and (state.things[row].id or len(state.list_members(row)) > 1)
+        ]  # by another of its names
+        firsts.append(rows.index(asked[0]) if asked else len(rows))
+        for row in [row for row in own if row not in asked] if own else [-1]:
+            rows.append(row)
+            descriptions.append(name if row < 0 else state.things[row].description)
+    return np.array(firsts), np.array(rows), descriptions
+
+
+def _list_looks(
+    state: MemoryState,
+    batch: MemoryBatch,
+    current: MemoryBatch,
+    queries: Queries,
+    is_known: np.ndarray,
+    rows: np.ndarray,
+    words: Sequence[str],
+    said: Sequence[Statement | None],
+) -> Looks:
+    """List what all looks say about K objects.
+
+    They are `queries` in the memory before the looks of this step, where `is_known` (K,), and
+    `rows` (K,) in the memory at the time that is asked about, -1 for what that does not know.
+    `said` has the last statement about each that no look has shown since.
+    """
+    now, step, position = current.time, state.step, state.furniture.position
+    share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
+    if step.looks_by_relation or batch.history.look_relations is not None:
+        share = batch.compute_relation_shares(queries)
+    before, edges = np.where(is_known, queries.object, -1), batch.edges
+    homes = _HOME if share is None else queries.home
+    steps_ago, is_remembered = _list_looks_before(
+        before.astype(np.int64), now, batch.history.list_look_times(homes, share),
+        edges["object"], edges["furniture"], edges["last_true"],
+    )  # fmt: skip
+    said_now = np.full(len(rows), _NOTHING_SAID)  # not where it was seen before that in this step
+    for row, one in enumerate(said):
+        if one is not None and one.time == now:
+            said_now[row] = -1 if one.furniture is None else position[one.furniture]
+    edges = current.edges
+    seen = _list_seen_now(
+        rows.astype(np.int64), said_now, now, len(position),
+        edges["object"], edges["furniture"], edges["last_true"], edges["confidence"],
+    )  # fmt: skip
+    negative, sought, sought_ago = np.zeros((3, *seen.shape))
+    sought_ago[:] = np.inf
+    counts_looks = step.before is not None and batch.time == now == state.time
+    for number, (row, name) in enumerate(zip(rows.tolist(), words, strict=True)):
+        members = state.list_members(row)
+        if counts_looks:
+            own = None if share is None else share[number]
+            sums = [step.sum_negative(member, name, own, position) for member in members]
+            for furniture in set.intersection(*map(set, sums)):  # where no name of it was seen
+                negative[number, position[furniture]] += min(count[furniture] for count in sums)
+        if not state.sought:
+            continue
+        names = {name, *(state.things.list_words(members) if row >= 0 else ())}
+        for (other, furniture), (count, time) in state.sought.items():
+            if other in names and time == now:
+                negative[number, position[furniture]] += count
+            elif other in names:
+                sought[number, position[furniture]] = count
+                sought_ago[number, position[furniture]] = now - time
+    return Looks(negative, steps_ago, sought, sought_ago, seen, is_remembered)
+
+
+@kernel
+def _list_looks_before(
+    rows: np.ndarray,
+    now: int,
+    look_times: np.ndarray,
+    edge_object: np.ndarray,
+    edge_place: np.ndarray,
+    edge_last_true: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """List the steps since looks that did not show K objects, and where each was ever seen.
+
+    Of the `rows`, int64 (K,), -1 is what was never seen. `look_times` are those of the latest looks
+    at each place for each object, or for all alike, -1 for none, (K or 1, F, L); the others are
+    columns of edges, (E,).
+
+    Returns:
+        Steps, infinite where there was no look, or none since it was seen there, float64 (K, F, L);
+        and which places it has an edge to, bool (K, F).
+    """
+    num_given, num_places, num_kept = look_times.shape
+    steps_ago = np.full((len(rows), num_places, num_kept), np.inf)
+    is_remembered = np.zeros((len(rows), num_places), dtype=np.bool_)
+    last_true = np.empty(num_places, dtype=np.int64)
+    for thing in range(len(rows)):
+        last_true[:] = -1
+        for edge in range(len(edge_object)):
+            if edge_object[edge] == rows[thing]:
+                place = edge_place[edge]
+                last_true[place] = max(last_true[place], edge_last_true[edge])
+                is_remembered[thing, place] = True
+        for place in range(num_places):
+            for kept in range(num_kept):
+                time = look_times[thing if num_given > 1 else 0, place, kept]
+                if time > last_true[place]:
+                    steps_ago[thing, place, kept] = now - time
+    return steps_ago, is_remembered
+
+
+@kernel
+def _list_seen_now(
+    rows: np.ndarray,
+    said_place: np.ndarray,
+    now: int,
+    num_places: int,
+    edge_object: np.ndarray,
+    edge_place: np.ndarray,
+    edge_last_true: np.ndarray,
+    edge_confidence: np.ndarray,
+) -> np.ndarray:
+    """Return the confidence with which K objects were seen at F places in this step, (K, F).
+
+    0 where it was not seen. `said_place` is where each was said to be in this step, so that
+    sightings elsewhere are older: -1 for nowhere, `_NOTHING_SAID` where nothing was, int64 (K,).
+    """
+    seen = np.zeros((len(rows), num_places))
+    for edge in range(len(edge_object)):
+        if edge_last_true[edge] != now:
+            continue
+        for thing in range(len(rows)):
+            place = edge_place[edge]
+            is_said = said_place[thing] == _NOTHING_SAID or said_place[thing] == place
+            if edge_object[edge] == rows[thing] and is_said:
+                seen[thing, place] = max(seen[thing, place], edge_confidence[edge])
+    return seen

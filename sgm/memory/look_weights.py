@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.arrays.grouped import mark_rows
+from sgm.arrays.relations import share_relations, sum_relations
 from sgm.memory.remembered import Remembered
 
 SURE = 0.5  # from this confidence on, a sighting counts as true
@@ -109,8 +110,5 @@ def _average(
 ) -> np.ndarray:
     """Return coverages (n, 2) as one number, by how much is expected "in" and "onTop", (n,)."""
     expected = memory.place_prior.weights[home, :, furniture].sum(axis=1)  # (n, 2)
-    total = expected.sum(axis=1, keepdims=True)
-    share = np.where(total > 0, expected / np.where(total > 0, total, 1), 0.5)
-    return np.where(
-        coverage[:, 0] == coverage[:, 1], coverage[:, 0], (share * coverage).sum(axis=1)
-    )
+    mean = sum_relations(share_relations(expected) * coverage)
+    return np.where(coverage[:, 0] == coverage[:, 1], coverage[:, 0], mean)

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sgm.memory.asking import Asked, Scorer
+from sgm.memory.asking import Asked, Scorer, ask
 from sgm.memory.clock import count_steps
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.queries import Queries
-from sgm.memory.questions import ask
 from sgm.memory.seen_and_said import (
     get_statements,
     list_home,
