@@ -59,7 +59,8 @@ def open_file(path: str | Path) -> BinaryIO:
         OSError: if it cannot be read, or is no regular file.
     """
     _check_regular(os.stat(path), path)
-    file = open(path, "rb", opener=_open_at_once)
+    at_once = getattr(os, "O_NONBLOCK", 0)
+    file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | at_once))
     try:
         _check_regular(os.fstat(file.fileno()), path)  # it may be another one by now
     except OSError:
@@ -191,10 +192,6 @@ def parse_json(content: str | bytes, *, allow_nan: bool = False) -> Any:
         parse_float=None if allow_nan else _read_float,
         parse_constant=None if allow_nan else _refuse_constant,
     )
-
-
-def _open_at_once(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _check_regular(status: os.stat_result, path: str | Path) -> None:

@@ -157,7 +157,8 @@ def ask(
     current = state.share(snapshot)
     current.time += later
     if before_looks and step.before is not None and not later:
-        batch, origin, num_known = state.share(step.before), step.origin, step.num_objects
+        batch, origin = state.share(step.before), step.origin
+        num_known = len(step.before.objects)
     else:
         batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
         batch.time = current.time

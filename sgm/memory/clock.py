@@ -116,16 +116,6 @@ def compute_week_seconds(clock: np.ndarray, time: np.ndarray) -> np.ndarray:
     return np.mod(clock[:, 0] + time * clock[:, 1], WEEK_SECONDS)
 
 
-def check_jump(num_steps: int, now: int, clock: Clock) -> None:
-    """Raise ValueError if more time passes at once than `MAX_JUMP`."""
-    if num_steps * clock.step_seconds > MAX_JUMP.total_seconds():
-        raise ValueError(
-            f"time must be at most {MAX_JUMP.days} days after the present step, got "
-            f"{clock.get_time(now + num_steps)} at {clock.get_time(now)}. Check the clock of the "
-            "robot; if it is right, say accept_jump=True."
-        )
-
-
 def count_steps(time: datetime | int, now: int, clock: Clock | None, name: str = "time") -> int:
     """Return how many steps it is until a time: to the last step that has begun by then.
 

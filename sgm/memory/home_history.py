@@ -138,9 +138,10 @@ class HomeHistory:
         in_view = share[..., :1] * (relations & 1 > 0) + share[..., 1:] * (relations & 2 > 0)
         return np.where(in_view >= 0.5, times, NEVER)
 
-    def note_questions(self, queries: Queries) -> None:
-        """Count questions."""
-        self._count("num_asked", queries.home)
+    def count(self, name: str, home: np.ndarray, number: np.ndarray | None = None) -> None:
+        """Add whole numbers (n,), 1 if left out, to the counts of homes (n,)."""
+        counter = self.counters[name]
+        counter += np.bincount(home, number, minlength=len(counter))
 
     def note_look(
         self,
@@ -188,11 +189,11 @@ class HomeHistory:
             )
         rows = rows[objects["num_observed"][rows] > 0]
         home, before = objects["home"][rows], objects["last_furniture"][rows]
-        self._count("time_followed", home, time - objects["last_observed"][rows])
+        self.count("time_followed", home, time - objects["last_observed"][rows])
         here = looked[home]
         has_moved = (before >= 0) & (before != here)
         home, before, here = home[has_moved], before[has_moved], here[has_moved]
-        self._count("num_moved", home)
+        self.count("num_moved", home)
         if self.counts_moves:
             np.add.at(self.moves, (home, before, here), 1)
 
@@ -270,11 +271,6 @@ class HomeHistory:
             history.edge_hours[which, edge, hour] = count
         return history
 
-    def _count(self, name: str, home: np.ndarray, number: np.ndarray | None = None) -> None:
-        """Add whole numbers (n,), 1 if left out, to the counts of homes (n,)."""
-        counter = self.counters[name]
-        counter += np.bincount(home, number, minlength=len(counter))
-
     def _note_answers(
         self, memory: Remembered, looked: np.ndarray, asked: Queries, is_found: np.ndarray
     ) -> None:
@@ -291,9 +287,9 @@ class HomeHistory:
             return
         found = asked.take(is_found)
         here = looked[found.home]
-        self._count("num_found", found.home)
+        self.count("num_found", found.home)
         is_last = memory.objects["last_furniture"][found.object] == here
-        self._count("num_last_right", found.home, is_last)
+        self.count("num_last_right", found.home, is_last)
         query, edge = memory.edges_of(found)
         shape = (len(here), memory.num_furniture)
         place = np.ravel_multi_index((query, memory.edges["furniture"][edge]), shape)
@@ -302,7 +298,7 @@ class HomeHistory:
         prior = sum_relations(found.prior)
         for name, score in (("num_common_right", rate), ("num_prior_right", prior)):
             is_right = (score.argmax(axis=1) == here) & score.any(axis=1)
-            self._count(name, found.home, is_right)
+            self.count(name, found.home, is_right)
 
 
 def _make_moves(num_homes: int, num_furniture: int) -> np.ndarray:

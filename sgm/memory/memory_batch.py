@@ -162,7 +162,7 @@ class MemoryBatch(Remembered):
         rows = self.ensure_objects(home, key, label, object_type)
         self._pending = Queries(home, rows, self.place_prior.rows(home, object_type))
         if self._history is not None:
-            self._history.note_questions(self._pending)
+            self._history.count("num_asked", home)
         return self._pending
 
     def propose_places(self, queries: Queries) -> np.ndarray:

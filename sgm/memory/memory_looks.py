@@ -12,7 +12,7 @@ import numpy as np
 
 from sgm.checks import read_optional
 from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.clock import MAX_TIME, check_jump, count_steps
+from sgm.memory.clock import MAX_JUMP, MAX_TIME, count_steps
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.score_calibration import ScoreCalibration
@@ -176,6 +176,11 @@ class MemoryLooks(MemoryLayout):
         with self._lock:
             now, clock = self._state.time, self._state.clock
             num_steps = count_steps(time, now, clock)
-            if clock is not None and not accept_jump:
-                check_jump(num_steps, now, clock)
+            seconds = 0.0 if clock is None else num_steps * clock.step_seconds
+            if clock is not None and not accept_jump and seconds > MAX_JUMP.total_seconds():
+                raise ValueError(
+                    f"time must be at most {MAX_JUMP.days} days after the present step, got "
+                    f"{clock.get_time(now + num_steps)} at {clock.get_time(now)}. Check the clock "
+                    "of the robot; if it is right, say accept_jump=True."
+                )
             self.step(num_steps)

@@ -154,7 +154,7 @@ class MemoryState:
         if self.step.count_looks(furniture) >= MOST_LOOKS and self.step.shows_nothing_new(own):
             return
         if self.step.before is None:
-            self.step.begin(self.get_snapshot(), self.version, self.asked)
+            self.step = StepLog(self.get_snapshot(), origin=self.version, asked=self.asked)
         self.version = object()
         rows = [self.ensure_object(sighting.description, sighting.id or "") for sighting in seen]
         for row, sighting in zip(rows, seen, strict=True):
@@ -170,7 +170,7 @@ class MemoryState:
         self.step.add(own, Counter(rows))
         at_once = self.batch.objects["num_at_once"]
         for row in set(rows):
-            at_once[row] = max(at_once[row], self.step.count_at_once(row))
+            at_once[row] = max(at_once[row], sum(self.step.counts[row].values()))
             if self.sought:
                 words = read_words("description", self.things[row].description)
                 self.sought.pop((words, furniture), None)
@@ -209,11 +209,10 @@ class MemoryState:
 
     def ensure_object(self, description: str, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new; see `ThingRows.add`."""
-        known = self.things.find_written(description, id)
-        if known is not None:  # most things are called the same every time
-            return known
+        num_known = len(self.things)
         row = self.things.add(description, id)
-        self._ensure_row(row)
+        if row == num_known:
+            self._ensure_row(row)
         return row
 
     def _ensure_row(self, row: int) -> None:
@@ -270,7 +269,8 @@ class MemoryState:
 
     def query(self, description: str) -> Queries:
         """Open the hypothetical edges of an object until the next step."""
-        self.step.note_query(description)
+        if self.step.before is not None:  # what it opens is a part of what later looks do
+            self.step.queries.append((len(self.step.looks), description))
         self.version = object()
         row = self.asked = self.ensure_object(description)
         return self.query_row(row)

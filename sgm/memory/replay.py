@@ -96,66 +96,56 @@ class Replayer:
             ) from None
 
     def _apply(self, line: LogLine) -> None:
-        memory, values = self.memory, line.values
-        if line.kind == "start":
+        memory, kind, values = self.memory, line.kind, line.values
+        place = self._find(None if kind == "furniture" else values.get("furniture"))
+        if kind == "start":
             self._start(line)
-        elif line.kind == "room":
+        elif kind == "room":
             self._rooms[values["room"]] = memory.add_room(values["label"])
-        elif line.kind == "furniture":
-            self._add(
-                values["furniture"], values["label"], values["room"], values["description"],
-                values["position"], values.get("box"), values.get("open_cost"),
-            )  # fmt: skip
-        elif line.kind == "move":
-            memory.move_furniture(
-                self.furniture[values["furniture"]], self._rooms[values["room"]],
-                values["position"], values.get("box"),
-            )  # fmt: skip
-        elif line.kind == "remove_room":
+        elif kind == "furniture":
+            about = map(values.get, ("description", "position", "box", "open_cost"))
+            self._add(values["furniture"], values["label"], values["room"], *about)
+        elif kind == "move":
+            room, position = self._rooms[values["room"]], values["position"]
+            memory.move_furniture(place, room, position, values.get("box"))
+        elif kind == "remove_room":
             self._remove_room(values["room"])
-        elif line.kind == "remove_furniture":
+        elif kind == "remove_furniture":
             memory._remove_furniture(self.furniture.pop(values["furniture"]), values.get("by"))
-        elif line.kind == "remove_object":
+        elif kind == "remove_object":
             with suppress(KeyError):  # in version 1: it was asked for, and never seen
                 memory._remove_object(values["description"], values.get("id", ""), values.get("by"))
-        elif line.kind == "look":
+        elif kind == "look":
             seen = [Sighting(*one) for one in values["seen"]]
             coverage = values["coverage"]
             if isinstance(coverage, tuple):
                 coverage = dict(zip(RELATIONS, coverage, strict=True))
-            hidden = values.get("hidden", ())
-            memory.observe(self.furniture[values["furniture"]], seen, coverage, hidden)
-        elif line.kind == "absent":
-            place = self.furniture[values["furniture"]]
+            memory.observe(place, seen, coverage, values.get("hidden", ()))
+        elif kind == "absent":
             memory.note_absent(place, values["description"], values["coverage"])
-        elif line.kind in STATEMENTS:
-            self._say(line)
-        elif line.kind == "rename":
+        elif kind in STATEMENTS:
+            relation, by, sure = values.get("relation"), values["by"], values["confidence"]
+            statement = Statement(memory.time, kind, place, relation, by, sure)
+            was_at = self._find(values.get("was_at"))
+            memory._note(ThingName.from_json(values), statement, was_at)
+        elif kind == "rename":
             memory.rename(ThingName.from_json(values), values["name"], values["by"])
-        elif line.kind == "merge":
+        elif kind == "merge":
             memory.merge(ThingName.from_json(values), values["other"], values["by"])
-        elif line.kind == "split":
+        elif kind == "split":
             memory.split(ThingName.from_json(values), by=values["by"])
-        elif line.kind == "split_off":
-            place = self.furniture[values["furniture"]]
+        elif kind == "split_off":
             memory.split(ThingName.from_json(values), place, values["name"], values["by"])
-        elif line.kind == "transform":
+        elif kind == "transform":
             memory.transform(values["angle"], values["shift"], values["map_id"])
-        elif line.kind == "query":
+        elif kind == "query":
             memory.query(values["description"])
         else:
             memory.step(values["num_steps"])
 
-    def _say(self, line: LogLine) -> None:
-        values = line.values
-        place, was_at = (
-            None if values.get(name) is None else self.furniture[values[name]]
-            for name in ("furniture", "was_at")
-        )
-        time, relation = self.memory.time, values.get("relation")
-        sure = values["confidence"]
-        statement = Statement(time, line.kind, place, relation, values["by"], sure)
-        self.memory._note(ThingName.from_json(values), statement, was_at)
+    def _find(self, number: int | None) -> Any:
+        """Return the furniture here that a log means by a number; None where it names none."""
+        return None if number is None else self.furniture[number]
 
     def _start(self, line: LogLine) -> None:
         content: MemoryContent | None = line.values.get("memory")

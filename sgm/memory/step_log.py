@@ -68,7 +68,6 @@ class StepLog:
 
     Attributes:
         before: the memory before the first of them; None without any.
-        num_objects: objects that there were then.
         looks: in order.
         of_place: numbers of the looks at each furniture id.
         counted: looks at each, weighed by their coverage.
@@ -82,7 +81,6 @@ class StepLog:
     """
 
     before: MemoryBatch | None = None
-    num_objects: int = 0
     looks: list[StepLook] = field(default_factory=list)
     of_place: dict[int, list[int]] = field(default_factory=dict)
     counted: dict[int, float] = field(default_factory=dict)
@@ -93,16 +91,6 @@ class StepLog:
     asked: int | None = None
     queries: list[tuple[int, str]] = field(default_factory=list)
     looks_by_relation: bool = False
-
-    def begin(self, before: MemoryBatch, origin: object, asked: int | None) -> None:
-        """Keep a copy of the memory as it is, before the first look."""
-        self.before, self.origin, self.asked = before, origin, asked
-        self.num_objects = len(before.objects)
-
-    def note_query(self, description: str) -> None:
-        """Note a question between looks: what it opens is a part of what later looks do."""
-        if self.before is not None:
-            self.queries.append((len(self.looks), description))
 
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""
@@ -131,10 +119,6 @@ class StepLog:
         for number in self.of_place.get(look.furniture, ()):
             known |= _count_seen(self.looks[number])
         return _count_seen(look) <= known
-
-    def count_at_once(self, row: int) -> int:
-        """Return how many things of an object row were seen in this step."""
-        return sum(self.counts.get(row, {}).values())
 
     def sum_negative(
         self, row: int, words: str, share: np.ndarray | None, position: Mapping[int, int]

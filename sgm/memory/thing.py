@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from numbers import Real
 from typing import Any
 
@@ -53,10 +53,7 @@ class Statement:
 
     def to_json(self) -> list[Any]:
         """Return JSON values, from which `from_json` makes the same statement."""
-        return [
-            self.time, self.kind, self.furniture, self.relation, self.by, self.confidence,
-            list(self.was_at), self.num_observed,
-        ]  # fmt: skip
+        return list(astuple(self))
 
     @classmethod
     def from_json(cls, data: Any, furniture: Collection[int], time: int) -> Statement:
@@ -194,12 +191,11 @@ class ThingRows:
         """What the things are called, each name once."""
         return tuple(self._names.values())
 
-    def find_written(self, description: str, id: str = "") -> int | None:
-        """Return the row of a thing that was called the very same before; None if it is unsure."""
-        return self._rows.get(id) if id else self._rows_as_written.get(description)
-
     def add(self, description: str, id: str = "") -> int:
         """Return the row of a thing by its id or, without one, its name, adding it if it is new."""
+        known = self._rows.get(id) if id else self._rows_as_written.get(description)
+        if known is not None:  # most things are called the same every time
+            return known
         name = read_name(description)
         row = self._rows.setdefault(id or name, len(self))
         if row == len(self):
@@ -237,15 +233,15 @@ class ThingRows:
 
 def write_things(things: tuple[Thing, ...]) -> dict[str, Any]:
     """Return JSON values of things beside their descriptions, where there are any, by position."""
-    written: dict[str, list[Any]] = {"ids": [], "embeddings": [], "statements": []}
-    for number, thing in enumerate(things):
-        if thing.id:
-            written["ids"].append([number, thing.id])
-        if thing.embedding:
-            written["embeddings"].append([number, list(thing.embedding)])
-        if thing.statements:
-            said = [statement.to_json() for statement in thing.statements]
-            written["statements"].append([number, said])
+    columns: dict[str, list[Any]] = {
+        "ids": [thing.id for thing in things],
+        "embeddings": [list(thing.embedding) for thing in things],
+        "statements": [[said.to_json() for said in thing.statements] for thing in things],
+    }
+    written = {
+        name: [[number, own] for number, own in enumerate(column) if own]
+        for name, column in columns.items()
+    }
     return {name: rows for name, rows in written.items() if rows}
 
 
