@@ -11,7 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
-from sgm.kernel import kernel
+from sgm.arrays.grouped import mark_rows
+from sgm.arrays.relations import NUM_RELATIONS, max_relations
 from sgm.memory.clock import Clock
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
@@ -175,9 +176,8 @@ def ask(
     queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
     at_once = np.append(current.objects["num_at_once"], 0)
     said = tuple(get_last_said(state, row) for row in known.tolist())
-    is_asked = np.zeros(len(current.objects) + 1, dtype=bool)
-    is_asked[known] = True  # -1, what it does not know, is the last one
-    edges = np.flatnonzero(is_asked[current.edges["object"]])
+    own = _find_edges(current, known)
+    edges = np.sort(own[1])
     sightings = [
         seen
         for row in known[known >= 0].tolist()
@@ -196,7 +196,7 @@ def ask(
             get_statements(state, row).statements if row >= 0 else () for row in known.tolist()
         ),
         descriptions=state.things.descriptions,
-        looks=_list_looks(state, batch, current, queries, is_known, known, words, said),
+        looks=_list_looks(state, batch, current, queries, known, own, words, said),
         num_instances=np.maximum(at_once[known], 1),
         sightings=tuple(sorted(sightings, key=lambda seen: -seen.time)),
         furniture_ids=state.furniture.ids,
@@ -204,6 +204,17 @@ def ask(
         open_costs=state.furniture.open_costs,
         clock=state.clock,
     )
+
+
+def _find_edges(batch: MemoryBatch, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers of objects (K,) and rows of edges that lead from them, (n,) each.
+
+    The rows are ascending for each object; -1, what the memory does not know, has none.
+    """
+    owner = batch.edges["object"]
+    edges = np.flatnonzero(mark_rows(rows, len(batch.objects) + 1)[owner])  # the last: of -1
+    thing, at = np.nonzero(rows[:, None] == owner[edges])
+    return thing, edges[at]
 
 
 def _find_asked(
@@ -236,36 +247,41 @@ def _list_looks(
     batch: MemoryBatch,
     current: MemoryBatch,
     queries: Queries,
-    is_known: np.ndarray,
     rows: np.ndarray,
+    own: tuple[np.ndarray, np.ndarray],
     words: Sequence[str],
     said: Sequence[Statement | None],
 ) -> Looks:
     """List what all looks say about K objects.
 
-    They are `queries` in the memory before the looks of this step, where `is_known` (K,), and
-    `rows` (K,) in the memory at the time that is asked about, -1 for what that does not know.
+    They are `queries` in the memory before the looks of this step, and `rows` (K,) in the memory at
+    the time that is asked about, -1 for what that does not know, with their `own` edges there.
     `said` has the last statement about each that no look has shown since.
     """
     now, step, position = current.time, state.step, state.furniture.position
     share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
     if step.looks_by_relation or batch.history.look_relations is not None:
         share = batch.compute_relation_shares(queries)
-    before, edges = np.where(is_known, queries.object, -1), batch.edges
+    query, edge = _find_edges(batch, queries.object)
+    place, relation = batch.edges["furniture"][edge], batch.edges["relation"][edge]
+    shape = len(rows), len(position), NUM_RELATIONS
+    last_true, is_remembered = np.full(shape, NEVER), np.zeros(shape[:2], dtype=bool)
+    last_true[query, place, relation] = batch.edges["last_true"][edge]
+    is_remembered[query, place] = True
     homes = _HOME if share is None else queries.home
-    steps_ago, is_remembered = _list_looks_before(
-        before.astype(np.int64), now, batch.history.list_look_times(homes, share),
-        edges["object"], edges["furniture"], edges["last_true"],
-    )  # fmt: skip
+    look_times = batch.history.list_look_times(homes, share)  # (K or 1, F, n)
+    is_later = look_times > max_relations(last_true)[..., None]
+    steps_ago = np.where(is_later, now - look_times, np.inf)
     said_now = np.full(len(rows), _NOTHING_SAID)  # not where it was seen before that in this step
     for row, one in enumerate(said):
         if one is not None and one.time == now:
             said_now[row] = -1 if one.furniture is None else position[one.furniture]
-    edges = current.edges
-    seen = _list_seen_now(
-        rows.astype(np.int64), said_now, now, len(position),
-        edges["object"], edges["furniture"], edges["last_true"], edges["confidence"],
-    )  # fmt: skip
+    (thing, edge), edges, confidence = own, current.edges, np.zeros(shape)
+    place, said_there = edges["furniture"][edge], said_now[thing]
+    is_now = edges["last_true"][edge] == now
+    is_now &= (said_there == _NOTHING_SAID) | (said_there == place)
+    confidence[thing, place, edges["relation"][edge]] = edges["confidence"][edge] * is_now
+    seen = max_relations(confidence)
     negative, sought, sought_ago = np.zeros((3, *seen.shape))
     sought_ago[:] = np.inf
     counts_looks = step.before is not None and batch.time == now == state.time
@@ -274,8 +290,9 @@ def _list_looks(
         if counts_looks:
             own = None if share is None else share[number]
             sums = [step.sum_negative(member, name, own, position) for member in members]
-            for furniture in set.intersection(*map(set, sums)):  # where no name of it was seen
-                negative[number, position[furniture]] += min(count[furniture] for count in sums)
+            places = list(set.intersection(*map(set, sums)))  # where no name of it was seen
+            counts = [min(count[furniture] for count in sums) for furniture in places]
+            negative[number, [position[furniture] for furniture in places]] += counts
         if not state.sought:
             continue
         names = {name, *(state.things.list_words(members) if row >= 0 else ())}
@@ -286,69 +303,3 @@ def _list_looks(
                 sought[number, position[furniture]] = count
                 sought_ago[number, position[furniture]] = now - time
     return Looks(negative, steps_ago, sought, sought_ago, seen, is_remembered)
-
-
-@kernel
-def _list_looks_before(
-    rows: np.ndarray,
-    now: int,
-    look_times: np.ndarray,
-    edge_object: np.ndarray,
-    edge_place: np.ndarray,
-    edge_last_true: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """List the steps since looks that did not show K objects, and where each was ever seen.
-
-    Of the `rows`, int64 (K,), -1 is what was never seen. `look_times` are those of the latest looks
-    at each place for each object, or for all alike, -1 for none, (K or 1, F, L); the others are
-    columns of edges, (E,).
-
-    Returns:
-        Steps, infinite where there was no look, or none since it was seen there, float64 (K, F, L);
-        and which places it has an edge to, bool (K, F).
-    """
-    num_given, num_places, num_kept = look_times.shape
-    steps_ago = np.full((len(rows), num_places, num_kept), np.inf)
-    is_remembered = np.zeros((len(rows), num_places), dtype=np.bool_)
-    last_true = np.empty(num_places, dtype=np.int64)
-    for thing in range(len(rows)):
-        last_true[:] = -1
-        for edge in range(len(edge_object)):
-            if edge_object[edge] == rows[thing]:
-                place = edge_place[edge]
-                last_true[place] = max(last_true[place], edge_last_true[edge])
-                is_remembered[thing, place] = True
-        for place in range(num_places):
-            for kept in range(num_kept):
-                time = look_times[thing if num_given > 1 else 0, place, kept]
-                if time > last_true[place]:
-                    steps_ago[thing, place, kept] = now - time
-    return steps_ago, is_remembered
-
-
-@kernel
-def _list_seen_now(
-    rows: np.ndarray,
-    said_place: np.ndarray,
-    now: int,
-    num_places: int,
-    edge_object: np.ndarray,
-    edge_place: np.ndarray,
-    edge_last_true: np.ndarray,
-    edge_confidence: np.ndarray,
-) -> np.ndarray:
-    """Return the confidence with which K objects were seen at F places in this step, (K, F).
-
-    0 where it was not seen. `said_place` is where each was said to be in this step, so that
-    sightings elsewhere are older: -1 for nowhere, `_NOTHING_SAID` where nothing was, int64 (K,).
-    """
-    seen = np.zeros((len(rows), num_places))
-    for edge in range(len(edge_object)):
-        if edge_last_true[edge] != now:
-            continue
-        for thing in range(len(rows)):
-            place = edge_place[edge]
-            is_said = said_place[thing] == _NOTHING_SAID or said_place[thing] == place
-            if edge_object[edge] == rows[thing] and is_said:
-                seen[thing, place] = max(seen[thing, place], edge_confidence[edge])
-    return seen
