@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.look_builder import LookBuilder
 from sgm.ros.readings import (
+    ClassNames,
     read_camera_info,
     read_depth_image,
     read_detections,
@@ -57,7 +58,7 @@ class CameraFeed:
         *,
         map_frame: str = "map",
         camera_frame: str | None = None,
-        names: Sequence[str] | Mapping[str, str] | None = None,
+        names: ClassNames = None,
         pose_sd: tuple[float, float] = (0.02, 0.01),
         uses_depth: bool = True,
         slack: float = 0.05,

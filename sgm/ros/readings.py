@@ -15,6 +15,8 @@ from sgm.eyes.camera import Intrinsics, make_rotation
 from sgm.eyes.detection import Detection
 from sgm.messages import shorten
 
+# What class ids of a detector mean, by number or text; None if they are names.
+ClassNames = Sequence[str] | Mapping[str, str] | None
 # Encodings of depth images: type of the numbers, and how many of them are a metre.
 _ENCODINGS: Mapping[str, tuple[str, float]] = {
     "16UC1": ("u2", 1000.0), "mono16": ("u2", 1000.0), "32FC1": ("f4", 1.0),
@@ -64,13 +66,10 @@ def read_depth_image(message: Any) -> np.ndarray:
     return depth / np.float32(per_metre)
 
 
-def read_detections(
-    message: Any, names: Sequence[str] | Mapping[str, str] | None = None
-) -> list[Detection]:
+def read_detections(message: Any, names: ClassNames = None) -> list[Detection]:
     """Return the detections of a `vision_msgs/Detection2DArray`, boxes in pixels.
 
-    Of each, the best of its results; `names` say what class ids mean, by number or text, None if
-    they are names. Too many raise ValueError.
+    Of each, the best of its results. Too many raise ValueError.
     """
     found = []
     for one in _list_detections(message):
@@ -84,9 +83,7 @@ def read_detections(
 
 
 def read_detections_3d(
-    message: Any,
-    to_map: np.ndarray,
-    names: Sequence[str] | Mapping[str, str] | None = None,
+    message: Any, to_map: np.ndarray, names: ClassNames = None
 ) -> list[Detection]:
     """Return the detections of a `vision_msgs/Detection3DArray`, centers in the map.
 
@@ -127,9 +124,7 @@ def _list_detections(message: Any) -> Sequence[Any]:
     return message.detections
 
 
-def _find_best(
-    detection: Any, names: Sequence[str] | Mapping[str, str] | None
-) -> tuple[str, float] | None:
+def _find_best(detection: Any, names: ClassNames) -> tuple[str, float] | None:
     """Return name and score of the best hypothesis; None if there is none with a name."""
     hypotheses = [result.hypothesis for result in detection.results]
     if not hypotheses:
