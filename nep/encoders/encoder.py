@@ -12,13 +12,13 @@ import dgl
 import torch
 from torch import Tensor, nn
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
+from datamodules.batch import NODE_TYPES, Batch
 from nep.layers.equal_rows import Linear
 from nep.layers.segment import segment_sum
 from sgm.checks import check_at_least
 
 EdgeType = tuple[str, str, str]
-_ROOM_EDGES = EDGE_TYPES.index(("room", "contains", "furniture"))
+_ROOM_EDGES = ("room", "contains", "furniture")
 
 
 class Encoder(nn.Module, ABC):
@@ -131,10 +131,9 @@ class AlikeConv(nn.Module):
 
     def forward(self, batch: Batch, node: Tensor) -> Tensor:
         """Add what the like of each candidate has: (N, units) -> (N, units)."""
-        first = sum(batch.edge_counts[:_ROOM_EDGES])
-        rows = slice(first, first + batch.edge_counts[_ROOM_EDGES])
+        src, dst = (batch.split_edges(e)[_ROOM_EDGES] for e in (batch.edge_src, batch.edge_dst))
         room = torch.arange(batch.num_nodes, device=node.device)  # of its own, if it has no room
-        room = room.index_copy(0, batch.edge_dst[rows], batch.edge_src[rows])
+        room = room.index_copy(0, dst, src)
         place = batch.edge_dst.index_select(0, batch.query_edge).unique()  # (F,)
         kind = room[place] * len(batch.text) + batch.label[place]
         kinds, group = kind.unique(return_inverse=True)
