@@ -31,7 +31,7 @@ _SPELLED = dict(zip(RELATIONS, ("inside", "on top"), strict=True))
 
 
 class Desk:
-    """Answers about a stage; what takes a step raises ValueError where the story has none such."""
+    """Answers about a stage; calls raise ValueError where the story has no such step."""
 
     def __init__(self, stage: Stage, judges: Judges) -> None:
         """Answer about a stage."""
@@ -175,6 +175,7 @@ class Desk:
             return self._trace(self.stage.version, words, judge)
 
     def _trace_object(self, version: int, words: str, judge: str) -> dict[str, Any]:
+        """Compute a history; what is kept of another `version` of the story is not found again."""
         story = self.stage.story
         return tell_history(story.trace_object(words, self.judges.get(judge)), story.step_hours)
 

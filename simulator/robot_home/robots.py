@@ -78,15 +78,12 @@ class HomeRobot(ABC):
             if look is None:
                 search.not_found(0.01)
             elif search.seen(look.seen, look.coverage, look.hidden, look.viewpoint):
-                is_found = self._is_there(description, furniture)
+                # Something that the question means is truly there.
+                names = [one.description for one, _ in self._list_there(furniture)]
+                meant = self._finder.resolve_among(self.memory, description, names)
+                is_found = description in names or bool(meant)
                 break
         return Errand(description, is_found, search.num_looks, metres)
-
-    def _is_there(self, description: str, furniture: int) -> bool:
-        """Tell whether something that the question means is truly at a piece of furniture."""
-        names = [one.description for one, _ in self._list_there(furniture)]
-        meant = self._finder.resolve_among(self.memory, description, names)
-        return description in names or bool(meant)
 
     def _compute_distance(self, start: Any, furniture: int) -> float:
         if isinstance(start, int):

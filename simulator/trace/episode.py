@@ -202,7 +202,11 @@ def _follow_slots(
     descriptions: dict[str, int] = {}
     rows: list[tuple[int, ...]] = []
     steps, counts = [0], [0]  # when objects came or went, and how many there are since
-    for step, events in groupby(trace.events, lambda one: _find_step(one, start_s, step_seconds)):
+
+    def find_step(event: Event) -> int:  # 0 for all until the start
+        return max(math.ceil((event.time_s - start_s) / step_seconds - _ROUNDING), 0)
+
+    for step, events in groupby(trace.events, find_step):
         if step > num_steps:
             break
         last = {event.object: event for event in events}
@@ -233,8 +237,3 @@ def _follow_slots(
         counts.append(len(places))
     num_present = np.repeat(counts, np.diff([*steps, num_steps + 1]))[1:]
     return np.array(rows, dtype=np.int64).reshape(-1, 7), num_present, descriptions
-
-
-def _find_step(event: Event, start: float, step_seconds: float) -> int:
-    """Return the step that an event belongs to; 0 for all until the start."""
-    return max(math.ceil((event.time_s - start) / step_seconds - _ROUNDING), 0)
