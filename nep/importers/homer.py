@@ -104,10 +104,12 @@ def _load(path: Path) -> Any:
     try:
         return read_tensors(path)
     except (OSError, ValueError) as error:
-        raise ValueError(
-            f"day must be a file of tensors, got {shorten_text(str(error))} in {path}. Copy it "
-            "again."
-        ) from None
+        text = shorten_text(str(error))
+        raise _make_error("day must be a file of tensors", text, path) from None
+
+
+def _make_error(rule: str, got: object, file: Path) -> ValueError:
+    return ValueError(f"{rule}, got {got} in {file}. Copy it again.")
 
 
 def _read_tensors(
@@ -132,10 +134,8 @@ def _read_tensors(
         try:
             edges, _, _, minutes = content
         except (TypeError, ValueError):
-            raise ValueError(
-                f"day must be a list of four tensors, got {type(content).__name__} in {file}. "
-                "Copy it again."
-            ) from None
+            kind = type(content).__name__
+            raise _make_error("day must be a list of four tensors", kind, file) from None
         days.append(_make_day(edges, minutes, len(names), file))
     is_room = np.array([category == "Rooms" for category in categories])
     is_object = np.array([category == "placable_objects" for category in categories])
@@ -151,17 +151,13 @@ def _read_dictionaries(contents: Sequence[Any], files: Sequence[Path]) -> tuple[
             edges, minutes = content["edges"], content["times"]
             own = [str(name) for name in _expect_list(content["class_names"])]
         except (TypeError, KeyError) as error:
-            raise ValueError(
-                f"day must be a dictionary with edges, times and class_names, got {error} in "
-                f"{file}. Copy it again."
-            ) from None
+            rule = "day must be a dictionary with edges, times and class_names"
+            raise _make_error(rule, error, file) from None
         if own != names:
-            raise ValueError(
-                f"days must have equal class_names, got others in {file}. Copy it again."
-            )
+            raise _make_error("days must have equal class_names", "others", file)
         days.append(_make_day(edges, minutes, len(names), file))
     if "home" not in names:
-        raise ValueError(f"tree must have the root 'home', got none in {files[0]}. Copy it again.")
+        raise _make_error("tree must have the root 'home'", "none", files[0])
     root = names.index("home")
     first = days[0].parent[0]
     is_room = first == root
@@ -181,16 +177,13 @@ def _make_day(edges: Any, minutes: Any, num_nodes: int, file: Path) -> _Day:
         edges, minutes = (torch.as_tensor(x).to(torch.float64).numpy() for x in (edges, minutes))
         num_minutes = len(minutes)
     except (TypeError, ValueError, RuntimeError) as error:
-        raise ValueError(
-            f"edges and times must be numbers, got {type(error).__name__} in {file}. Copy it again."
-        ) from None
+        kind = type(error).__name__
+        raise _make_error("edges and times must be numbers", kind, file) from None
     if not np.isfinite(minutes).all():
-        raise ValueError(f"times must be finite, got {shorten(minutes)} in {file}. Copy it again.")
-    if edges.shape != (num_minutes, num_nodes, num_nodes) or not num_minutes:
-        raise ValueError(
-            f"edges must be times x nodes x nodes, ({num_minutes}, {num_nodes}, {num_nodes}), got "
-            f"{edges.shape} in {file}. Copy it again."
-        )
+        raise _make_error("times must be finite", shorten(minutes), file)
+    shape = (num_minutes, num_nodes, num_nodes)
+    if edges.shape != shape or not num_minutes:
+        raise _make_error(f"edges must be times x nodes x nodes, {shape}", edges.shape, file)
     return _Day(minutes, np.where(edges.any(axis=2), edges.argmax(axis=2), -1))
 
 

@@ -35,14 +35,12 @@ DEFAULT_STEPS = 336  # a week of half hours
 GRID_SEARCHES = 60
 LOG_ENDING = ".jsonl"
 
-# What stands for the options that a source is short for; those of the command line come after.
-_SHORT_FOR = {
-    WEEK: (
-        "--dynamics", "routine", "--dynamics.step_seconds", "1800",
-        "--home.furniture_per_room", "6", "--home.objects_per_furniture", "3",
-        "--looks", "patrol", "--looks_per_step", "2",
-    )
-}  # fmt: skip
+# What the week is short for; options of the command line come after.
+_WEEK_OPTIONS = (
+    "--dynamics", "routine", "--dynamics.step_seconds", "1800",
+    "--home.furniture_per_room", "6", "--home.objects_per_furniture", "3",
+    "--looks", "patrol", "--looks_per_step", "2",
+)  # fmt: skip
 
 
 def list_options(source: str) -> list[str]:
@@ -51,8 +49,8 @@ def list_options(source: str) -> list[str]:
     Raises:
         ValueError: if there is no such file, folder or name.
     """
-    if source in _SHORT_FOR:
-        return list(_SHORT_FOR[source])
+    if source == WEEK:
+        return list(_WEEK_OPTIONS)
     if source in SOURCES and source in PLAYED:
         return ["--homes", source]
     if source == GRID:
