@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import hashlib
 import json
@@ -12,6 +13,7 @@ import stat
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import resources
 from itertools import accumulate, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NoReturn
@@ -80,6 +82,12 @@ def read_file(path: str | Path, most: int = MOST_BYTES) -> bytes:
         if size > most:
             raise OSError(errno.EFBIG, f"a file of {size} bytes, more than {most}", str(path))
         return file.read()
+
+
+def read_table(package: str, name: str) -> list[dict[str, str]]:
+    """Read the rows of a file in the folder `data` of a package, such as "household.csv"."""
+    path = resources.files(package).joinpath("data", name)
+    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
 
 
 def compute_checksum(path: Path) -> str:

@@ -155,10 +155,10 @@ class Searching:
     status: Status
     search_id: str
     thing: str
-    next: NextLook | None
-    is_found: bool
-    looks: int
-    outcome: str
+    next: NextLook | None = None
+    is_found: bool = False
+    looks: int = 0
+    outcome: str = ""
     ask: str = ""
     candidates: tuple[str, ...] = ()
 

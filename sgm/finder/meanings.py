@@ -103,11 +103,10 @@ def find_thing(
         ValueError: if the name is none (`read_words`).
     """
     resolution = finder.resolve(memory, thing)
-    if resolution.is_ambiguous or len(resolution.matches) > 1:
-        raise _tell_ambiguous(resolution)
+    unclear = doubt(resolution, is_one=True)
+    if unclear is not None and (resolution.matches or is_known):
+        raise unclear
     if not resolution.matches:
-        if is_known:
-            raise _tell_unknown(resolution)
         return thing
     own = resolution.matches[0]
     ids = memory.list_ids(own)
@@ -117,14 +116,19 @@ def find_thing(
     return own
 
 
-def doubt(resolution: Resolution) -> Unclear | None:
+def doubt(resolution: Resolution, *, is_one: bool = False) -> Unclear | None:
     """Return what to ask where a question means different things, or nothing; None if it is clear.
 
-    Several things of one name are no doubt here: the question is about any of them.
+    Several things of one name are a doubt where the question is about one (`is_one`), else not.
     """
-    if resolution.is_ambiguous:
-        return _tell_ambiguous(resolution)
-    return None if resolution.matches else _tell_unknown(resolution)
+    matches, thing = resolution.matches, resolution.question
+    if resolution.is_ambiguous or (is_one and len(matches) > 1):
+        ask = resolution.ask_back or _ask(matches)
+        return Unclear("ambiguous", ask, matches[:MOST_CANDIDATES], thing)
+    if matches:
+        return None
+    near = resolution.alternatives[:MOST_CANDIDATES]
+    return Unclear("unknown", _ask_unknown(thing, near, "list_things"), near, thing)
 
 
 def tell_doubt(unclear: Unclear | None) -> dict[str, Any]:
@@ -132,16 +136,6 @@ def tell_doubt(unclear: Unclear | None) -> dict[str, Any]:
     if unclear is None:
         return {"status": "ok", "ask": "", "candidates": ()}
     return {"status": unclear.status, "ask": unclear.ask, "candidates": unclear.candidates}
-
-
-def _tell_ambiguous(resolution: Resolution) -> Unclear:
-    ask, thing = resolution.ask_back or _ask(resolution.matches), resolution.question
-    return Unclear("ambiguous", ask, resolution.matches[:MOST_CANDIDATES], thing)
-
-
-def _tell_unknown(resolution: Resolution) -> Unclear:
-    near, thing = resolution.alternatives[:MOST_CANDIDATES], resolution.question
-    return Unclear("unknown", _ask_unknown(thing, near, "list_things"), near, thing)
 
 
 def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Unclear:

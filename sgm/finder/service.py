@@ -183,10 +183,8 @@ class MemoryService(ReadCalls):
             if isinstance(start, str):
                 start = find_place(self.memory, start)
         except Unclear as asks:
-            return Searching(
-                search_id="", thing=thing, next=None, is_found=False, looks=0,
-                outcome="no search was started", **tell_doubt(asks),
-            )  # fmt: skip
+            told = tell_doubt(asks)
+            return Searching(search_id="", thing=thing, outcome="no search was started", **told)
         if isinstance(start, int):
             self.memory.describe(start)
         elif start is not None:
@@ -231,11 +229,11 @@ class MemoryService(ReadCalls):
         with self._writing:
             search = self._searches.get(search_id)
             if search is None:
-                return Searching(
-                    "unknown", search_id, "", None, False, 0,
+                ended = (
                     "there is no such search, or no longer. Call search_start again: it goes on "
-                    "with what was seen.",
-                )  # fmt: skip
+                    "with what was seen."
+                )
+                return Searching("unknown", search_id, "", outcome=ended)
             self._searches.move_to_end(search_id)
             look = search.going
             if look is None:  # it is over

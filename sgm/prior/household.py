@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 from collections import defaultdict
 from collections.abc import Mapping
-from importlib import resources
 from typing import Any
 
+from sgm.files import read_table
 from sgm.prior.prior_check import VERSION
 
 ROOMS = ("kitchen", "living room", "bedroom", "bathroom", "hallway")
@@ -88,9 +87,3 @@ def _read_places(text: str, meanings: Mapping[str, list[str]]) -> dict[tuple[str
             for name in names:
                 weights[own, name] = max(weights.get((own, name), 0), float(weight))
     return weights
-
-
-def read_table(package: str, name: str) -> list[dict[str, str]]:
-    """Read the rows of a file in the folder `data` of a package, such as "household.csv"."""
-    path = resources.files(package).joinpath("data", name)
-    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))

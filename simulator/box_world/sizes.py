@@ -7,9 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from sgm.files import read_table
 from sgm.layout.box import Box
 from sgm.names.words import read_words
-from sgm.prior.household import read_table
 
 SHAPES = ("solid", "table", "shelves", "basin", "doors")
 USUAL_FURNITURE = "cabinet"  # whose size furniture has that no row names

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from sgm.prior.household import read_table
+from sgm.files import read_table
 from sgm.prior.prior_graph import Adjectives
 
 Row = TypeVar("Row")

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sgm.prior.household import read_table
+from sgm.files import read_table
 from simulator.priors.types import load_names
 from tools.priors.behavior import find_places, find_synset, parse_expression, walk_facts
 from tools.priors.counts import PlacementCounts

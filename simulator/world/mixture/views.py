@@ -12,7 +12,7 @@ from itertools import chain
 
 import numpy as np
 
-from sgm.prior.household import read_table
+from sgm.files import read_table
 from simulator.world.homes import list_labels
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sgm.prior.household import read_table
+from sgm.files import read_table
 from simulator.world.routine.life_kernel import Habits
 from simulator.world.routine.rules import RoutineRules
 from simulator.world.sampled_state import SampledState

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from sgm.files import read_table
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.policies.heuristics import Bayesian
-from sgm.prior.household import ROOMS, read_table
+from sgm.prior.household import ROOMS
 from sgm.prior.prior_graph import PriorGraph, find_shipped, load_prior
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig

@@ -1,6 +1,6 @@
 """The two tables of the paper's appendix."""
 
-from sgm.prior.household import read_table
+from sgm.files import read_table
 from simulator.priors.types import load_names, load_types
 
 
