@@ -82,31 +82,23 @@ class ReadCalls:
             asked = int((at - clock.start).total_seconds() // clock.step_seconds)
         elif isinstance(at, int):
             asked = at
+        last_seen = None
+        if seen is not None:
+            name, when = self._tell_name(seen.furniture), self._tell_time(seen.time, now)
+            last_seen = LastSeen(seen.furniture, name, seen.is_there, seen.by, when)
         answer = WhereIs(
             thing=ranking.description,
             taken_for=ranking.resolution.matches[:MOST_CANDIDATES],
             places=tuple(
                 PlaceFound(
-                    place=place.furniture,
-                    name=place.name,
-                    relation=place.relation,
-                    probability=place.probability,
-                    why=shorten_text(_tell_why(place), _MOST_WHY),
+                    place.furniture, place.name, place.relation, place.probability, _tell_why(place)
                 )
                 for place in ranking
             ),
             left_out=0,
             elsewhere=ranking.elsewhere,
             with_robot=ranking.with_robot,
-            last_seen=None
-            if seen is None
-            else LastSeen(
-                place=seen.furniture,
-                name=self._tell_name(seen.furniture),
-                is_there=seen.is_there,
-                by=seen.by,
-                at=self._tell_time(seen.time, now),
-            ),
+            last_seen=last_seen,
             at=self._tell_time(asked, now),
             **tell_doubt(doubt(ranking.resolution)),
         )
@@ -330,7 +322,7 @@ def _tell_why(place: Place) -> str:
     evidence = place.evidence
     if evidence.seen is not None:
         evidence = replace(evidence, similar=(), prior=0.0)
-    return str(evidence)
+    return shorten_text(str(evidence), _MOST_WHY)
 
 
 def _fit(answer: WhereIs) -> WhereIs:

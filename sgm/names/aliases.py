@@ -83,7 +83,8 @@ class AliasTable:
 
     def with_names(self, names: Iterable[str]) -> AliasTable:
         """Return a table in which names that nothing is called are things of their own."""
-        return _add_names(self, tuple(names))
+        new = [(name, (), ()) for name in names if not self.find(split_words(name))]
+        return AliasTable([*self.rows, *new]) if new else self
 
     def find(self, words: Sequence[str]) -> tuple[int, ...]:
         """Return the numbers of the things of this name.
@@ -259,9 +260,3 @@ def _walk(thing: int, edges: Sequence[Mapping[int, None]]) -> list[int]:
 def _load_household() -> AliasTable:
     path = resources.files("sgm.names").joinpath("data", "aliases.csv")
     return AliasTable(_parse(path.read_text(encoding="utf-8"), "the shipped aliases"))
-
-
-@lru_cache(maxsize=8)  # every memory of one prior has the same
-def _add_names(table: AliasTable, names: tuple[str, ...]) -> AliasTable:
-    new = [name for name in names if not table.find(split_words(name))]
-    return AliasTable([*table.rows, *((name, (), ()) for name in new)]) if new else table

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.grouped import mark_rows
-from sgm.belief import compute_miss
-from sgm.belief.corrections import CORRECTIONS
+from sgm.belief import CORRECTIONS, compute_miss
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.evidence_features import Features, compute_features
 from sgm.evidence.object_counts import choose_edges
