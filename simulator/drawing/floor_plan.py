@@ -68,11 +68,14 @@ class FloorPlan:
         """Place everything.
 
         Args:
-            rooms, furniture, furniture_room, stands: as in the class.
+            rooms: names, (R,).
+            furniture: names, (F,).
+            furniture_room: room index of each furniture node, (F,).
             furniture_ids: None for 0 to F - 1.
             positions: of the furniture in metres, (F, 2); None to lay it out by room, rooms side
                 by side.
-            footprints: rooms are then large enough for them.
+            footprints: as in the class; rooms are then large enough for them.
+            stands: as in the class.
         """
         furniture_room = np.asarray(furniture_room, dtype=np.int64)
         ids = range(len(furniture)) if furniture_ids is None else furniture_ids
