@@ -184,6 +184,7 @@ MOVED = {
     "simulator.igridson.travel": "simulator.igridson.navigation",
     "simulator.igridson.command": "simulator.igridson.__main__",
     "simulator.world.mixture.mixture": "simulator.world.mixture.source",
+    "simulator.priors.show": "simulator.priors.__main__",
     "simulator.world.routine.kinds": "simulator.world.routine.activity_kinds",
     **{
         f"{old}.{name}": f"{new}.{name}"

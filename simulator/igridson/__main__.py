@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 from sgm.checks import check_seed
 from sgm.prior.prior_graph import PRIOR_HELP, load_prior
@@ -27,24 +27,18 @@ if TYPE_CHECKING:
 _MOVED = {"run": "python -m nep.bench igridson"}
 
 
-class MoreOptions(Protocol):
-    """A dataclass of further options that adds policies, such as a trained network."""
-
-    def make_searchers(self) -> Mapping[str, Searcher]:
-        """Return policies by name."""
-
-
 def main(
     args: Sequence[str] | None = None,
     prog: str = "python -m simulator.igridson",
-    more: type[MoreOptions] | None = None,
+    more: type[Any] | None = None,
 ) -> int:
     """Run the command line.
 
     Args:
         args: arguments; those of the process if None.
         prog: the command, for the help.
-        more: dataclass of further options, each described in its docstring.
+        more: dataclass of further options, each described in its docstring; its `make_searchers`
+            returns the policies that they add, by name, such as a trained network.
 
     Returns:
         The exit status: 0, or 2 if an argument is wrong.
@@ -53,7 +47,7 @@ def main(
     return choose(prog, commands, args, status=2, moved=_MOVED)
 
 
-def _make_parser(prog: str, more: type[MoreOptions] | None, description: str) -> ArgumentParser:
+def _make_parser(prog: str, more: type[Any] | None, description: str) -> ArgumentParser:
     parser = make_parser(prog, description)
     if more is not None:
         parser.add_class_arguments(more)
@@ -71,7 +65,7 @@ def _make_parser(prog: str, more: type[MoreOptions] | None, description: str) ->
     return parser
 
 
-def _find_searcher(options: Namespace, more: type[MoreOptions] | None) -> Searcher | None:
+def _find_searcher(options: Namespace, more: type[Any] | None) -> Searcher | None:
     """Return the policy that options name, those of further options included."""
     check_seed(options.seed)
     own = {} if more is None else more(**pick(options, more)).make_searchers()
@@ -80,7 +74,7 @@ def _find_searcher(options: Namespace, more: type[MoreOptions] | None) -> Search
     return find_searcher(options.policy, {**list_searchers(), **own}, options.look_cost)
 
 
-def _play(prog: str, more: type[MoreOptions] | None, arguments: Sequence[str]) -> int:
+def _play(prog: str, more: type[Any] | None, arguments: Sequence[str]) -> int:
     """Search with the keyboard."""
     from simulator.igridson.agent import HELP, play
     from simulator.igridson.env import IGridsonEnv
@@ -103,7 +97,7 @@ def _play(prog: str, more: type[MoreOptions] | None, arguments: Sequence[str]) -
     return 0
 
 
-def _film(prog: str, more: type[MoreOptions] | None, arguments: Sequence[str]) -> int:
+def _film(prog: str, more: type[Any] | None, arguments: Sequence[str]) -> int:
     """Film searches."""
     from PIL import Image
 

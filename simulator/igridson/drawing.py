@@ -177,12 +177,9 @@ class HomePicture:
         return spots
 
     def _draw_thing(self, pen: ImageDraw.ImageDraw, x: float, y: float, thing: GridThing) -> None:
-        if thing.is_inside:
-            edge = mix(thing.color, TEXT, 0.25)
-            self._draw_disc(pen, x, y, GLYPH, fill=PAPER, outline=edge, width=2)
-        else:
-            edge = mix(thing.color, TEXT, 0.5)
-            self._draw_disc(pen, x, y, GLYPH, fill=thing.color, outline=edge, width=1)
+        fill, shade, width = (PAPER, 0.25, 2) if thing.is_inside else (thing.color, 0.5, 1)
+        edge = mix(thing.color, TEXT, shade)
+        self._draw_disc(pen, x, y, GLYPH, fill=fill, outline=edge, width=width)
 
     def _draw_agent(self, pen: ImageDraw.ImageDraw, scene: GridScene) -> None:
         x, y = scene.position[0] + 0.5, scene.position[1] + 0.5

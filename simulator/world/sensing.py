@@ -205,16 +205,14 @@ class _MissesByLabel(Misses):
                     f"rate of {shorten(label)} must lie in [0, 1], got {rate}. Give a probability."
                 )
 
-    def _get_rates(self, labels: Sequence[str]) -> np.ndarray:
-        """Return the rate of each label, nan for those without, (n,)."""
-        return np.array([self.rates.get(label, np.nan) for label in labels], dtype=float)
-
-    def _check_labels(self, what: str, known: Iterable[str]) -> None:
+    def _get_rates(self, labels: Sequence[str], what: str, known: Iterable[str]) -> np.ndarray:
+        """Return the rate of each label, nan for those without, (n,); all must be of known ones."""
         unknown = sorted(set(self.rates).difference(known))
         if unknown:
             raise ValueError(
                 f"rates must be of {what} of the homes, got {', '.join(unknown)}. Check the labels."
             )
+        return np.array([self.rates.get(label, np.nan) for label in labels], dtype=float)
 
 
 @dataclass(frozen=True)
@@ -233,8 +231,8 @@ class MissesPerType(_MissesByLabel):
         Raises:
             ValueError: if a label is no object type of these homes.
         """
-        self._check_labels("object types", homes.object_labels)
-        own = self._get_rates(homes.object_labels)[homes.object_type[looking]]
+        labels = homes.object_labels
+        own = self._get_rates(labels, "object types", labels)[homes.object_type[looking]]
         return np.where(np.isnan(own), homes.detection_error[looking, None], own)
 
 
@@ -256,8 +254,9 @@ class MissesPerFurniture(_MissesByLabel):
         """
         known = {row.label for row in homes.prior.furniture}
         if not known.issuperset(self.rates):
-            self._check_labels("furniture", known | set(homes.furniture_labels.ravel()))
-        own = self._get_rates(homes.furniture_labels[looking, furniture].tolist())
+            known |= set(homes.furniture_labels.ravel())
+        labels = homes.furniture_labels[looking, furniture].tolist()
+        own = self._get_rates(labels, "furniture", known)
         return np.where(np.isnan(own), homes.detection_error[looking], own)[:, None]
 
 

@@ -11,7 +11,7 @@ from sgm.checks import check_at_least
 from sgm.files import write_whole
 from sgm.prior.prior_graph import PRIOR_HELP, load_prior
 from simulator.command_line import choose, make_parser, parse, pick
-from simulator.priors.show import summarise_prior
+from simulator.priors.__main__ import summarise_prior
 from simulator.process import run_main
 from tools.priors.activities import count_activities, make_table
 from tools.priors.build import DEFAULT_SOURCES, SOURCES, build_from_sources
