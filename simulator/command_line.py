@@ -188,11 +188,7 @@ def choose(
         return 2
     try:
         return commands[arguments[0]](arguments[1:])
-    except ArgumentError as error:
-        return _report(error, 2)
-    except BrokenPipeError:  # the caller knows whether it matters
-        raise
-    except BAD_INPUT as error:
+    except (ArgumentError, *BAD_INPUT) as error:
         return _report(error, status)
 
 
@@ -201,20 +197,19 @@ def one_line_errors(status: int = 1) -> Iterator[None]:
     """End with one line instead of a traceback if input is bad; status 2 for unknown options."""
     try:
         yield
-    except ArgumentError as error:
-        sys.exit(_report(error, 2))
-    except BrokenPipeError:
-        raise
-    except BAD_INPUT as error:
-        sys.exit(_make_line(error) if status == 1 else _report(error, status))
+    except (ArgumentError, *BAD_INPUT) as error:
+        is_plain = status == 1 and not isinstance(error, ArgumentError)
+        sys.exit(_make_line(error) if is_plain else _report(error, status))
 
 
 def _report(error: Exception, status: int) -> int:
     print(_make_line(error), file=sys.stderr)
-    return status
+    return 2 if isinstance(error, ArgumentError) else status
 
 
 def _make_line(error: Exception) -> str:
+    if isinstance(error, BrokenPipeError):
+        raise error  # the caller knows whether it matters
     if isinstance(error, MemoryError):
         error = MemoryError(
             "memory must hold what was asked for, got too little of it. Ask for fewer homes, "

@@ -10,13 +10,7 @@ from typing import TYPE_CHECKING, Any
 from sgm.checks import check_seed
 from sgm.prior.prior_graph import PRIOR_HELP, load_prior
 from simulator.command_line import choose, make_parser, parse, pick
-from simulator.igridson.find_object import (
-    POLICY_HELP,
-    RunConfig,
-    Searcher,
-    find_searcher,
-    list_searchers,
-)
+from simulator.igridson.find_object import POLICY_HELP, RunConfig, Searcher, find_searcher
 from simulator.igridson.navigation import LOOK_COST
 from simulator.process import run_main
 
@@ -71,7 +65,7 @@ def _find_searcher(options: Namespace, more: type[Any] | None) -> Searcher | Non
     own = {} if more is None else more(**pick(options, more)).make_searchers()
     if options.policy is None:
         return None
-    return find_searcher(options.policy, {**list_searchers(), **own}, options.look_cost)
+    return find_searcher(options.policy, own, options.look_cost)
 
 
 def _play(prog: str, more: type[Any] | None, arguments: Sequence[str]) -> int:

@@ -11,28 +11,29 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from simulator.drawing.home import compute_shade
+from simulator.drawing import home as drawn
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.navigation import DIRECTIONS
-from simulator.igridson.scene import (
-    AGENT,
-    ASKED,
-    BELIEF,
-    DOOR,
-    FLOORS,
-    FOUND,
-    FURNITURE,
-    NEUTRALS,
-    OUTLINE,
-    PAPER,
-    TEXT,
-    WALL,
-    WALL_TEXT,
-    Color,
-    GridScene,
-    GridThing,
-    mix,
-)
+from simulator.igridson.scene import NEUTRALS, Color, GridScene, GridThing
+
+
+def _read_color(text: str) -> Color:
+    red, green, blue = bytes.fromhex(text.removeprefix("#"))
+    return red, green, blue
+
+
+WALL: Color = (63, 68, 80)
+WALL_TEXT: Color = (236, 238, 242)
+FLOORS: tuple[Color, ...] = ((244, 239, 230), (233, 240, 236), (238, 236, 245), (229, 239, 246))
+DOOR: Color = (201, 173, 133)
+FURNITURE: Color = (255, 253, 248)
+OUTLINE: Color = (120, 124, 134)
+BELIEF: Color = _read_color(drawn.BELIEF)
+AGENT: Color = _read_color(drawn.ROUTE)
+FOUND: Color = (22, 150, 84)
+TEXT: Color = (28, 30, 36)
+PAPER: Color = (255, 255, 255)
+ASKED: Color = _read_color(drawn.TRUE_PLACE)
 
 # Lengths in cells.
 LABEL_SIZE, ROOM_SIZE, TITLE_SIZE, NOTE_SIZE = 0.27, 0.42, 0.5, 0.38  # text heights
@@ -122,7 +123,7 @@ class HomePicture:
         ):
             fill, edge, width = FURNITURE, OUTLINE, 1.0
             if scene.belief is not None:
-                fill = mix(FURNITURE, BELIEF, float(compute_shade(scene.belief[index])))
+                fill = mix(FURNITURE, BELIEF, float(drawn.compute_shade(scene.belief[index])))
             if index in scene.looked_at:
                 is_last = index == scene.looked_at[-1]
                 edge, width = (FOUND if scene.is_found and is_last else AGENT), 2.5
@@ -197,7 +198,7 @@ class HomePicture:
             return
         x, y, width = columns - 4.6, rows + CAPTION - 0.5, 2.4
         for step in range(48):
-            color = mix(FURNITURE, BELIEF, float(compute_shade(step / 47)))
+            color = mix(FURNITURE, BELIEF, float(drawn.compute_shade(step / 47)))
             left = x + step / 48 * width
             pen.rectangle(self._box(left, y - 0.15, width / 48 + 0.03, 0.3), fill=color)
         pen.rectangle(self._box(x, y - 0.15, width + 0.03, 0.3), outline=OUTLINE, width=_SMOOTH)
@@ -280,3 +281,9 @@ class HomePicture:
         return [
             column * scale, row * scale, (column + width) * scale - 1, (row + height) * scale - 1,
         ]  # fmt: skip
+
+
+def mix(color: Color, other: Color, share: float) -> Color:
+    """Return a colour on the way from one to another."""
+    red, green, blue = (round(a + (b - a) * share) for a, b in zip(color, other, strict=True))
+    return red, green, blue

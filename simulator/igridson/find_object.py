@@ -51,12 +51,15 @@ def list_searchers() -> dict[str, Searcher]:
     return {name: Searcher(policy.make) for name, policy in POLICIES.items()}
 
 
-def find_searcher(name: str, known: Mapping[str, Searcher], look_cost: float) -> Searcher:
+def find_searcher(name: str, more: Mapping[str, Searcher], look_cost: float) -> Searcher:
     """Return the searcher of a policy's name, travel-aware if it ends in `+travel`.
+
+    Those of `more` are known beside all policies.
 
     Raises:
         ValueError: if there is no such policy.
     """
+    known = {**list_searchers(), **more}
     plain = name.removesuffix(TRAVEL)
     if plain not in known:
         raise ValueError(

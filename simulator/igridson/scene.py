@@ -1,4 +1,4 @@
-"""Where the objects of a grid home lie, what a picture shows of it, and in which colours."""
+"""Where the objects of a grid home lie, and what a picture shows of it."""
 
 from __future__ import annotations
 
@@ -7,30 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
-from simulator.drawing import home as drawn
 from simulator.igridson.layout import GridLayout
 from simulator.world.homes import Homes
 
 Color = tuple[int, int, int]
-
-
-def _read_color(text: str) -> Color:
-    red, green, blue = bytes.fromhex(text.removeprefix("#"))
-    return red, green, blue
-
-
-WALL: Color = (63, 68, 80)
-WALL_TEXT: Color = (236, 238, 242)
-FLOORS: tuple[Color, ...] = ((244, 239, 230), (233, 240, 236), (238, 236, 245), (229, 239, 246))
-DOOR: Color = (201, 173, 133)
-FURNITURE: Color = (255, 253, 248)
-OUTLINE: Color = (120, 124, 134)
-BELIEF: Color = _read_color(drawn.BELIEF)
-AGENT: Color = _read_color(drawn.ROUTE)
-FOUND: Color = (22, 150, 84)
-TEXT: Color = (28, 30, 36)
-PAPER: Color = (255, 255, 255)
-ASKED: Color = _read_color(drawn.TRUE_PLACE)
 # Objects without a colour word in their description take one of these by type.
 NEUTRALS: tuple[Color, ...] = (
     (122, 134, 150), (150, 128, 106), (108, 142, 128), (146, 120, 144), (136, 136, 96),
@@ -136,9 +116,3 @@ def list_things(homes: Homes, placement: GridPlacement, asked_code: int) -> tupl
             )
         )
     return tuple(things)
-
-
-def mix(color: Color, other: Color, share: float) -> Color:
-    """Return a colour on the way from one to another."""
-    red, green, blue = (round(a + (b - a) * share) for a, b in zip(color, other, strict=True))
-    return red, green, blue

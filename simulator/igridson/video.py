@@ -11,18 +11,10 @@ import numpy as np
 from PIL import Image
 
 from simulator.igridson.agent import GridAgent
+from simulator.igridson.drawing import AGENT, ASKED, BELIEF, FOUND, FURNITURE, mix
 from simulator.igridson.env import IGridsonEnv
 from simulator.igridson.find_object import Searcher
-from simulator.igridson.scene import (
-    AGENT,
-    ASKED,
-    BELIEF,
-    COLOR_WORDS,
-    FOUND,
-    FURNITURE,
-    NEUTRALS,
-    mix,
-)
+from simulator.igridson.scene import COLOR_WORDS, NEUTRALS
 
 FORMATS = (".gif", ".mp4")
 _FRAMES_PER_SECOND = 8

@@ -120,23 +120,6 @@ def _copy(state: State) -> State:
     return State(*(array.copy() for array in state))
 
 
-def _list_rules(rule: RoutineRules, homes: SampledState, home: int) -> Mapping[str, float]:
-    """Return the fields of `RULES` for a home; times in seconds."""
-    own = {
-        "drift_spread": rule.drift_hours * 3600,
-        "drift_kept": math.exp(-1 / rule.drift_days),
-        "can_carry_out": float(homes.configs[home].dynamic_nodes),
-        "max_things": max(round(rule.max_things_share * int(homes.num_objects[home])), 1),
-        "tidy_time": rule.tidy_hour * 3600,
-    }
-    for name in RULES.names or ():
-        if hasattr(rule, f"{name}_hours"):
-            own[name] = getattr(rule, f"{name}_hours") * 3600
-        elif name not in own:
-            own[name] = getattr(rule, name)
-    return own
-
-
 def _make_habits(homes: SampledState, rules: Mapping[int, RoutineRules]) -> Habits:
     """Return habits of which only the usual hours, and what leads to the others, are known yet."""
     num_homes, num_slots = homes.object_place.shape
@@ -146,8 +129,12 @@ def _make_habits(homes: SampledState, rules: Mapping[int, RoutineRules]) -> Habi
     num_occasions = max(len(rule.occasions) for rule in rules.values())
     numbers = np.zeros(num_homes, dtype=RULES)
     for home, rule in rules.items():
-        for name, value in _list_rules(rule, homes, home).items():
-            numbers[name][home] = value
+        for name in RULES.names or ():
+            numbers[name][home] = getattr(rule, name, 0)
+        most = max(round(rule.max_things_share * int(homes.num_objects[home])), 1)
+        numbers["drift_kept"][home] = math.exp(-1 / rule.drift_days)
+        numbers["can_carry_out"][home] = homes.configs[home].dynamic_nodes
+        numbers["max_things"][home] = most
     num_items = int(numbers["max_things"].max())
     is_washing_up, is_left = np.array(kinds) == "washing up", np.isin(kinds, ("cooking", "eating"))
     size = (num_homes, num_residents, num_occasions)

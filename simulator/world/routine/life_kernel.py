@@ -16,29 +16,24 @@ Source of the generator: Steele, Lea and Flood, "Fast Splittable Pseudorandom Nu
 """
 
 import math
+from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from sgm.kernel import kernel
+from simulator.world.routine.rules import RoutineRules
 
 DAY = 86_400.0
-DAY_STARTS = 4 * 3600.0
+HOUR = 3600.0
+DAY_STARTS = 4 * HOUR
 TIDY = -1  # the event that is no occurrence: tidying up in the evening
 
-# The rules of a home that the kernels read, from the fields of `RoutineDynamics`.
-RULES = np.dtype(
-    [
-        (name, np.float64)
-        for name in (
-            "person_spread", "habit_spread", "omission_spread", "drift_spread", "drift_kept",
-            "jitter", "min_use", "max_use", "static_share", "elsewhere_share", "extra_share",
-            "left_share", "second_share", "new_share", "collect_share", "tidy_share", "tidy_time",
-            "can_carry_out", "max_things", "own_spot_share", "left_habit",
-            "together", "away_share", "home_office_share",
-        )
-    ]
-)  # fmt: skip
+# The numbers of a home that the kernels read: those of its `RoutineRules`, how much of a drift is
+# left a day later, whether things may be carried out, and how many of them are taken at most.
+_MORE = ("drift_kept", "can_carry_out", "max_things")
+_OWN = (row.name for row in fields(RoutineRules) if isinstance(row.default, (int, float)))
+RULES = np.dtype([(name, np.float64) for name in (*_OWN, *_MORE)])
 
 
 class Habits(NamedTuple):
@@ -183,7 +178,7 @@ def draw_habits(habits: Habits, state: State) -> None:
         for resident in range(state.num_residents[home]):
             mark = _uniform(random, home)
             role = (mark >= rule.away_share) + (mark >= rule.away_share + rule.home_office_share)
-            shift = _normal(random, home) * rule.person_spread
+            shift = _normal(random, home) * (rule.person_spread_hours * HOUR)
             for kind in range(num_kinds):
                 habits.spot[home, resident, kind] = habits.shared_spot[home, kind]
                 if _uniform(random, home) < rule.own_spot_share:
@@ -204,7 +199,7 @@ def draw_habits(habits: Habits, state: State) -> None:
                 for n in range(habits.kind.shape[1]):
                     if habits.kind[home, n] != kind:
                         continue
-                    own_shift = shift + _normal(random, home) * rule.habit_spread
+                    own_shift = shift + _normal(random, home) * (rule.habit_spread_hours * HOUR)
                     change = (2 * _uniform(random, home) - 1) * rule.omission_spread
                     for w in range(2):
                         habits.hour[home, resident, n, w] += own_shift
@@ -264,10 +259,12 @@ def _plan_day(habits: Habits, state: State, home: int) -> None:
     starts = np.empty(num_occasions)
     ends = np.empty(num_occasions)
     time, event = state.event_time[home], state.event[home]
-    time[0], event[0] = midnight + rule.tidy_time, TIDY
+    time[0], event[0] = midnight + rule.tidy_hour * HOUR, TIDY
     count = 1
     for resident in range(state.num_residents[home]):
-        change = _normal(random, home) * math.sqrt(1 - rule.drift_kept**2) * rule.drift_spread
+        change = (
+            _normal(random, home) * math.sqrt(1 - rule.drift_kept**2) * (rule.drift_hours * HOUR)
+        )
         state.drift[home, resident] = state.drift[home, resident] * rule.drift_kept + change
         for n in range(num_occasions):
             starts[n] = -1.0
@@ -276,7 +273,7 @@ def _plan_day(habits: Habits, state: State, home: int) -> None:
                 continue
             hour = habits.hour[home, resident, n, 1 if is_weekend else 0]
             begin = midnight + hour + state.drift[home, resident] + (
-                _normal(random, home) * rule.jitter
+                _normal(random, home) * (rule.jitter_hours * HOUR)
             )  # fmt: skip
             before = habits.after[home, n]
             if before >= 0 and starts[before] >= 0:

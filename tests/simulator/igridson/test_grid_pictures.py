@@ -8,18 +8,21 @@ import pytest
 from PIL import Image
 
 from simulator.drawing.home import compute_shade
-from simulator.igridson.drawing import CAPTION, GLYPH, LABEL_SIZE, LABEL_TOP, LINE, HomePicture
-from simulator.igridson.scene import (
+from simulator.igridson.drawing import (
     AGENT,
     ASKED,
     BELIEF,
+    CAPTION,
     FOUND,
     FURNITURE,
-    GridScene,
-    GridThing,
-    list_things,
+    GLYPH,
+    LABEL_SIZE,
+    LABEL_TOP,
+    LINE,
+    HomePicture,
     mix,
 )
+from simulator.igridson.scene import GridScene, GridThing, list_things
 from simulator.igridson.video import check_format, film_searches, save_video
 
 pytestmark = pytest.mark.slow
