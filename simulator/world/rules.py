@@ -37,8 +37,6 @@ class HomeRules:
         looks: where the robot looks in Predict Object Location, one of `LOOKS`; on patrol or at
             random, all policies read the same memory.
         looks_per_step: looks after each answer; those after a policy's own one are at random.
-        dynamics: how the home changes.
-        sensing: what a look shows.
 
     Source: paper appendix A; docs/design.md, rulings 1-8 and 11.
     """

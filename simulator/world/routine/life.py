@@ -78,11 +78,10 @@ class RoutineLife(Life):
             state = self._start_copy("routine outlook")
             num_places = self._homes.num_furniture * NUM_RELATIONS
             counts = np.zeros((*state.place.shape, num_places), dtype=np.float32)
-            now = state.now[self._members]
             for hour in range(1, self._outlook_hours.max() + 1):
                 is_on = hour <= self._outlook_hours
                 own = self._members[is_on]
-                live(self.habits, state, own, now[is_on] + 3600.0 * hour)
+                live(self.habits, state, own, self._start[is_on] + 3600.0 * hour)
                 row, slot = np.nonzero(state.place[own] >= 0)
                 counts[own[row], slot, state.place[own[row], slot]] += 1
             self._outlook = counts
@@ -93,9 +92,8 @@ class RoutineLife(Life):
         state = self._start_copy("routine copy")
         num_homes, num_slots = state.place.shape
         lived = np.empty((num_homes, num_hours, num_slots), dtype=np.int16)
-        now = state.now[self._members]
         for hour in range(num_hours):
-            live(self.habits, state, self._members, now + 3600.0 * hour)
+            live(self.habits, state, self._members, self._start + 3600.0 * hour)
             lived[:, hour] = state.place // NUM_RELATIONS  # -1 // 2 == -1
         return lived
 
@@ -150,7 +148,6 @@ def _make_habits(homes: SampledState, rules: Mapping[int, RoutineRules]) -> Habi
         seconds=np.zeros((num_homes, num_occasions)),
         hour=np.zeros((*size, 2)),
         share=np.zeros((*size, 2)),
-        shared_spot=np.zeros((num_homes, num_kinds), dtype=np.int32),
         spot=np.zeros((num_homes, num_residents, num_kinds), dtype=np.int32),
         item=np.full((*size, num_items), -1, dtype=np.int32),
         use=np.zeros((*size, num_items)),
@@ -190,7 +187,6 @@ def _make_state(homes: SampledState, rules: Mapping[int, RoutineRules], habits: 
         place=homes.object_place,
         own_place=np.full((num_homes, num_slots, _LATER_PLACES), -1, dtype=np.int32),
         random=np.zeros(num_homes, dtype=np.uint64),
-        now=np.zeros(num_homes),
         day_end=np.zeros(num_homes),
         num_residents=np.zeros(num_homes, dtype=np.int32),
         drift=np.zeros((num_homes, num_residents)),

@@ -52,8 +52,7 @@ class Habits(NamedTuple):
         hour: seconds after midnight at which a resident begins, on weekdays and at weekends,
             (H, R, N, 2); at first those of the occasion.
         share: how often, likewise, (H, R, N, 2).
-        shared_spot: the place where residents do a kind of activity, int32 (H, K).
-        spot: the same of a resident, who may have another one, int32 (H, R, K).
+        spot: the place where a resident does a kind of activity, int32 (H, R, K).
         item: objects that a resident takes for an occasion, or -1, int32 (H, R, N, S).
         use: how often each of them is taken, (H, R, N, S).
         left: how often each of them is left where it was used, (H, R, N, S).
@@ -73,7 +72,6 @@ class Habits(NamedTuple):
     seconds: np.ndarray
     hour: np.ndarray
     share: np.ndarray
-    shared_spot: np.ndarray
     spot: np.ndarray
     item: np.ndarray
     use: np.ndarray
@@ -90,7 +88,6 @@ class State(NamedTuple):
         place: where every object is, -1 for an empty slot or one that is out, int32 (H, C).
         own_place: of an object: its usual place, a second one, two others, int32 (H, C, 4).
         random: state of each home's generator, uint64 (H,).
-        now: (H,).
         day_end: until when events are drawn, (H,).
         num_residents: int32 (H,).
         drift: how much later than usual a resident lives these days, (H, R).
@@ -110,7 +107,6 @@ class State(NamedTuple):
     place: np.ndarray
     own_place: np.ndarray
     random: np.ndarray
-    now: np.ndarray
     day_end: np.ndarray
     num_residents: np.ndarray
     drift: np.ndarray
@@ -174,13 +170,12 @@ def draw_habits(habits: Habits, state: State) -> None:
         set_size = int(rule.max_things)
         _choose_purposes(rule, random, home, habits.num_slots[home], habits.object_weight[home])
         for kind in range(num_kinds):
-            habits.shared_spot[home, kind] = _draw_spot(habits, random, home, kind)
+            habits.spot[home, :, kind] = _draw_spot(habits, random, home, kind)
         for resident in range(state.num_residents[home]):
             mark = _uniform(random, home)
             role = (mark >= rule.away_share) + (mark >= rule.away_share + rule.home_office_share)
             shift = _normal(random, home) * (rule.person_spread_hours * HOUR)
             for kind in range(num_kinds):
-                habits.spot[home, resident, kind] = habits.shared_spot[home, kind]
                 if _uniform(random, home) < rule.own_spot_share:
                     habits.spot[home, resident, kind] = _draw_spot(habits, random, home, kind)
                 count = 0  # favourites of this resident and kind
@@ -410,4 +405,3 @@ def live(habits: Habits, state: State, homes: np.ndarray, until: np.ndarray) -> 
             if state.day_end[home] > until[i]:
                 break
             _plan_day(habits, state, home)
-        state.now[home] = until[i]
