@@ -97,7 +97,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         is_new = seed is not None or bool((options or {}).get("new_home"))
         self.searches.start(self.np_random, is_new)
         self._looks = []
-        return self.searches.observe()[0], self._get_info()
+        return self._observe(), self._get_info()
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Look at a furniture node.
@@ -120,7 +120,7 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         self._looks += [int(action)] * bool(action < search.is_open.shape[1])
         is_found = bool(search.is_found[0])
         is_cut_off = bool(search.is_over[0]) and not is_found
-        return self.searches.observe()[0], -1.0, is_found, is_cut_off, self._get_info()
+        return self._observe(), -1.0, is_found, is_cut_off, self._get_info()
 
     def compute_scores(self) -> np.ndarray:
         """Ask the policy how likely each furniture node holds the object, (F,)."""
@@ -159,6 +159,9 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         searches = self.searches
         (rows,) = compute_place_rows(searches.rollout.memory, searches.search.queries)
         return np.pad(rows, ((0, self.num_furniture - len(rows)), (0, 0)))
+
+    def _observe(self) -> dict[str, Any]:
+        return {name: own[0] for name, own in self.searches.observe().items()}
 
     def _get_info(self) -> dict[str, Any]:
         info = self.searches.get_info()
@@ -231,7 +234,7 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
             )
         super().reset(seed=seed)
         self.searches.start(self.np_random, seed is not None or bool(options.get("new_home")))
-        return self._observe(), self.searches.get_info()
+        return self.searches.observe(), self.searches.get_info()
 
     def step(
         self, actions: np.ndarray
@@ -254,15 +257,9 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
         search.look(search.homes, actions[search.homes])
         is_found = search.is_found.copy()
         is_cut_off = search.is_over & ~is_found
-        return self._observe(), rewards, is_found, is_cut_off, self.searches.get_info()
+        observation, info = self.searches.observe(), self.searches.get_info()
+        return observation, rewards, is_found, is_cut_off, info
 
     def compute_scores(self) -> np.ndarray:
         """Ask the policy how likely each furniture node holds the object, (H, F)."""
         return self.searches.compute_scores()
-
-    def _observe(self) -> dict[str, Any]:
-        observations = self.searches.observe()
-        return {
-            "graph": tuple(observation["graph"] for observation in observations),
-            "query": self.searches.search.codes.astype(np.int64),
-        }

@@ -83,13 +83,10 @@ class SearchSeries:
         self.search = Search(self.rollout, *self.rollout.ask(), self._max_looks)
         self.num_searches += 1
 
-    def observe(self) -> list[dict[str, Any]]:
-        """Return the observation of every home."""
+    def observe(self) -> dict[str, Any]:
+        """Return graph and query of every home, (H,) each."""
         graphs = make_graphs(self.rollout.memory, self.search.queries)
-        return [
-            {"graph": graph, "query": np.int64(code)}
-            for graph, code in zip(graphs, self.search.codes, strict=True)
-        ]
+        return {"graph": tuple(graphs), "query": self.search.codes.astype(np.int64)}
 
     def compute_scores(self) -> np.ndarray:
         """Ask the policy about the objects searched for, (H, F)."""
