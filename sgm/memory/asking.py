@@ -176,8 +176,8 @@ def ask(
     queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
     at_once = np.append(current.objects["num_at_once"], 0)
     said = tuple(get_last_said(state, row) for row in known.tolist())
-    own = _find_edges(current, known)
-    edges = np.sort(own[1])
+    found = _find_edges(current, known)
+    edges = np.sort(found[1])
     sightings = [
         seen
         for row in known[known >= 0].tolist()
@@ -196,7 +196,7 @@ def ask(
             get_statements(state, row).statements if row >= 0 else () for row in known.tolist()
         ),
         descriptions=state.things.descriptions,
-        looks=_list_looks(state, batch, current, queries, known, own, words, said),
+        looks=_list_looks(state, batch, current, queries, known, found, words, said),
         num_instances=np.maximum(at_once[known], 1),
         sightings=tuple(sorted(sightings, key=lambda seen: -seen.time)),
         furniture_ids=state.furniture.ids,
@@ -248,14 +248,14 @@ def _list_looks(
     current: MemoryBatch,
     queries: Queries,
     rows: np.ndarray,
-    own: tuple[np.ndarray, np.ndarray],
+    found: tuple[np.ndarray, np.ndarray],
     words: Sequence[str],
     said: Sequence[Statement | None],
 ) -> Looks:
     """List what all looks say about K objects.
 
     They are `queries` in the memory before the looks of this step, and `rows` (K,) in the memory at
-    the time that is asked about, -1 for what that does not know, with their `own` edges there.
+    the time that is asked about, -1 for what that does not know, with the edges `found` there.
     `said` has the last statement about each that no look has shown since.
     """
     now, step, position = current.time, state.step, state.furniture.position
@@ -276,7 +276,7 @@ def _list_looks(
     for row, one in enumerate(said):
         if one is not None and one.time == now:
             said_now[row] = -1 if one.furniture is None else position[one.furniture]
-    (thing, edge), edges, confidence = own, current.edges, np.zeros(shape)
+    (thing, edge), edges, confidence = found, current.edges, np.zeros(shape)
     place, said_there = edges["furniture"][edge], said_now[thing]
     is_now = edges["last_true"][edge] == now
     is_now &= (said_there == _NOTHING_SAID) | (said_there == place)
