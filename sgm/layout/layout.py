@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from sgm.layout.box import Box, read_box
-from sgm.layout.furniture import Furniture, Room, compute_positions, read_open_cost, read_position
+from sgm.layout.box import Box
+from sgm.layout.furniture import Furniture, Room, compute_positions
 from sgm.messages import shorten
 from sgm.names.vocabulary import Vocabulary
-from sgm.names.words import MAX_LENGTH, read_words
+from sgm.names.words import MAX_LENGTH
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import PriorGraph
 
@@ -127,60 +127,9 @@ class Layout:
             },
         )
 
-    def add_room(self, label: str) -> int:
-        """Add a room, whose label was checked, and return its id."""
-        number = RoomId(self.num_rooms_ever)
-        self.rooms[number] = Room(label)
-        self.num_rooms_ever += 1
-        return number
-
-    def add_furniture(self, node: Furniture) -> int:
-        """Add what `make_furniture` made, and return its id."""
-        self.furniture[self.num_furniture_ever] = node
-        self.num_furniture_ever += 1
-        return self.num_furniture_ever - 1
-
     def copy(self) -> Layout:
         """Return the same layout, which can be changed alone."""
         return replace(self, rooms=dict(self.rooms), furniture=dict(self.furniture))
-
-    def make_furniture(
-        self,
-        label: str,
-        room: int,
-        description: str | None,
-        position: tuple[float, float] | None = None,
-        box: Box | None = None,
-        open_cost: float | None = None,
-    ) -> Furniture:
-        """Return a furniture node; checks values as `SceneGraphMemory.add_furniture` says."""
-        read_words("furniture label", label)
-        description = label if description is None else description
-        read_words("furniture description", description)
-        self.check_room(room)
-        return Furniture(
-            label, RoomId(room), description, position=read_position(position), box=read_box(box),
-            open_cost=read_open_cost(open_cost),
-        )  # fmt: skip
-
-    def make_moved(
-        self,
-        furniture: int,
-        room: int | None,
-        position: tuple[float, float] | None,
-        box: Box | None = None,
-    ) -> Furniture:
-        """Return a moved furniture node; checks values as `SceneGraphMemory.move_furniture`."""
-        self.check_furniture(furniture)
-        node = self.furniture[furniture]
-        if room is not None:
-            self.check_room(room)
-            node = replace(node, room=RoomId(room), position=None, box=None)
-        if box is not None:
-            node = replace(node, position=None, box=read_box(box))
-        if position is not None:
-            node = replace(node, position=read_position(position))
-        return node
 
     @property
     def boxes(self) -> dict[int, Box]:

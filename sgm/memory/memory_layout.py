@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.layout.box import Box
-from sgm.layout.furniture import read_position
-from sgm.layout.layout import Layout, read_map_id
+from sgm.layout.box import Box, read_box
+from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
+from sgm.layout.layout import Layout, RoomId, read_map_id
 from sgm.memory.memory_files import MemoryFiles
 from sgm.names.words import read_words
 
@@ -47,9 +48,10 @@ class MemoryLayout(MemoryFiles):
         """
         read_words("room label", label)
         with self._lock:
-            layout = self._state.layout
-            self._write("room", room=layout.num_rooms_ever, label=label)
-            room = layout.add_room(label)
+            layout, room = self._state.layout, RoomId(self._state.layout.num_rooms_ever)
+            self._write("room", room=room, label=label)
+            layout.rooms[room] = Room(label)
+            layout.num_rooms_ever += 1
             self._state.note_new(label)
         return room
 
@@ -82,15 +84,23 @@ class MemoryLayout(MemoryFiles):
             ValueError: if the label or the description is no name (`read_words`), the position no
                 two numbers, or the cost no number, 0 or more.
         """
+        read_words("furniture label", label)
+        description = label if description is None else description
+        read_words("furniture description", description)
         with self._lock:
-            layout = self._state.layout
-            node = layout.make_furniture(label, room, description, position, box, open_cost)
+            layout, furniture = self._state.layout, self._state.layout.num_furniture_ever
+            layout.check_room(room)
+            node = Furniture(
+                label, RoomId(room), description, position=read_position(position),
+                box=read_box(box), open_cost=read_open_cost(open_cost),
+            )  # fmt: skip
             self._write(
-                "furniture", furniture=layout.num_furniture_ever, label=label, room=node.room,
-                description=node.description, position=node.position, box=node.box,
+                "furniture", furniture=furniture, label=label, room=node.room,
+                description=description, position=node.position, box=node.box,
                 open_cost=node.open_cost,
             )  # fmt: skip
-            furniture = layout.add_furniture(node)
+            layout.furniture[furniture] = node
+            layout.num_furniture_ever += 1
             self._state.note_new(label)
         return furniture
 
@@ -117,7 +127,15 @@ class MemoryLayout(MemoryFiles):
         """
         with self._lock:
             layout = self._state.layout
-            node = layout.make_moved(furniture, room, position, box)
+            layout.check_furniture(furniture)
+            node = layout.furniture[furniture]
+            if room is not None:
+                layout.check_room(room)
+                node = replace(node, room=RoomId(room), position=None, box=None)
+            if box is not None:
+                node = replace(node, position=None, box=read_box(box))
+            if position is not None:
+                node = replace(node, position=read_position(position))
             place: dict[str, Any] = {"position": node.position, "box": node.box}
             self._write("move", furniture=furniture, room=node.room, **place)
             layout.furniture[furniture] = node
