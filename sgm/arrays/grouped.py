@@ -39,10 +39,7 @@ def number_keys(size: int, *keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Returns:
         The keys that occur, ascending, (n,), and the number of every key, int32 (size,).
     """
-    occurs = np.zeros(size, dtype=bool)
-    for array in keys:
-        occurs[array] = True
-    found = np.flatnonzero(occurs)
+    found = np.flatnonzero(mark_rows(np.concatenate(keys), size))
     number = np.zeros(size, dtype=np.int32)
     number[found] = np.arange(len(found))
     return found, number

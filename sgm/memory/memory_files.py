@@ -150,13 +150,10 @@ class MemoryFiles:
         if self._log is not None:
             self._log.sync()
 
-    def _start_log(self, path: str | Path | None, goes_on: bool = False) -> None:
+    def _start_log(self, path: str | Path | None = None, goes_on: bool = False) -> None:
+        """Write into a log that a new memory begins, or how the one is that goes on."""
         if path is not None:
             self._log = LookLog(path)
-            self._note_start(goes_on)
-
-    def _note_start(self, goes_on: bool) -> None:
-        """Write into the log that a new memory begins, or how the one is that goes on."""
         if self._log is not None:
             self._log.start(self._state.get_content_to_save(), is_new=not goes_on)
 

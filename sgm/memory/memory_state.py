@@ -118,10 +118,7 @@ class MemoryState:
 
     @property
     def batch(self) -> MemoryBatch:
-        """The memory as a batch of one home, which policies read, in the order of `furniture_ids`.
-
-        It takes over rooms and furniture that were added when it is read, all at once.
-        """
+        """The memory as a batch of one home; see `SceneGraphMemory.batch`."""
         if self._is_layout_new:
             self.update_layout()
         return self._batch

@@ -25,23 +25,18 @@ class Remembered:
         is_furniture: which columns are furniture of a home, bool (H, F).
         home_num_rooms, home_num_furniture: rooms and furniture nodes of each home, the first
             columns of its rows, (H,).
-        furniture: table of furniture nodes (num_observed, last_observed), looks so far and the last
-            one, (H, F).
-        objects: table of object nodes (home, key, label, type, num_observed, last_observed,
-            num_moved, last_moved, last_furniture, first_observed, num_at_once, num_sought,
-            num_still, carried_since, same_as); `key` is the description, `type` the prior's object
-            type or -1; `num_at_once` is the most things of this description that a robot has seen
-            in one time step (0 in simulated homes); `num_sought` counts the looks for it where it
-            was last seen, while it was asked for, `num_still` those that found it (0 without
-            `history`); `carried_since` is when the robot took it up, -1 for what it does not carry;
-            `same_as` the row of what it was merged with, -1 for none (`sgm.memory.same_things`).
-        edges: table of object-furniture edges (home, object, furniture, relation, prior,
-            num_observed, num_true, num_changed, last_observed, last_changed, last_true,
-            is_true, num_absent, time_true, missed, confidence); relation 0 "in", 1 "onTop";
-            `num_absent` is the number of looks at the furniture since the edge was last true, all
-            of them if it never was, `missed` the sum of their parts; `time_true` the time steps
-            from looks that found it true to the next one each; `confidence` that of the last
-            sighting, 0 without one.
+        furniture: table of furniture nodes, looks so far and the last one, (H, F); the columns of
+            this and of the next two are `FURNITURE`, `OBJECTS` and `EDGES`.
+        objects: table of object nodes; `key` is the description, `type` the prior's object type or
+            -1; `num_at_once` is the most things of this description that a robot has seen in one
+            time step (0 in simulated homes); `num_sought` counts the looks for it where it was last
+            seen, while it was asked for, `num_still` those that found it (0 without `history`);
+            `carried_since` is when the robot took it up, -1 for what it does not carry; `same_as`
+            the row of what it was merged with, -1 for none (`sgm.memory.same_things`).
+        edges: table of object-furniture edges; relation 0 "in", 1 "onTop"; `num_absent` is the
+            number of looks at the furniture since the edge was last true, all of them if it never
+            was, `missed` the sum of their parts; `time_true` the time steps from looks that found
+            it true to the next one each; `confidence` that of the last sighting, 0 without one.
         place_prior: the prior for these layouts.
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.

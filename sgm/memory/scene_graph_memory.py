@@ -10,8 +10,6 @@ from sgm.checks import read_optional
 from sgm.layout.layout import read_map_id
 from sgm.memory.clock import Clock
 from sgm.memory.corrections import MemoryCorrections
-from sgm.memory.locks import SaveLock
-from sgm.memory.look_log import LookLog
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_files import load_content
@@ -99,15 +97,12 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
             ("score_calibration", score_calibration, ScoreCalibration),
         ):
             read_optional(name, value, kind, "Leave it out for the default.")
-        self._lock = RLock()  # held by every call while it reads or changes the state
-        self._save_lock: SaveLock | None = None  # of the file saved last, as long as this lives
-        self._saving = Lock()  # these two are never waited for while the first one is held
-        self._naming = Lock()
+        self._lock, self._saving, self._naming = RLock(), Lock(), Lock()
+        self._save_lock = self._log = None
         self._aliases, self._own_encode = aliases, encoder  # for copies
         self._table = AliasTable.household(aliases)
         self._encoder = None if encoder is None else NameEncoder(encoder, self._table)
         self._frames = FrameWatch()
-        self._log: LookLog | None = None
         self._was_warned = False
         prior = prior if prior is not None else PriorGraph.household()
         content = MemoryContent.empty(prior.checksum, clock, read_map_id(map_id))
@@ -218,4 +213,4 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
         """Become a memory of that content, as a log says that one went on."""
         with self._lock:
             self._begin(content.copy(), prior)
-            self._note_start(goes_on=True)
+            self._start_log(goes_on=True)

@@ -70,8 +70,8 @@ class StepLog:
         before: the memory before the first of them; None without any.
         looks: in order.
         of_place: numbers of the looks at each furniture id.
-        counted: looks at each, weighed by their coverage.
-        plain: likewise, of those where all looks were for whatever is there.
+        plain: looks at each, weighed by their coverage, of those where all looks were for whatever
+            is there.
         counts: things seen, by object row and furniture id.
         num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
         origin: stands for the state of `before`, as in `Asked`.
@@ -83,7 +83,6 @@ class StepLog:
     before: MemoryBatch | None = None
     looks: list[StepLook] = field(default_factory=list)
     of_place: dict[int, list[int]] = field(default_factory=dict)
-    counted: dict[int, float] = field(default_factory=dict)
     plain: dict[int, float] = field(default_factory=dict)
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
     num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
@@ -96,8 +95,6 @@ class StepLog:
         """Note a look; `seen` counts the things seen by object row."""
         place, coverage = look.furniture, look.coverage
         self.looks_by_relation |= isinstance(coverage, tuple)
-        before = self.counted.get(place, 0.0)
-        self.counted[place] = before + sum(split_coverage(coverage)) / 2
         if isinstance(coverage, tuple) or look.hidden:
             self.plain.pop(place, None)
         elif place in self.plain or place not in self.of_place:
@@ -111,7 +108,8 @@ class StepLog:
 
     def count_looks(self, furniture: int) -> float:
         """Return how many looks there were at a furniture node, each by its coverage."""
-        return self.counted.get(furniture, 0.0)
+        looks = (self.looks[number] for number in self.of_place.get(furniture, ()))
+        return sum((sum(split_coverage(look.coverage)) / 2 for look in looks), 0.0)
 
     def shows_nothing_new(self, look: StepLook) -> bool:
         """Tell whether earlier looks there showed all that a look shows, and as surely."""
