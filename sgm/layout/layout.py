@@ -127,6 +127,13 @@ class Layout:
             },
         )
 
+    def add_room(self, label: str) -> int:
+        """Add a room, whose label was checked, and return its id."""
+        number = RoomId(self.num_rooms_ever)
+        self.rooms[number] = Room(label)
+        self.num_rooms_ever += 1
+        return number
+
     def copy(self) -> Layout:
         """Return the same layout, which can be changed alone."""
         return replace(self, rooms=dict(self.rooms), furniture=dict(self.furniture))

@@ -7,7 +7,7 @@ from typing import Any
 
 from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import Box, read_box
-from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
+from sgm.layout.furniture import Furniture, read_open_cost, read_position
 from sgm.layout.layout import Layout, RoomId, read_map_id
 from sgm.memory.memory_files import MemoryFiles
 from sgm.names.words import read_words
@@ -48,10 +48,9 @@ class MemoryLayout(MemoryFiles):
         """
         read_words("room label", label)
         with self._lock:
-            layout, room = self._state.layout, RoomId(self._state.layout.num_rooms_ever)
-            self._write("room", room=room, label=label)
-            layout.rooms[room] = Room(label)
-            layout.num_rooms_ever += 1
+            layout = self._state.layout
+            self._write("room", room=layout.num_rooms_ever, label=label)
+            room = layout.add_room(label)
             self._state.note_new(label)
         return room
 
