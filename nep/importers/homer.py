@@ -237,9 +237,9 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
     times = np.concatenate([n * DAY_SECONDS + day.minutes * 60 for n, day in enumerate(days)])
     times[0] = 0.0
     events = []
-    for text, item, column in zip(texts, objects, number_of[places].T.tolist(), strict=True):
+    for text, item, column in zip(texts, objects, number_of[places].T, strict=True):
         at = -1
-        for time, now in zip(times.tolist(), column, strict=True):
+        for time, now in zip(times.tolist(), column.tolist(), strict=True):
             if now >= 0 and now != at:
                 events.append(Event(time, text, nodes.names[item], now, relations[now]))
                 at = now
