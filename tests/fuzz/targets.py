@@ -26,7 +26,7 @@ from nep.players.checkpoints import TrainedModel, save_exported
 from nep.report.results import Results, ScoreSummary
 from sgm.files import compute_checksum
 from sgm.layout.box import Box
-from sgm.memory import storage
+from sgm.memory import memory_files
 from sgm.memory.look_log import read_log
 from sgm.prior.prior_graph import load_prior
 from simulator import (
@@ -99,7 +99,7 @@ def change_memory(folder: Path, rng: Rng) -> None:
         return
     file = json.loads(path.read_bytes())
     file["content"] = mutate.mutate_json(file["content"], rng)
-    file["checksum"] = storage._compute_checksum(file["version"], file["content"])
+    file["checksum"] = memory_files._compute_checksum(file["version"], file["content"])
     path.write_text(json.dumps(file))
 
 
