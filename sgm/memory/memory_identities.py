@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NoReturn
 
 import numpy as np
 
@@ -187,20 +186,20 @@ class MemoryIdentities(MemoryQuestions):
 
     def _get_one(self, thing: str | ThingName, matches: Sequence[str]) -> tuple[ThingName, int]:
         """Return the one thing that is meant, and its row."""
-        own = thing if isinstance(thing, ThingName) else self._choose(thing, matches)
-        if own is None:
-            self._refuse(str(thing))
-        return own, self._get_row(own)
+        if isinstance(thing, str):
+            thing = self._choose(thing, matches) or ThingName(thing)
+        return thing, self._get_row(thing)
 
     def _get_row(self, own: ThingName) -> int:
-        row = self._state.things.get_row(own.description, own.id)
-        return row if row >= 0 else self._refuse(own.id or own.description)
-
-    def _refuse(self, thing: str) -> NoReturn:
-        raise KeyError(
-            f"description must be one that was seen or asked for, got {shorten(thing)}; there are "
-            f"{len(self._state.things)} objects. Check its words."
-        )
+        things = self._state.things
+        row = things.get_row(own.description, own.id)
+        if row < 0:
+            raise KeyError(
+                f"description must be one that was seen or asked for, got "
+                f"{shorten(own.id or own.description)}; there are {len(things)} objects. Check its "
+                "words."
+            )
+        return row
 
 
 def _split_off_seen(state: MemoryState, row: int, furniture: int, name: str) -> None:
