@@ -15,7 +15,7 @@ from _measure import Benchmark, Measure, run
 from nep.view.answers import Desk
 from nep.view.page_state import Judges, Stage
 from simulator import PriorGraph, SceneGraphMemory, Sighting
-from simulator.replay.still_memory import StillMemory
+from simulator.replay.replay import StillMemory
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

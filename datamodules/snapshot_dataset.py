@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +14,7 @@ from datamodules.snapshot_tables import SnapshotTables
 from sgm.arrays.grouped import compute_starts, number_keys
 from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
-from simulator.snapshots.shard_check import check_manifest, check_shard
-from simulator.snapshots.shards import load_manifest, load_shard
+from simulator.snapshots.shards import check_manifest, check_shard, load_manifest, load_shard
 from simulator.snapshots.snapshots import Snapshots, make_counters
 
 
@@ -57,15 +56,17 @@ class SnapshotDataset(Dataset[Batch]):
                     f"collections must have the same labels, got others in {own} than in {folder}. "
                     "Collect both from homes of one source and prior."
                 )
+        shards = (
+            self._load(own / name, checksum)
+            for own, manifest in manifests.items()
+            for name, checksum in manifest["shards"].items()
+        )
+        self._tables = SnapshotTables(shards, folder)
 
-        def load_all() -> Iterator[dict[str, np.ndarray]]:
-            for own, manifest in manifests.items():
-                for name, checksum in manifest["shards"].items():
-                    shard = load_shard(own / name, checksum)
-                    check_shard(shard, len(self._labels), own / name)
-                    yield shard
-
-        self._tables = SnapshotTables(load_all(), folder)
+    def _load(self, path: Path, checksum: str) -> dict[str, np.ndarray]:
+        arrays = load_shard(path, checksum)
+        check_shard(arrays, len(self._labels), path)
+        return arrays
 
     def __len__(self) -> int:
         return len(self._tables)

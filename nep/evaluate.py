@@ -34,11 +34,10 @@ from simulator.policies import POLICIES, check_policies, list_policies
 from simulator.policies.registry import WHERE_NAMED
 from simulator.process import run_main
 from simulator.tasks.evaluation import play_games
-from simulator.tasks.fingerprint import compute_fingerprint
 from simulator.tasks.metrics import METRICS, Metric
 from simulator.tasks.registry import TASKS, find_metric, find_task, make_file_name
 from simulator.tasks.scores import TaskScores
-from simulator.test_sets.test_sets import name_test_set
+from simulator.test_sets.test_sets import compute_fingerprint, name_test_set
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 

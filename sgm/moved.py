@@ -83,9 +83,9 @@ MOVED = {
     "sgm.compiled.others": "sgm.evidence.question",
     "sgm.compiled.outings": "sgm.evidence.outings_kernel",
     "sgm.compiled.place_columns": "sgm.evidence.place_columns_kernel",
-    "sgm.compiled.places": "sgm.evidence.rank_kernel",
+    "sgm.compiled.places": "sgm.evidence.place_columns_kernel",
     "sgm.compiled.question_columns": "sgm.evidence.question_columns_kernel",
-    "sgm.compiled.sighting_columns": "sgm.evidence.sighting_columns_kernel",
+    "sgm.compiled.sighting_columns": "sgm.evidence.place_columns_kernel",
     "sgm.serve.metrics": "sgm.serve.application",
     "sgm.serve.turns": "sgm.serve.caller",
     "simulator.compiled.dynamics": "simulator.world.paper_dynamics",
@@ -103,10 +103,8 @@ MOVED = {
     "sgm.eyes.located": "sgm.eyes.detection",
     "sgm.eyes.seen_points": "sgm.eyes.visits",
     "sgm.arrays.ragged": "sgm.arrays.grouped",
-    "sgm.arrays.padded": "sgm.arrays.grouped",
     "sgm.layout.furniture_names": "sgm.layout.layout",
     "sgm.memory.asking_kernel": "sgm.memory.asking",
-    "sgm.memory.questions": "sgm.memory.asking",
     "sgm.memory.time_steps": "sgm.memory.clock",
     "sgm.memory.apply_corrections": "sgm.memory.corrections",
     "sgm.memory.log_lock": "sgm.memory.locks",
@@ -193,6 +191,17 @@ MOVED = {
         for old, new, names in _TO_FOLDERS
         for name in names.split()
     },
+    "sgm.evidence.place_features": "sgm.evidence.evidence_features",
+    "sgm.evidence.question_features": "sgm.evidence.evidence_features",
+    "sgm.evidence.rank_kernel": "sgm.evidence.place_columns_kernel",
+    "sgm.evidence.sighting_columns_kernel": "sgm.evidence.place_columns_kernel",
+    "simulator.policies.home_filter": "simulator.policies.filters",
+    "simulator.policies.oracle": "simulator.policies.oracles",
+    "simulator.policies.schedule_oracle": "simulator.policies.oracles",
+    "simulator.replay.still_memory": "simulator.replay.replay",
+    "simulator.replay.truth": "simulator.replay.story",
+    "simulator.snapshots.shard_check": "simulator.snapshots.shards",
+    "simulator.tasks.fingerprint": "simulator.test_sets.test_sets",
 }
 
 

@@ -36,12 +36,13 @@ from simulator.events.recorder import collect_events
 from simulator.fan_out import check_workers, fan_out
 from simulator.home_options import HomeOptions
 from simulator.policies import check_policies, identify_policy, make_policy
-from simulator.policies.home_filter import HomeFilter
+from simulator.policies.filters import HomeFilter
 from simulator.process import run_main
 from simulator.snapshots.recorder import Recorder
-from simulator.snapshots.shard_check import MAX_HOMES, check_manifest
 from simulator.snapshots.shards import (
     MANIFEST,
+    MAX_HOMES,
+    check_manifest,
     get_shard_name,
     load_manifest,
     load_shard,

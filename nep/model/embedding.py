@@ -50,8 +50,9 @@ class NodeEmbedding(FeatureEmbedding):
     making them.
 
     Args:
-        units, members: as for `FeatureEmbedding`.
+        units: width of both layers, for each member of an ensemble.
         reads: groups of features beyond the paper's that are on.
+        members: M, see `Encoder`.
 
     Source: paper appendices B and C.
     """
@@ -89,8 +90,9 @@ class EdgeEmbedding(FeatureEmbedding):
     """Two layers over [edge features (9 or more), relation one-hot (4)], ReLU after each.
 
     Args:
-        units, members: as for `FeatureEmbedding`.
+        units: width of both layers, for each member of an ensemble.
         reads: groups of features beyond the paper's that are on.
+        members: M, see `Encoder`.
 
     Source: paper appendices B and C.
     """

@@ -19,7 +19,7 @@ from sgm.evidence.evidence_features import compute_features
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.network.policy import StepPolicy, mix_answers
-from simulator.policies.home_filter import HomeFilter
+from simulator.policies.filters import HomeFilter
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
 

@@ -23,8 +23,7 @@ from simulator.command_line import add_home_arguments, make_parser, one_line_err
 from simulator.home_options import SOURCES, HomeOptions
 from simulator.process import run_main
 from simulator.replay.record import record_run
-from simulator.replay.replay import Replay
-from simulator.replay.still_memory import StillMemory
+from simulator.replay.replay import Replay, StillMemory
 from simulator.replay.story import Story
 from simulator.trace.trace import find_traces
 

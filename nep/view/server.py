@@ -19,7 +19,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten, shorten_text
 from sgm.serve.guard import Guard, Refused
 from sgm.serve.rules import TEXT, make_choice_rule, make_whole_rule
-from simulator.replay.still_memory import StillMemory
+from simulator.replay.replay import StillMemory
 
 MOST_BYTES = 10_000  # of a request; the page sends a hundred
 

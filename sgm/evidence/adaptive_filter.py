@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,8 +43,7 @@ class FilterSettings:
     counts_left: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Rates:
+class Rates(NamedTuple):
     """What the counts say about how objects move, per hour.
 
     Attributes:
@@ -100,7 +100,7 @@ def compute_destinations(
     """
     trust = expected.trust[:, None]
     seen = counts.num_true.astype(float)
-    if hours > 0 and counts.hours is not None:
+    if hours > 0 and memory.clock is not None:
         near = np.einsum("qfh,qh->qf", counts.hours[0], weigh_hour(memory, queries.home))
         seen = seen * (1 - hours) + hours * near
     return _spread(memory, queries, seen + trust * expected.share, 0.3 + (1 - trust))

@@ -84,18 +84,11 @@ PLACE_COLUMNS = tuple(
 QUESTION_COLUMNS = tuple(
     f"{group}.{name}" for group, names in QUESTION_GROUP_COLUMNS.items() for name in names
 )
-
-
-def _slice_groups(groups: Mapping[str, tuple[str, ...]]) -> dict[str, slice]:
-    ends = [*accumulate(map(len, groups.values()))]
-    return {
-        name: slice(end - len(own), end)
-        for (name, own), end in zip(groups.items(), ends, strict=True)
-    }
-
-
-# Where the columns of each group are.
-PLACE_SLICES = _slice_groups(PLACE_GROUP_COLUMNS)
-QUESTION_SLICES = _slice_groups(QUESTION_GROUP_COLUMNS)
+_ENDS = accumulate(map(len, PLACE_GROUP_COLUMNS.values()))
+# Where the columns of each group of places are.
+PLACE_SLICES = {
+    name: slice(end - len(own), end)
+    for (name, own), end in zip(PLACE_GROUP_COLUMNS.items(), _ENDS, strict=True)
+}
 # What only a home with a clock can say.
 CLOCK_GROUPS = ("hours", "hour")

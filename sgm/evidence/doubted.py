@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from sgm.belief import Belief
@@ -41,7 +39,7 @@ def doubt_sightings(
     last = memory.objects["last_furniture"][own.object]
     num_true = counts.num_true.astype(float)
     num_true[np.arange(len(own.home)), last] -= 1
-    others = replace(counts, num_true=num_true)
+    others = counts._replace(num_true=num_true)
     goes = compute_destinations(memory, own, others, Expected.by_prior(memory, own))[:, :-1]
     gone = belief.elsewhere[doubted]
     gone = np.where(num_true.any(axis=1), gone, np.maximum(elsewhere, gone))

@@ -1,7 +1,12 @@
-"""The features of an answer: what a memory says about each place and about the question."""
+"""The features of an answer: what a memory says about each place and about the question.
+
+Shares, ranks and 1 - exp(-rate x time) mean the same in a home of eight places and of sixty, and
+where things move once an hour or once a month.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,12 +17,12 @@ from sgm.evidence.columns import (
     PLACE_COLUMNS,
     PLACE_SLICES,
     QUESTION_COLUMNS,
-    QUESTION_SLICES,
+    QUESTION_GROUP_COLUMNS,
 )
 from sgm.evidence.expected_places import Expected
-from sgm.evidence.place_features import fill_place_features
+from sgm.evidence.place_columns_kernel import fill_place_columns
 from sgm.evidence.question import Question
-from sgm.evidence.question_features import fill_question_features
+from sgm.evidence.question_columns_kernel import fill_question_columns
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
@@ -72,11 +77,11 @@ class Features:
         tenths on, and of a thing that was seen twenty times half as much.
         """
         lift = self.question[:, _LIFT].astype(float)
-        share = lift / np.log(np.maximum(self.asked.num_places[:, 0], 2))
+        share = lift / np.log(np.maximum(self.asked.arrays.num_places, 2))
         one = CORRECTIONS
         by_lift = (lift - one.lift_from) / (one.lift_to - one.lift_from)
         by_share = (share - one.known_from) / (one.known_to - one.known_from)
-        own = one.own_sightings / (one.own_sightings + self.asked.num_seen[:, 0])
+        own = one.own_sightings / (one.own_sightings + self.asked.arrays.num_seen)
         trust: np.ndarray = by_lift.clip(0, 1) * by_share.clip(0, 1) * own
         return trust
 
@@ -90,8 +95,36 @@ def compute_features(
     reckon with it, and `movement.any_moved`, say which kind of question it is.
     """
     question = Question.gather(memory, queries, asks_moved)
-    place = np.zeros((*question.is_place.shape, len(PLACE_COLUMNS)), dtype=np.float32)
-    about = np.empty((len(place), len(QUESTION_COLUMNS)), dtype=np.float32)
+    num_queries, num_places = question.arrays.is_place.shape
+    place = np.zeros((num_queries, num_places, len(PLACE_COLUMNS)), dtype=np.float32)
     fill_place_features({name: place[..., own] for name, own in PLACE_SLICES.items()}, question)
-    fill_question_features({name: about[:, own] for name, own in QUESTION_SLICES.items()}, question)
-    return Features(place, about, question)
+    # Each group by itself, so that kernels are given contiguous arrays whatever Q is.
+    groups = {
+        name: np.empty((num_queries, len(names)), dtype=np.float32)
+        for name, names in QUESTION_GROUP_COLUMNS.items()
+    }
+    fill_question_features(groups, question)
+    return Features(place, np.concatenate([*groups.values()], axis=1), question)
+
+
+def fill_place_features(out: Mapping[str, np.ndarray], asked: Question) -> None:
+    """Fill the columns of every group, float32 (Q, F, columns of the group), zeros at first.
+
+    The hours stay 0 where the time is unknown.
+    """
+    fill_place_columns(
+        tuple(out.values()), asked.arrays, asked.counts, asked.rates, asked.expected,
+        asked.companions, asked.sums,
+    )  # fmt: skip
+
+
+def fill_question_features(out: Mapping[str, np.ndarray], asked: Question) -> None:
+    """Fill the columns of every group, float32 (Q, columns of the group).
+
+    `movement.any_moved` is zero where what has just moved is not asked for more often than other
+    things.
+    """
+    fill_question_columns(
+        tuple(out.values()), asked.arrays, asked.counters, asked.counts, asked.rates,
+        asked.expected, asked.companions, asked.sums,
+    )  # fmt: skip

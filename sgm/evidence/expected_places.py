@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,7 @@ from sgm.memory.queries import Queries
 _TRUST = 0.5  # of what a name is like, as a share of what the prior knows
 
 
-@dataclass(frozen=True, slots=True)
-class Expected:
+class Expected(NamedTuple):
     """What is expected of Q objects at F furniture nodes; shares sum to one or are all zero.
 
     Attributes:
@@ -58,7 +57,7 @@ class Expected:
             share=np.where(is_known[:, None], own, by_name),
             trust=np.where(is_known, 1.0, _TRUST * is_called),
             by_name=by_name,
-            name_cosine=cosine,
+            name_cosine=np.ascontiguousarray(cosine),
             furniture_cosine=prior.furniture_cosine[home],
         )
 

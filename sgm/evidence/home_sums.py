@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,7 @@ from sgm.kernel import kernel
 from sgm.memory.memory_batch import MemoryBatch
 
 
-@dataclass(frozen=True, slots=True)
-class HomeSums:
+class HomeSums(NamedTuple):
     """Sums over the objects and edges of H homes, whatever the time step.
 
     Attributes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,7 @@ from sgm.memory.queries import Queries
 _NO_HOURS = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
 
 
-@dataclass(frozen=True, slots=True)
-class ObjectCounts:
+class ObjectCounts(NamedTuple):
     """What was seen of Q objects at F furniture nodes, "in" and "onTop" taken together.
 
     Attributes:
@@ -29,7 +28,7 @@ class ObjectCounts:
         last_known: when the latest of them was, -1 for none, (Q, F).
         is_true: whether it showed the object, bool (Q, F).
         hours: by hour of day how often it was seen there, and looks since it was first seen there
-            that did not show it, (2, Q, F, NUM_HOURS); None if no home has a clock.
+            that did not show it, (2, Q, F, NUM_HOURS); no hours if no home has a clock.
     """
 
     num_true: np.ndarray
@@ -40,7 +39,7 @@ class ObjectCounts:
     num_known: np.ndarray
     last_known: np.ndarray
     is_true: np.ndarray
-    hours: np.ndarray | None
+    hours: np.ndarray
 
     @classmethod
     def gather(cls, memory: MemoryBatch, queries: Queries) -> ObjectCounts:
@@ -57,7 +56,7 @@ class ObjectCounts:
         num_looks = memory.furniture_num_observed[queries.home]
         return cls(
             num_true, last_true, np.minimum(missed, num_looks), num_left, time_true, num_known,
-            last_known, is_true, hours if has_hours else None,
+            last_known, is_true, hours,
         )  # fmt: skip
 
 

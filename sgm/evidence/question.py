@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,10 +16,11 @@ from sgm.evidence.adaptive_filter import (
     Rates,
     compute_beliefs,
     compute_destinations,
+    weigh_hour,
 )
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
-from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
+from sgm.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
 from sgm.kernel import kernel
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -37,59 +39,130 @@ FILTERS = {
     "left": FilterSettings(counts_left=True),
     "left_asked": FilterSettings(counts_left=True, asks_moved=TASKS_ASK_MOVED),
 }
-ASKED = list(FILTERS).index("asked")
 _WIDTH = 0.1  # of cosines by which the names of two things are alike
 _LATELY = 10  # times as fast as a sighting of a companion, one out of place loses its weight
 _ALIKE = 0.3  # cosine of the sightings by place from which an object counts as a companion
+_OF_OBJECTS = ("last_observed", "num_moved", "num_sought", "num_still")
+_RIGHT = ("num_last_right", "num_common_right", "num_prior_right")
 
 
-@dataclass(frozen=True, slots=True)
-class Question:
-    """Q questions at F furniture nodes; arrays are zero where a home has no furniture node.
+class Companions(NamedTuple):
+    """Where things of the same name, companions and strays were seen; see `_gather_companions`.
 
     Attributes:
-        memory: the memory that is asked.
-        queries: what is asked.
-        is_place: which columns are furniture, bool (Q, F).
-        num_places: furniture nodes of the home, (Q, 1).
-        counts: sightings by place.
-        rates: how objects move.
-        asks_moved: share of the questions that are about what has just moved.
-        goes: where it goes when it moves, (Q, F).
-        belief: of each of `FILTERS`, float64 (Q, K, F + 1), the last place is elsewhere.
-        hours: length of a time step, (Q, 1).
-        expected: where it is expected before it is seen.
-        last: where it was last seen, -1 for never, (Q,).
-        num_seen: its sightings, (Q, 1).
-        room: of each furniture node, -1 beyond, (Q, F).
-        num_known: how many objects were ever seen, (Q, 1).
-        sums: over all objects and edges.
-        same, fresh, often, similar, strays: from `_gather_others`, (Q, F).
-        most_similar: likewise, (Q,).
+        same, fresh, often, similar: by place, (Q, F).
+        most_similar: greatest weight of a name in `similar`, (Q,).
+        strays: by place, (Q, F).
     """
 
-    memory: MemoryBatch
-    queries: Queries
-    is_place: np.ndarray
-    num_places: np.ndarray
-    counts: ObjectCounts
-    rates: Rates
-    asks_moved: float
-    goes: np.ndarray
-    belief: np.ndarray
-    hours: np.ndarray
-    expected: Expected
-    last: np.ndarray
-    num_seen: np.ndarray
-    room: np.ndarray
-    num_known: np.ndarray
-    sums: HomeSums
     same: np.ndarray
     fresh: np.ndarray
     often: np.ndarray
     similar: np.ndarray
     most_similar: np.ndarray
     strays: np.ndarray
+
+
+class QuestionArrays(NamedTuple):
+    """What kernels read of Q questions at F furniture nodes, beside counts, rates and sums.
+
+    Arrays are zero where a home has no furniture node. Kernels of two files read fields by their
+    number: delete `__pycache__` after a change of the order.
+
+    Attributes:
+        home: that is asked, (Q,).
+        is_place: which columns are furniture, bool (Q, F).
+        num_places: of the home, (Q,).
+        room: of each furniture node, -1 beyond, (Q, F).
+        label: of each furniture node, (Q, F).
+        looks, last_look: at each furniture node, how many and when the last one was, (Q, F).
+        crowding: how much of all that is expected is at each place, (Q, F).
+        now: time step.
+        hours: length of a time step, (Q,).
+        hour: of the day, nan where it is unknown, (Q,).
+        wide, narrow: how much each bin of the day counts at this hour, (Q, NUM_HOURS).
+        stray_hours: sightings of things out of their usual places at about this hour, (Q, F).
+        last: where it was last seen, -1 for never, (Q,).
+        num_seen: its sightings, (Q,).
+        onward, back: moves from where it was last seen to each place, and from there, (Q, F).
+        goes: where it goes when it moves, (Q, F + 1).
+        belief: of each of `FILTERS`, float64 (Q, K, F + 1); the last place is elsewhere.
+        ranking: number of the filter whose belief ranks the places.
+    """
+
+    home: np.ndarray
+    is_place: np.ndarray
+    num_places: np.ndarray
+    room: np.ndarray
+    label: np.ndarray
+    looks: np.ndarray
+    last_look: np.ndarray
+    crowding: np.ndarray
+    now: int
+    hours: np.ndarray
+    hour: np.ndarray
+    wide: np.ndarray
+    narrow: np.ndarray
+    stray_hours: np.ndarray
+    last: np.ndarray
+    num_seen: np.ndarray
+    onward: np.ndarray
+    back: np.ndarray
+    goes: np.ndarray
+    belief: np.ndarray
+    ranking: int
+
+
+class QuestionCounters(NamedTuple):
+    """What is counted of Q questions, whatever the place; see `QuestionArrays`.
+
+    Attributes:
+        num_rooms: of the home, (Q,).
+        last_observed: when it was last seen, (Q,).
+        num_moved, num_sought, num_still: counters of the object, (Q,).
+        num_asked, num_found: counters of the home, (Q,).
+        num_right: how often the last, the commonest and the likeliest place were right, (3, Q).
+        any_moved: how likely any object has moved, as far as questions are about that, (Q,).
+    """
+
+    num_rooms: np.ndarray
+    last_observed: np.ndarray
+    num_moved: np.ndarray
+    num_sought: np.ndarray
+    num_still: np.ndarray
+    num_asked: np.ndarray
+    num_found: np.ndarray
+    num_right: np.ndarray
+    any_moved: np.ndarray
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """All that is gathered for Q questions.
+
+    Attributes:
+        memory: the memory that is asked.
+        queries: what is asked.
+        asks_moved: share of the questions that are about what has just moved.
+        arrays: what is known of the questions and their homes.
+        counters: likewise, whatever the place.
+        counts: sightings by place.
+        rates: how objects move.
+        expected: where it is expected before it is seen.
+        companions: where things like it were seen.
+        sums: over all objects and edges.
+    """
+
+    memory: MemoryBatch
+    queries: Queries
+    asks_moved: float
+    arrays: QuestionArrays
+    counters: QuestionCounters
+    counts: ObjectCounts
+    rates: Rates
+    expected: Expected
+    companions: Companions
+    sums: HomeSums
 
     @classmethod
     def gather(
@@ -99,55 +172,59 @@ class Question:
 
         `asks_moved` is the share of the questions that are about what has just moved.
         """
-        home, objects, edges = queries.home, memory.objects, memory.edges
+        home, row, history = queries.home, queries.object, memory.history
         counts = ObjectCounts.gather(memory, queries)
         rates = Rates.estimate(memory, queries, counts)
         expected = Expected.by_words(memory, queries)
-        destinations = compute_destinations(memory, queries, counts, expected)
+        goes = compute_destinations(memory, queries, counts, expected)
         hours = compute_hours_per_step(memory, home)
         is_place = memory.is_furniture[home]
-        num_seen = counts.num_true.sum(axis=1, keepdims=True)
-        sums = HomeSums.of(memory)
-        asked = [memory.labels[label] for label in objects["label"][queries.object]]
-        cosine = compare(asked, memory.labels)
-        edge_order = np.arange(len(edges))
-        if memory.num_homes > 1:
-            edge_order = np.argsort(edges["home"], kind="stable")
-        same, fresh, often, similar, most_similar, strays = _gather_others(
-            home.astype(np.int64), queries.object.astype(np.int64), counts.num_true.astype(float),
-            rates.home * hours, memory.time,
-            objects["label"], objects["last_furniture"], objects["last_observed"],
-            edge_order, compute_starts(sums.num_edges),
-            edges["object"], edges["furniture"], edges["num_true"], np.exp((cosine - 1) / _WIDTH),
-        )  # fmt: skip
-        return cls(
-            memory=memory,
-            queries=queries,
+        last = memory.objects["last_furniture"][row]
+        before = np.maximum(last, 0)
+        num_asked = history.counters["num_asked"][home].astype(np.int64)
+        if queries.more_asked is not None:
+            num_asked += queries.more_asked
+        wide, narrow, stray_hours = _gather_hours(memory, home)
+        arrays = QuestionArrays(
+            home=home.astype(np.int64),
             is_place=is_place,
-            num_places=is_place.sum(axis=1, keepdims=True),
-            counts=counts,
-            rates=rates,
-            asks_moved=asks_moved,
-            goes=destinations[:, :-1],
-            belief=compute_beliefs(memory, queries, rates, destinations, _list_filters(asks_moved)),
-            hours=hours[:, None],
-            expected=expected,
-            last=objects["last_furniture"][queries.object],
-            num_seen=num_seen,
+            num_places=is_place.sum(axis=1),
             room=memory.furniture_room[home],
-            num_known=sums.num_known[home][:, None],
-            sums=sums,
-            same=same,
-            fresh=fresh,
-            often=often,
-            similar=similar,
-            most_similar=most_similar,
-            strays=strays,
+            label=memory.furniture_label[home],
+            looks=memory.furniture_num_observed[home],
+            last_look=memory.furniture_last_observed[home],
+            crowding=memory.place_prior.crowding[home],
+            now=memory.time,
+            hours=hours,
+            hour=compute_hour(memory, home),
+            wide=wide,
+            narrow=narrow,
+            stray_hours=stray_hours,
+            last=last,
+            num_seen=counts.num_true.sum(axis=1),
+            onward=history.moves[home, before],
+            back=np.ascontiguousarray(history.moves[home, :, before]),
+            goes=goes,
+            belief=compute_beliefs(memory, queries, rates, goes, _list_filters(asks_moved)),
+            ranking=list(FILTERS).index("asked"),
+        )
+        counters = QuestionCounters(
+            num_rooms=memory.home_num_rooms[home],
+            num_asked=num_asked,
+            num_found=history.counters["num_found"][home],
+            num_right=np.stack([history.counters[name][home] for name in _RIGHT]),
+            any_moved=rates.any_moved * (asks_moved / TASKS_ASK_MOVED),
+            **{name: memory.objects[name][row] for name in _OF_OBJECTS},
+        )
+        sums = HomeSums.of(memory)
+        companions = _find_companions(memory, queries, counts, rates.home * hours, sums)
+        return cls(
+            memory, queries, asks_moved, arrays, counters, counts, rates, expected, companions, sums
         )
 
     def get_belief(self, name: str) -> np.ndarray:
         """Return what a filter believes about the places, (Q, F)."""
-        return self.belief[:, list(FILTERS).index(name), :-1]
+        return self.arrays.belief[:, list(FILTERS).index(name), :-1]
 
 
 @lru_cache(maxsize=16)
@@ -159,8 +236,56 @@ def _list_filters(asks_moved: float) -> tuple[FilterSettings, ...]:
     )
 
 
+def _gather_hours(
+    memory: MemoryBatch, home: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return `wide`, `narrow` and `stray_hours` of `QuestionArrays`; empty without a clock."""
+    if memory.clock is None:
+        return (np.zeros((len(home), 0)),) * 3
+    strays = _count_strays(memory)[home]
+    return weigh_hour(memory, home, 3.0), weigh_hour(memory, home, 8.0), strays
+
+
+def _count_strays(memory: MemoryBatch) -> np.ndarray:
+    """Count the sightings of things out of their usual places at about this hour of day, (H, F)."""
+    edges, num_homes, num_places = memory.edges, memory.num_homes, memory.num_furniture
+    most = np.zeros(len(memory.objects), dtype=np.int32)
+    np.maximum.at(most, edges["object"], edges["num_true"])
+    rows = np.flatnonzero((edges["num_true"] > 0) & (edges["num_true"] < most[edges["object"]]))
+    home = edges["home"][rows]
+    weight = weigh_hour(memory, np.arange(num_homes))[home]
+    seen = (memory.history.get_edge_hours(rows)[0] * weight).sum(axis=1)
+    place = home * num_places + edges["furniture"][rows]
+    counts = np.bincount(place, seen, minlength=num_homes * num_places)
+    return counts.reshape(num_homes, num_places)
+
+
+def _find_companions(
+    memory: MemoryBatch,
+    queries: Queries,
+    counts: ObjectCounts,
+    age_rate: np.ndarray,
+    sums: HomeSums,
+) -> Companions:
+    """Gather what was seen of other things; `age_rate` is that of `_gather_companions`."""
+    objects, edges = memory.objects, memory.edges
+    asked = [memory.labels[label] for label in objects["label"][queries.object]]
+    likeness = np.exp((compare(asked, memory.labels) - 1) / _WIDTH)
+    edge_order = np.arange(len(edges))
+    if memory.num_homes > 1:
+        edge_order = np.argsort(edges["home"], kind="stable")
+    found = _gather_companions(
+        queries.home.astype(np.int64), queries.object.astype(np.int64),
+        counts.num_true.astype(float), age_rate, memory.time,
+        objects["label"], objects["last_furniture"], objects["last_observed"],
+        edge_order, compute_starts(sums.num_edges),
+        edges["object"], edges["furniture"], edges["num_true"], likeness,
+    )  # fmt: skip
+    return Companions(*found)
+
+
 @kernel
-def _gather_others(
+def _gather_companions(
     query_home: np.ndarray,
     query_object: np.ndarray,
     seen: np.ndarray,

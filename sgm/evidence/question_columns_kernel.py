@@ -1,4 +1,4 @@
-"""Features of questions as a whole; `out` is float32 (Q, columns of the group), in their order."""
+"""Features of questions as a whole."""
 
 from __future__ import annotations
 
@@ -6,218 +6,135 @@ import math
 
 import numpy as np
 
+from sgm.evidence.adaptive_filter import Rates
+from sgm.evidence.expected_places import Expected
+from sgm.evidence.home_sums import HomeSums
+from sgm.evidence.object_counts import ObjectCounts
+from sgm.evidence.question import Companions, QuestionArrays, QuestionCounters
 from sgm.kernel import kernel
 
 _HOUR_ANGLE = 2 * math.pi / 24
 
 
 @kernel
-def fill_size(
-    out: np.ndarray,
-    num_places: np.ndarray,
-    num_rooms: np.ndarray,
-    num_known: np.ndarray,
-    sightings: np.ndarray,
-    now: int,
-    hours: np.ndarray,
+def fill_question_columns(
+    out: tuple[np.ndarray, ...],
+    asked: QuestionArrays,
+    counters: QuestionCounters,
+    counts: ObjectCounts,
+    rates: Rates,
+    expected: Expected,
+    companions: Companions,
+    sums: HomeSums,
 ) -> None:
-    """How large the home is, and how much of it is known."""
-    for query in range(len(out)):
-        row = out[query]
-        row[0] = math.log(num_places[query, 0])
-        row[1] = math.log(num_rooms[query])
-        row[2] = math.log1p(num_known[query, 0])
-        row[3] = math.log1p(sightings[query] / max(num_known[query, 0], 1))
-        row[4] = math.log1p(now * hours[query, 0])
-        row[5] = math.log(hours[query, 0])
+    """Fill the groups of `sgm.evidence.columns`, each float32 (Q, columns of the group)."""
+    sizes, movement, stays, trust, words, things, clock = out
+    for query in range(len(asked.home)):
+        home, last, num_seen = asked.home[query], asked.last[query], asked.num_seen[query]
+        num_true, hours, now = counts.num_true[query], asked.hours[query], asked.hour[query]
+        num_known, num_found = sums.num_known[home], counters.num_found[query]
+        was_seen, before = num_seen > 0, max(last, 0)
+        since = (asked.now - counters.last_observed[query]) * hours if was_seen else 0.0
 
+        # How large the home is, and how much of it is known.
+        row = sizes[query]
+        row[0] = math.log(asked.num_places[query])
+        row[1] = math.log(counters.num_rooms[query])
+        row[2] = math.log1p(num_known)
+        row[3] = math.log1p(sums.sightings[home] / max(num_known, 1))
+        row[4] = math.log1p(asked.now * hours)
+        row[5] = math.log(hours)
 
-@kernel
-def fill_movement(
-    out: np.ndarray,
-    num_seen: np.ndarray,
-    last_observed: np.ndarray,
-    num_moved: np.ndarray,
-    now: int,
-    hours: np.ndarray,
-    of_home: np.ndarray,
-    own: np.ndarray,
-    any_moved: np.ndarray,
-    crossing: np.ndarray,
-    moves: np.ndarray,
-    miss: np.ndarray,
-) -> None:
-    """How fast things move here, and how much this one may have moved since it was seen."""
-    for query in range(len(out)):
-        row, since, was_seen = out[query], 0.0, num_seen[query, 0] > 0
-        if was_seen:
-            since = (now - last_observed[query]) * hours[query, 0]
-        row[0] = math.log(of_home[query])
-        row[1] = math.log(own[query])
-        row[2] = math.log1p(num_moved[query])
+        # How fast things move here, and how much this one may have moved since it was seen.
+        row = movement[query]
+        row[0] = math.log(rates.home[query])
+        row[1] = math.log(rates.own[query])
+        row[2] = math.log1p(counters.num_moved[query])
         row[3] = math.log1p(since)
-        row[4] = -math.expm1(-of_home[query] * since) if was_seen else 1
-        row[5] = -math.expm1(-own[query] * since) if was_seen else 1
-        row[6] = any_moved[query]
-        row[7] = crossing[query]
-        row[8] = math.log1p(moves[query])
-        row[9] = miss[query]
+        row[4] = -math.expm1(-rates.home[query] * since) if was_seen else 1
+        row[5] = -math.expm1(-rates.own[query] * since) if was_seen else 1
+        row[6] = counters.any_moved[query]
+        row[7] = rates.crossing[query]
+        row[8] = math.log1p(sums.arrivals[home].sum())
+        row[9] = rates.miss[query]
 
-
-@kernel
-def fill_stays(
-    out: np.ndarray,
-    num_seen: np.ndarray,
-    num_true: np.ndarray,
-    num_known: np.ndarray,
-    num_left: np.ndarray,
-    last_observed: np.ndarray,
-    num_sought: np.ndarray,
-    num_still: np.ndarray,
-    now: int,
-    hours: np.ndarray,
-    home_left: np.ndarray,
-    left: np.ndarray,
-) -> None:
-    """How long things stay here, and this one; how often it was gone when it was asked for."""
-    for query in range(len(out)):
-        row, since, placed = out[query], 0.0, 0.0
-        was_seen = num_seen[query, 0] > 0
-        if was_seen:
-            since = (now - last_observed[query]) * hours[query, 0]
-        for place in range(num_true.shape[1]):
-            placed += num_true[query, place] / max(num_known[query, place], 1)
-        row[0] = math.log(home_left[query])
-        row[1] = math.log(left[query])
-        row[2] = math.log1p(num_left[query].sum())
-        row[3] = -math.expm1(-left[query] * since)
+        # How long things stay here, and this one; how often it was gone when it was asked for.
+        placed = 0.0
+        for place in range(len(num_true)):
+            placed += num_true[place] / max(counts.num_known[query, place], 1)
+        row = stays[query]
+        row[0] = math.log(rates.home_left[query])
+        row[1] = math.log(rates.left[query])
+        row[2] = math.log1p(counts.num_left[query].sum())
+        row[3] = -math.expm1(-rates.left[query] * since)
         row[4] = max(1 - placed, 0) if was_seen else 1
-        row[5] = math.log1p(num_sought[query])
-        row[6] = (num_still[query] + 0.5) / (num_sought[query] + 1)
+        row[5] = math.log1p(counters.num_sought[query])
+        row[6] = (counters.num_still[query] + 0.5) / (counters.num_sought[query] + 1)
 
+        # How well simple rules and the prior have done in this home.
+        row = trust[query]
+        row[0] = expected.trust[query] > 0
+        row[1] = sums.num_typed[home] / max(num_known, 1)
+        row[2] = math.log1p(sums.num_placed[home])
+        row[3] = sums.lift[home] / (sums.num_placed[home] + 3)
+        row[4] = (num_found + 0.5) / (counters.num_asked[query] + 1)
+        for number in range(len(counters.num_right)):
+            row[5 + number] = (counters.num_right[number, query] + 0.5) / (num_found + 1)
 
-@kernel
-def fill_trust(
-    out: np.ndarray,
-    trust: np.ndarray,
-    num_typed: np.ndarray,
-    num_known: np.ndarray,
-    num_placed: np.ndarray,
-    lift: np.ndarray,
-    num_asked: np.ndarray,
-    num_found: np.ndarray,
-    rights: tuple[np.ndarray, ...],
-) -> None:
-    """How well simple rules and the prior have done in this home."""
-    for query in range(len(out)):
-        row = out[query]
-        row[0] = trust[query] > 0
-        row[1] = num_typed[query] / max(num_known[query, 0], 1)
-        row[2] = math.log1p(num_placed[query])
-        row[3] = lift[query] / (num_placed[query] + 3)
-        row[4] = (num_found[query] + 0.5) / (num_asked[query] + 1)
-        for number in range(len(rights)):
-            row[5 + number] = (rights[number][query] + 0.5) / (num_found[query] + 1)
+        # Whether the prior knows the object, and how sure its name tells where it is kept.
+        row = words[query]
+        row[0] = expected.trust[query] == 1
+        row[1] = expected.name_cosine[query]
+        row[2] = expected.by_name[query].max()
+        row[3] = math.log1p(companions.similar[query].sum())
+        row[4] = companions.most_similar[query]
 
-
-@kernel
-def fill_words(
-    out: np.ndarray,
-    trust: np.ndarray,
-    name_cosine: np.ndarray,
-    by_name: np.ndarray,
-    similar: np.ndarray,
-    most_similar: np.ndarray,
-) -> None:
-    """Whether the prior knows the object, and how sure its name tells where it is kept."""
-    for query in range(len(out)):
-        row = out[query]
-        row[0] = trust[query] == 1
-        row[1] = name_cosine[query]
-        row[2] = by_name[query].max()
-        row[3] = math.log1p(similar[query].sum())
-        row[4] = most_similar[query]
-
-
-@kernel
-def fill_object(
-    out: np.ndarray,
-    is_place: np.ndarray,
-    num_true: np.ndarray,
-    num_seen: np.ndarray,
-    num_absent: np.ndarray,
-    prior: np.ndarray,
-    same: np.ndarray,
-    room: np.ndarray,
-    last: np.ndarray,
-    num_places: np.ndarray,
-    belief: np.ndarray,
-    asked: int,
-) -> None:
-    """Where the object tends to be, how sure that is, and what filters say in sum."""
-    for query in range(len(out)):
-        row, before = out[query], max(last[query], 0)
-        was_seen = num_seen[query, 0] > 0
+        # Where the object tends to be, how sure that is, and what filters say in sum.
+        room, belief = asked.room[query], asked.belief[query, asked.ranking]
         entropy, most, usual, size, num_seen_places = 0.0, 0.0, 0, 0, 0
-        for place in range(is_place.shape[1]):
-            share = num_true[query, place] / max(num_seen[query, 0], 1)
+        for place in range(len(num_true)):
+            share = num_true[place] / max(num_seen, 1)
             entropy -= share * math.log(share + 1e-9)
             most = max(most, share)
             num_seen_places += share > 0
-            if num_true[query, place] > num_true[query, usual]:
+            if num_true[place] > num_true[usual]:
                 usual = place
-            if is_place[query, place] and room[query, place] == room[query, before]:
+            if asked.is_place[query, place] and room[place] == room[before]:
                 size += 1
+        row = things[query]
         row[0] = was_seen
-        row[1] = math.log1p(num_seen[query, 0])
+        row[1] = math.log1p(num_seen)
         row[2] = math.log1p(num_seen_places)
         row[3] = entropy
         row[4] = most
-        row[5] = prior[query].max()
-        row[6] = was_seen and usual == last[query]
-        row[7] = math.log1p(num_absent[query, before]) if was_seen else 0
-        row[8] = math.log1p(same[query].sum())
+        row[5] = expected.share[query].max()
+        row[6] = was_seen and usual == last
+        row[7] = math.log1p(counts.num_absent[query, before]) if was_seen else 0
+        row[8] = math.log1p(companions.same[query].sum())
         row[9] = math.log(max(size, 1)) if was_seen else 0
-        row[10] = size / num_places[query, 0] if was_seen else 1
-        row[11] = belief[query, asked, :-1].max()
-        row[12] = belief[query, asked, -1]
+        row[10] = size / asked.num_places[query] if was_seen else 1
+        row[11] = belief[:-1].max()
+        row[12] = belief[-1]
 
-
-@kernel
-def fill_hour(
-    out: np.ndarray,
-    num_true: np.ndarray,
-    num_seen: np.ndarray,
-    hours: np.ndarray,
-    weight: np.ndarray,
-    now: np.ndarray,
-    last: np.ndarray,
-) -> None:
-    """What time it is, and how often the object is away from its usual place at that time.
-
-    `now` is the hour of day, nan where it is unknown; `weight` how much each hour counts, (Q, bins
-    of the day), of `hours` (2, Q, F, bins).
-    """
-    for query in range(len(out)):
-        row = out[query]
-        row[0] = not math.isnan(now[query])
+        # What time it is, and how often the object is away from its usual place at that time.
+        row = clock[query]
+        row[0] = not math.isnan(now)
         if not row[0]:
             row[1:] = 0
             continue
-        row[1] = math.sin(now[query] * _HOUR_ANGLE)
-        row[2] = math.cos(now[query] * _HOUR_ANGLE)
-        usual, before = num_true[query].argmax(), max(last[query], 0)
+        row[1] = math.sin(now * _HOUR_ANGLE)
+        row[2] = math.cos(now * _HOUR_ANGLE)
         total, at_usual, at_last, gone = 0.0, 0.0, 0.0, 0.0
-        for place in range(num_true.shape[1]):
+        for place in range(len(num_true)):
             seen = 0.0
-            for hour in range(weight.shape[1]):
-                seen += hours[0, query, place, hour] * weight[query, hour]
+            for hour in range(asked.narrow.shape[1]):
+                seen += counts.hours[0, query, place, hour] * asked.narrow[query, hour]
             total += seen
             if place == usual:
                 at_usual = seen
             if place == before:
                 at_last = seen
-        for hour in range(weight.shape[1]):
-            gone += hours[1, query, before, hour] * weight[query, hour]
+        for hour in range(asked.narrow.shape[1]):
+            gone += counts.hours[1, query, before, hour] * asked.narrow[query, hour]
         row[3] = (total - at_usual + 0.3) / (total + 1)
-        row[4] = (gone + 0.3) / (gone + at_last + 1) if num_seen[query, 0] > 0 else 0
+        row[4] = (gone + 0.3) / (gone + at_last + 1) if was_seen else 0

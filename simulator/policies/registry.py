@@ -17,11 +17,9 @@ from sgm.policies.heuristics import (
 from sgm.policies.persistence import Persistence
 from sgm.policies.policy import Policy
 from simulator.policies.event_rules import Base3, EdgeBank, EdgeBankWindow, PopTrack
-from simulator.policies.filters import Ceiling, PriorFilter
-from simulator.policies.home_filter import HomeFilter
+from simulator.policies.filters import Ceiling, HomeFilter, PriorFilter
 from simulator.policies.informed import Informed
-from simulator.policies.oracle import Oracle
-from simulator.policies.schedule_oracle import ScheduleOracle
+from simulator.policies.oracles import Oracle, ScheduleOracle
 from simulator.world.homes import Homes
 from simulator.world.parts import find_subclass
 from simulator.world.source import HomeSource

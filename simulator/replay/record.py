@@ -11,8 +11,7 @@ from sgm.memory.sighting import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import make_policy
 from simulator.replay.replay import Replay
-from simulator.replay.story import PastQuestion
-from simulator.replay.truth import TruePlaces
+from simulator.replay.story import PastQuestion, TruePlaces
 from simulator.tasks.answer import Answer
 from simulator.tasks.registry import find_task
 from simulator.tasks.task import Task

@@ -1,19 +1,22 @@
-"""Snapshot files: one safetensors file per home and one manifest, never half a file."""
+"""Snapshot files: one safetensors file per home and one manifest; written whole, and checked."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
 from sgm.files import MissingFileError, make_read_error, read_file, read_json, write_whole
+from sgm.memory.columns import EDGES, FURNITURE, NOW, OBJECTS
 from sgm.messages import shorten
+from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
 
 SCHEMA_VERSION = 2
 MANIFEST = "manifest.json"
@@ -95,3 +98,156 @@ def load_manifest(folder: Path) -> dict[str, Any]:
             f"{path}. Collect again with this version of the package."
         )
     return manifest
+
+
+MAX_HOMES = 1_000_000  # of a collection: six digits in the names of its shards
+_MAX_NUMBER = 2**31 - 2  # of time steps, counters and snapshots
+_MAX_WIDTH = 10_000  # columns of an extra
+
+
+class _Rule(NamedTuple):
+    """What an array must be: its axes by letter, its kinds, and the range of its numbers."""
+
+    axes: str
+    kinds: str
+    low: float = -np.inf
+    high: float | str = np.inf  # a letter: below the length of that axis
+
+
+_COLUMNS = {"furniture": FURNITURE, "object": OBJECTS, "edge": EDGES}
+_OF = {"furniture": "F", "object": "N", "edge": "E"}
+_RULES = {
+    "room_label": _Rule("R", "i", 0, "label"),
+    "furniture_label": _Rule("F", "i", 0, "label"),
+    "furniture_room": _Rule("F", "i", 0, "R"),
+    "furniture_prob": _Rule("F", "f", 0, _MAX_NUMBER),
+    "object_label": _Rule("N", "i", 0, "label"),
+    "object_key": _Rule("N", "i"),
+    "edge_object": _Rule("E", "i", 0, "N"),
+    "edge_furniture": _Rule("E", "i", 0, "F"),
+    "edge_relation": _Rule("E", "i", 0, 1),
+    "edge_prior": _Rule("E", "f", 0, _MAX_NUMBER),
+    "snapshot_time": _Rule("S", "i", 0, _MAX_NUMBER),
+    "snapshot_query": _Rule("S", "i", 0, "N"),
+    "snapshot_furniture_prior": _Rule("SF2", "f", 0, _MAX_NUMBER),
+    "snapshot_furniture_answers": _Rule("SF", "u", 0, 1),
+    **{f"{kind}_version_of": _Rule(kind, "i", 0, letter) for kind, letter in _OF.items()},
+    **{f"{kind}_version_valid_from": _Rule(kind, "i", 0) for kind in _OF},
+    **{f"{kind}_version_valid_to": _Rule(kind, "i", 0) for kind in _OF},
+    **{
+        f"{kind}_version_{column.name}": _Rule(
+            kind,
+            "iu" if column.dtype is np.bool_ else "i",
+            column.low,
+            _MAX_NUMBER if column.high == NOW else column.high,
+        )
+        for kind, columns in _COLUMNS.items()
+        for column in columns
+        if column.is_counter
+    },
+}
+
+
+def check_manifest(manifest: Mapping[str, Any], folder: Path) -> None:
+    """Check what a manifest says of a collection; its shards lie in its own folder.
+
+    Raises:
+        ValueError: if a part is of another kind, or a shard is none of the collection's homes.
+    """
+    settings, shards = manifest["settings"], manifest["shards"]
+    settings = settings if isinstance(settings, dict) else {}
+    num_homes, labels = settings.get("num_homes"), settings.get("labels")
+    problem = ""
+    if type(num_homes) is not int or not 1 <= num_homes <= MAX_HOMES:
+        problem = f"num_homes that is no number in 1 to {MAX_HOMES}"
+    elif not isinstance(labels, list) or not all(isinstance(label, str) for label in labels):
+        problem = "labels that are no list of texts"
+    elif not isinstance(shards, dict):
+        problem = "shards that are no JSON object"
+    else:
+        for name, checksum in shards.items():
+            number = re.fullmatch(r"home_(\d{6})\.safetensors", name, re.ASCII)
+            if number is None or int(number[1]) >= num_homes:
+                problem = (
+                    f"the shard {shorten(name)}, which is none from {get_shard_name(0)} to "
+                    f"{get_shard_name(num_homes - 1)}"
+                )
+            elif not isinstance(checksum, str):
+                problem = f"no checksum of {name}"
+    if problem:
+        raise ValueError(
+            f"manifest must be one that simulator.collect wrote, got {problem} in "
+            f"{folder / MANIFEST}. Delete the folder and collect again."
+        )
+
+
+def check_shard(arrays: Mapping[str, np.ndarray], num_labels: int, path: Path) -> None:
+    """Check the arrays of one home: names, shapes, kinds, ranges, and what holds between them.
+
+    Raises:
+        ValueError: if they are none that `Recorder` makes with so many labels; names the shard.
+    """
+    problem = _find_problem(arrays, num_labels)
+    if problem:
+        raise ValueError(
+            f"shard must be one that simulator.collect wrote, got {problem} in {path}. Delete it "
+            "and collect again."
+        )
+
+
+def _find_problem(arrays: Mapping[str, np.ndarray], num_labels: int) -> str:
+    sizes = {"label": num_labels, "2": 2}
+    rules = dict(_RULES)
+    for name in arrays:
+        if name.startswith(f"snapshot_furniture_{EXTRA}"):
+            rules[name] = _Rule("SF*", "f")
+        elif name.startswith(f"snapshot_{QUESTION_EXTRA}"):
+            rules[name] = _Rule("S*", "f")
+        elif name == "home_clock":
+            rules[name] = _Rule("2", "f", 0, _MAX_NUMBER)
+    if unknown := sorted(arrays.keys() - rules):
+        return f"an array {shorten(unknown[0])} that has no meaning"
+    if missing := [name for name in rules if name not in arrays]:
+        return f"no array {missing[0]}"
+    for name, rule in rules.items():
+        if arrays[name].dtype.kind not in rule.kinds:
+            return f"{name} of type {arrays[name].dtype}"
+        if not _fits(arrays[name].shape, rule.axes, sizes):
+            return f"{name} of shape {arrays[name].shape}"
+    for name, rule in rules.items():
+        high = sizes[rule.high] - 1 if isinstance(rule.high, str) else rule.high
+        array = arrays[name]
+        if rule.low > -np.inf and not ((array >= rule.low) & (array <= high)).all():
+            return f"{name} outside of {rule.low} to {high}"
+    return _find_version_problem(arrays, sizes)
+
+
+def _fits(shape: tuple[int, ...], axes: str, sizes: dict[str, int]) -> bool:
+    """Tell whether axes have the lengths of all others of their letter, the first one's."""
+    letters = [axes] if axes in _OF else list(axes)  # versions: an axis of each kind
+    if letters[-1] == "*":
+        letters.pop()
+        if len(shape) == len(letters) + 1 and not 1 <= shape[-1] <= _MAX_WIDTH:
+            return False
+        shape = shape[: len(letters)] if len(shape) <= len(letters) + 1 else shape
+    return len(shape) == len(letters) and all(
+        sizes.setdefault(letter, size) == size for letter, size in zip(letters, shape, strict=True)
+    )
+
+
+def _find_version_problem(arrays: Mapping[str, np.ndarray], sizes: Mapping[str, int]) -> str:
+    """Versions of one node or edge follow each other from the first one to the last snapshot."""
+    first = {}
+    for kind, letter in _OF.items():
+        of, valid_from, valid_to = (
+            arrays[f"{kind}_version_{name}"] for name in ("of", "valid_from", "valid_to")
+        )
+        is_last = np.append(of[1:] != of[:-1], True)[: len(of)]
+        ends = np.where(is_last, sizes["S"], np.append(valid_from[1:], 0)[: len(of)])
+        if (np.diff(of) < 0).any() or (valid_to != ends).any() or (valid_from > valid_to).any():
+            return f"versions of {kind} that do not follow each other"
+        first[kind] = np.full(sizes[letter], sizes["S"])
+        np.minimum.at(first[kind], of, valid_from)
+    if (first["object"][arrays["edge_object"]] > first["edge"]).any():
+        return "an edge before its object"
+    return ""

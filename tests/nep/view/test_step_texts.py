@@ -8,8 +8,7 @@ from nep.view.texts import tell_furniture, tell_step
 from sgm.memory.look_log import read_log
 from simulator import SceneGraphMemory, Sighting
 from simulator.home_options import HomeOptions
-from simulator.replay.replay import Replay
-from simulator.replay.still_memory import StillMemory
+from simulator.replay.replay import Replay, StillMemory
 
 NIGHTSTAND, TABLE, DRAWER = range(3)
 

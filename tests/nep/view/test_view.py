@@ -24,8 +24,7 @@ from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.look_log import read_log
 from simulator import Bayesian, SceneGraphMemory, Sighting
-from simulator.replay.replay import Replay
-from simulator.replay.still_memory import StillMemory
+from simulator.replay.replay import Replay, StillMemory
 
 ROOT = Path(__file__).resolve().parents[3]
 

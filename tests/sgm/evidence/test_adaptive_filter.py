@@ -1,7 +1,5 @@
 """The adaptive filter: hand-worked looks, its closed form against small steps, and laws."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -154,7 +152,7 @@ def test_who_goes_by_the_prior_by_hand(make_tiny_homes):
     rollout = Rollout(make_tiny_homes(2), Adaptive())
     _, queries = rollout.ask()
     memory = rollout.memory
-    rates = replace(estimate(memory, queries), any_moved=np.zeros(2))
+    rates = estimate(memory, queries)._replace(any_moved=np.zeros(2))
     prior = queries.prior.sum(axis=2)
     assert prior.any(axis=1).all()
     prior /= prior.sum(axis=1, keepdims=True)

@@ -5,17 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from sgm.evidence import rank_kernel as places
 from sgm.evidence.columns import (
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,
     QUESTION_COLUMNS,
     QUESTION_GROUP_COLUMNS,
 )
-from sgm.evidence.evidence_features import compute_features
-from sgm.evidence.place_features import fill_place_features
+from sgm.evidence.evidence_features import (
+    compute_features,
+    fill_place_features,
+    fill_question_features,
+)
+from sgm.evidence.place_columns_kernel import rank_row
 from sgm.evidence.question import Question
-from sgm.evidence.question_features import fill_question_features
 from sgm.policies.adaptive import Adaptive
 from sgm.text.vectors import Alike
 from simulator.tasks.rollout import Rollout
@@ -217,7 +219,7 @@ def test_beliefs_are_those_of_the_policy(memory, columns):
 
 def test_rank_counts_from_the_highest():
     found = np.empty(4)
-    places.rank_row(np.array([3.0, 7.0, 3.0, 1.0]), found)
+    rank_row(np.array([3.0, 7.0, 3.0, 1.0]), found)
     np.testing.assert_allclose(found, [1 / 2, 1, 1 / 3, 1 / 4])
 
 

@@ -5,8 +5,7 @@ from sgm.memory.queries import Change
 from simulator.policies import make_policy
 from simulator.policies.filter_kernel import Rules
 from simulator.policies.filter_looks import FilterLooks
-from simulator.policies.filters import Ceiling, PriorFilter
-from simulator.policies.home_filter import HomeFilter
+from simulator.policies.filters import Ceiling, HomeFilter, PriorFilter
 from simulator.policies.place_filter import KeptBeliefs, PlaceFilter
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout

@@ -12,7 +12,7 @@ from simulator.policies.filter_kernel import (
     update_class_noise,
     update_instance_noise,
 )
-from simulator.policies.home_filter import HomeFilter
+from simulator.policies.filters import HomeFilter
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig

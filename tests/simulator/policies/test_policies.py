@@ -11,7 +11,7 @@ from sgm.policies.heuristics import (
     Random,
 )
 from simulator.policies import POLICIES, identify_policy, make_policy
-from simulator.policies.oracle import Oracle
+from simulator.policies.oracles import Oracle
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout, make_memory

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from simulator.policies import POLICIES
+from simulator.policies.oracles import ScheduleOracle, find_hours_alike
 from simulator.policies.registry import check_policies, find_policy, list_policies, make_policy
-from simulator.policies.schedule_oracle import ScheduleOracle, find_hours_alike
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.source import MixtureSource

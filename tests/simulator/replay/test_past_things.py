@@ -6,8 +6,7 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.memory.look_log import read_log
 from simulator import Bayesian, SceneGraphMemory, Sighting
-from simulator.replay.replay import Replay
-from simulator.replay.still_memory import StillMemory
+from simulator.replay.replay import Replay, StillMemory
 
 DRAWER, SHELF, TABLE = range(3)
 

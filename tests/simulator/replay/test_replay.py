@@ -20,8 +20,7 @@ from simulator import (
     Sighting,
 )
 from simulator.replay.record import record_run
-from simulator.replay.replay import Replay
-from simulator.replay.still_memory import StillMemory
+from simulator.replay.replay import Replay, StillMemory
 from simulator.trace.from_log import make_trace
 from simulator.world.routine.dynamics import RoutineDynamics
 

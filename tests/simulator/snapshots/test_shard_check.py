@@ -9,8 +9,13 @@ import pytest
 
 from sgm.files import compute_checksum
 from simulator.collect import CollectConfig, collect
-from simulator.snapshots.shard_check import check_manifest, check_shard
-from simulator.snapshots.shards import load_manifest, load_shard, save_shard
+from simulator.snapshots.shards import (
+    check_manifest,
+    check_shard,
+    load_manifest,
+    load_shard,
+    save_shard,
+)
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from simulator.tasks.fingerprint import compute_fingerprint
+from simulator.test_sets.test_sets import compute_fingerprint
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams

@@ -1,4 +1,4 @@
-"""The oracle of homes with schedules: it has lived in copies of the home for many days."""
+"""Oracles: the paper's, and one of homes with schedules that has lived in copies of the home."""
 
 from __future__ import annotations
 
@@ -7,20 +7,47 @@ from typing import ClassVar
 
 import numpy as np
 
+from sgm.arrays.relations import NUM_RELATIONS, sum_relations
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, WEEK_SECONDS
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
+from sgm.policies.heuristics import LastSeenUnlessAbsent
 from sgm.policies.policy import Policy, mask_furniture
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes
-from simulator.world.source import TRUE_SCHEDULES
+from simulator.world.source import TRUE_SCHEDULES, TRUE_TRANSITIONS
 
 _DAYS = 210  # lived in a copy: 150 weekdays and 60 days of weekends
 _HOURS_KEPT = 48  # of looks that a day of the copy is compared with
 _DOUBT = 0.02  # of what a copy says: its people drift otherwise than those of the home
 _STAYS = 0.1  # how much the last place counts beside the copies, where no look has contradicted
 _SATURDAY = 5  # days are numbered from Monday, 0
+
+
+class Oracle(LastSeenUnlessAbsent):
+    """Where it was seen last unless absent, else by the home's true dynamics T.
+
+    Source: paper section 5.3: "ground truth knowledge about the dynamics" and a "memory of past
+    observed object locations"; docs/design.md, ruling 20. `Ceiling` is how good an answer can be.
+    """
+
+    needs: ClassVar[frozenset[str]] = frozenset((TRUE_TRANSITIONS,))
+
+    def __init__(self, homes: Homes) -> None:
+        """Keep the true homes."""
+        self._homes = homes
+
+    @classmethod
+    def make(cls, homes: Homes) -> Oracle:
+        """Keep the true homes."""
+        return cls(homes)
+
+    def compute_weights(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Return the row of T, (Q, F)."""
+        codes = memory.objects["key"][queries.object]
+        rows = self._homes.transition_rows(queries.home, codes)
+        return sum_relations(rows.reshape(len(rows), -1, NUM_RELATIONS)).astype(float)
 
 
 class ScheduleOracle(Policy):
