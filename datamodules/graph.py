@@ -92,9 +92,9 @@ class GraphBuilder:
             snapshots, graph.remembered[joined], graph.furniture[joined], graph.is_on_top[joined],
             edge_cosine[num_layout:],
         )  # fmt: skip
-        layout = LayoutRows(
-            edge_cosine[:num_layout], _read_prob(snapshots, graph, pair[:num_layout])
-        )
+        below = pair[:num_layout] - graph.first_pair[2]  # furniture; negative for rooms and floors
+        prior = np.where(below < 0, 1.0, snapshots.furniture_prob[np.maximum(below, 0)])
+        layout = LayoutRows(edge_cosine[:num_layout], prior)
         upward = slice(*first_edge[[OBJECT_UP.start, OBJECT_UP.stop]].tolist())
         is_asked = graph.is_query[joined[upward.start - num_layout : upward.stop - num_layout]]
         query_edge = np.flatnonzero(is_asked) + upward.start
@@ -212,9 +212,3 @@ class GraphBuilder:
             snapshots.query_prior, snapshots.furniture_snapshot, snapshots.num_snapshots,
             self.config.threshold,
         )  # fmt: skip
-
-
-def _read_prob(snapshots: Snapshots, graph: SnapshotGraph, pairs: np.ndarray) -> np.ndarray:
-    """Return the prior of edges of the layout; those between rooms, floor and home are certain."""
-    furniture = pairs - graph.first_pair[2]
-    return np.where(furniture < 0, 1.0, snapshots.furniture_prob[np.maximum(furniture, 0)])

@@ -95,16 +95,13 @@ class SGMDataModule(pl.LightningDataModule):
         if loads:
             policy = f"{policy}-{checksum[:8]}"
         name = f"{make_file_name(config.task)}-{policy}-{config.steps}steps-seed{config.seed}"
-        extras = [  # those of which there are versions with theirs
+        extras = "".join(  # those of which there are versions with theirs
             f"-{extra}" if settings[extra] is True else f"-{extra}{settings[extra]}"
             for extra in EXTRAS
             if extra in settings
-        ]
-        return (
-            Path(self.collection.data_dir)
-            / "".join([f"{name}-homes{digest}", *extras])
-            / f"{config.split}-{config.num_homes}homes"
         )
+        folder = Path(self.collection.data_dir) / f"{name}-homes{digest}{extras}"
+        return folder / f"{config.split}-{config.num_homes}homes"
 
     def prepare_data(self) -> None:
         """Collect what is not on disk yet; an interrupted collection is finished."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,17 +56,15 @@ class SnapshotDataset(Dataset[Batch]):
                     f"collections must have the same labels, got others in {own} than in {folder}. "
                     "Collect both from homes of one source and prior."
                 )
-        shards = (
-            self._load(own / name, checksum)
-            for own, manifest in manifests.items()
-            for name, checksum in manifest["shards"].items()
-        )
-        self._tables = SnapshotTables(shards, folder)
 
-    def _load(self, path: Path, checksum: str) -> dict[str, np.ndarray]:
-        arrays = load_shard(path, checksum)
-        check_shard(arrays, len(self._labels), path)
-        return arrays
+        def load_all() -> Iterator[dict[str, np.ndarray]]:
+            for own, manifest in manifests.items():
+                for name, checksum in manifest["shards"].items():
+                    shard = load_shard(own / name, checksum)
+                    check_shard(shard, len(self._labels), own / name)
+                    yield shard
+
+        self._tables = SnapshotTables(load_all(), folder)
 
     def __len__(self) -> int:
         return len(self._tables)

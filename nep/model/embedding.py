@@ -50,9 +50,8 @@ class NodeEmbedding(FeatureEmbedding):
     making them.
 
     Args:
-        units: width of both layers, for each member of an ensemble.
+        units, members: as for `FeatureEmbedding`.
         reads: groups of features beyond the paper's that are on.
-        members: M, see `Encoder`.
 
     Source: paper appendices B and C.
     """
@@ -90,9 +89,8 @@ class EdgeEmbedding(FeatureEmbedding):
     """Two layers over [edge features (9 or more), relation one-hot (4)], ReLU after each.
 
     Args:
-        units: width of both layers, for each member of an ensemble.
+        units, members: as for `FeatureEmbedding`.
         reads: groups of features beyond the paper's that are on.
-        members: M, see `Encoder`.
 
     Source: paper appendices B and C.
     """

@@ -47,7 +47,8 @@ FORMAT = "node edge predictor"
 FORMAT_VERSION = 3
 _READABLE = (2, 3)  # version 2 says how its probabilities are calibrated, which nothing reads
 WEIGHTS = "weights.safetensors"
-_DAMAGED = (
+_Errors = tuple[type[Exception], ...]
+_DAMAGED: _Errors = (
     LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError, SafetensorError,
 )  # fmt: skip
 _READ = "checkpoint must be a file that can be read"
@@ -244,7 +245,7 @@ def load_config(folder: Path) -> dict[str, Any]:
     """
     there, whole = f"exported folder must have {CONFIG}", f"{CONFIG} must be as nep.export wrote it"
     advice = f"{_EXPORT[:-1]}, or check the path."
-    with _name_faults(there, advice, whole, _EXPORT, f"in {folder}", ValueError):
+    with _name_faults(there, advice, whole, _EXPORT, f"in {folder}", (*_DAMAGED, ValueError)):
         config = read_json(folder / CONFIG, allow_nan=True)
         version, schema = config["version"], dict(config["schema"])
     if config.get("format") != FORMAT or version not in _READABLE:
@@ -297,14 +298,14 @@ def check_feature_schema(version: object, where: str | Path) -> None:
 
 @contextmanager
 def _name_faults(
-    there: str, find: str, whole: str, mend: str, where: str, *damaged: type[Exception]
+    there: str, find: str, whole: str, mend: str, where: str, damaged: _Errors = _DAMAGED
 ) -> Iterator[None]:
     """Say which rule a file breaks, that it is `there` or `whole`, and what to do."""
     try:
         yield
     except OSError as error:
         raise make_read_error(error, there, f"{where}. {find}") from error
-    except (*_DAMAGED, *damaged) as error:
+    except damaged as error:
         raise ValueError(f"{whole}, got {type(error).__name__} {where}. {mend}") from error
 
 

@@ -44,6 +44,11 @@ class Features:
     question: np.ndarray
     asked: Question
 
+    @property
+    def is_place(self) -> np.ndarray:
+        """Which columns are furniture, bool (Q, F)."""
+        return self.asked.arrays.is_place
+
     def follow_prior(self) -> tuple[np.ndarray, np.ndarray]:
         """Return how far to trust the prior, (Q,), and the belief of its filter, (Q, F).
 

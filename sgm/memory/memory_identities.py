@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NoReturn
 
 import numpy as np
 
 from sgm.memory.memory_questions import MemoryQuestions
-from sgm.memory.memory_state import MemoryState
 from sgm.memory.thing import ROBOT, ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
@@ -141,23 +139,41 @@ class MemoryIdentities(MemoryQuestions):
             self._state.link(rows, -1)
 
     def _split_off(self, own: ThingName, row: int, place: int, name: str, by: str) -> None:
-        self._state.layout.check_furniture(place)
-        batch = self._state.batch
-        own_edges = (batch.edges["object"] == row) & (batch.edges["num_true"] > 0)
-        at = self._state.furniture.ids.index(place)
-        is_there = batch.edges["furniture"][own_edges] == at
+        """Let what was seen of an object at a place be another thing, of a new name."""
+        state = self._state
+        state.layout.check_furniture(place)
+        place, batch, at = int(place), state.batch, state.furniture.ids.index(place)
+        edges, objects = batch.edges, batch.objects
+        is_there = edges["furniture"][(edges["object"] == row) & (edges["num_true"] > 0)] == at
         if is_there.all() or not is_there.any():
             raise ValueError(
                 f"thing must have been seen there and elsewhere to be split, got "
-                f"{shorten(own.description)} at {self._state.layout.describe(place)}. Rename "
-                "it, or name another place."
+                f"{shorten(own.description)} at {state.layout.describe(place)}. Rename it, or name "
+                "another place."
             )
-        if self._state.things.get_row(name) >= 0:
+        if state.things.get_row(name) >= 0:
             raise ValueError(
                 f"name must be of no other thing, got {shorten(name)}. Choose another one."
             )
-        self._write("split_off", **own.to_json(), furniture=int(place), name=name, by=by)
-        _split_off_seen(self._state, row, int(place), name)
+        self._write("split_off", **own.to_json(), furniture=place, name=name, by=by)
+        other = state.ensure_object(name)
+        edges["object"][(edges["object"] == row) & (edges["furniture"] == at)] = other
+        for number in (row, other):
+            true = np.flatnonzero((edges["object"] == number) & (edges["num_true"] > 0))
+            seen = true[np.argsort(edges["last_true"][true], kind="stable")]
+            objects["num_observed"][number] = max(int(edges["num_true"][true].sum()), 1)
+            objects["last_observed"][number] = edges["last_true"][seen[-1]]
+            objects["last_furniture"][number] = edges["furniture"][seen[-1]]
+        objects["first_observed"][other] = objects["first_observed"][row]
+        objects["num_at_once"][other] = 1
+        objects["num_at_once"][row] = max(int(objects["num_at_once"][row]) - 1, 1)
+        said = state.things[row].statements
+        there = tuple(one for one in said if one.furniture == place)
+        elsewhere = tuple(one for one in said if one.furniture != place)
+        state.things[other] = replace(state.things[other], statements=there)
+        state.things[row] = replace(state.things[row], statements=elsewhere)
+        batch.look_up_prior()  # of the new thing
+        state.begin_anew()
 
     def _list_carried(self) -> list[int]:
         return np.flatnonzero(self._state.batch.objects["carried_since"] >= 0).tolist()
@@ -187,42 +203,17 @@ class MemoryIdentities(MemoryQuestions):
 
     def _get_one(self, thing: str | ThingName, matches: Sequence[str]) -> tuple[ThingName, int]:
         """Return the one thing that is meant, and its row."""
-        own = thing if isinstance(thing, ThingName) else self._choose(thing, matches)
-        if own is None:
-            self._refuse(str(thing))
-        return own, self._get_row(own)
+        if isinstance(thing, str):
+            thing = self._choose(thing, matches) or ThingName(thing)
+        return thing, self._get_row(thing)
 
     def _get_row(self, own: ThingName) -> int:
-        row = self._state.things.get_row(own.description, own.id)
-        return row if row >= 0 else self._refuse(own.id or own.description)
-
-    def _refuse(self, thing: str) -> NoReturn:
-        raise KeyError(
-            f"description must be one that was seen or asked for, got {shorten(thing)}; there are "
-            f"{len(self._state.things)} objects. Check its words."
-        )
-
-
-def _split_off_seen(state: MemoryState, row: int, furniture: int, name: str) -> None:
-    """Let what was seen of an object at a place be another thing, of a new name."""
-    other = state.ensure_object(name)
-    batch, place = state.batch, state.furniture.ids.index(furniture)
-    edges, objects = batch.edges, batch.objects
-    moved = (edges["object"] == row) & (edges["furniture"] == place)
-    edges["object"][moved] = other
-    for number in (row, other):
-        own = np.flatnonzero((edges["object"] == number) & (edges["num_true"] > 0))
-        seen = own[np.argsort(edges["last_true"][own], kind="stable")]
-        objects["num_observed"][number] = max(int(edges["num_true"][own].sum()), 1)
-        objects["last_observed"][number] = edges["last_true"][seen[-1]]
-        objects["last_furniture"][number] = edges["furniture"][seen[-1]]
-    objects["first_observed"][other] = objects["first_observed"][row]
-    objects["num_at_once"][other] = 1
-    objects["num_at_once"][row] = max(int(objects["num_at_once"][row]) - 1, 1)
-    said = state.things[row].statements
-    there = tuple(one for one in said if one.furniture == furniture)
-    elsewhere = tuple(one for one in said if one.furniture != furniture)
-    state.things[other] = replace(state.things[other], statements=there)
-    state.things[row] = replace(state.things[row], statements=elsewhere)
-    batch.look_up_prior()  # of the new thing
-    state.begin_anew()
+        things = self._state.things
+        row = things.get_row(own.description, own.id)
+        if row < 0:
+            raise KeyError(
+                f"description must be one that was seen or asked for, got "
+                f"{shorten(own.id or own.description)}; there are {len(things)} objects. Check its "
+                "words."
+            )
+        return row

@@ -104,9 +104,8 @@ class MemoryQuestions(MemoryLayout):
             ValueError: if the name is none (`read_words`).
         """
         furniture = self.layout.furniture
-        index = NameIndex((), self._table, self._encoder)
-        index.update([node.description for node in furniture.values()])
-        matches = set(index.resolve(name).matches)
+        names = [node.description for node in furniture.values()]
+        matches = self.resolve(name, among=names).matches
         return tuple(number for number, node in furniture.items() if node.description in matches)
 
     def ask(

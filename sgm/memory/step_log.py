@@ -70,8 +70,6 @@ class StepLog:
         before: the memory before the first of them; None without any.
         looks: in order.
         of_place: numbers of the looks at each furniture id.
-        plain: looks at each, weighed by their coverage, of those where all looks were for whatever
-            is there.
         counts: things seen, by object row and furniture id.
         num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
         origin: stands for the state of `before`, as in `Asked`.
@@ -83,7 +81,6 @@ class StepLog:
     before: MemoryBatch | None = None
     looks: list[StepLook] = field(default_factory=list)
     of_place: dict[int, list[int]] = field(default_factory=dict)
-    plain: dict[int, float] = field(default_factory=dict)
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
     num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
     origin: object = None
@@ -93,13 +90,8 @@ class StepLog:
 
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""
-        place, coverage = look.furniture, look.coverage
-        self.looks_by_relation |= isinstance(coverage, tuple)
-        if isinstance(coverage, tuple) or look.hidden:
-            self.plain.pop(place, None)
-        elif place in self.plain or place not in self.of_place:
-            self.plain[place] = self.plain.get(place, 0.0) + coverage
-        self.of_place.setdefault(place, []).append(len(self.looks))
+        self.looks_by_relation |= isinstance(look.coverage, tuple)
+        self.of_place.setdefault(look.furniture, []).append(len(self.looks))
         self.looks.append(look)
         for row, count in seen.items():
             here = self.counts.setdefault(row, Counter())
@@ -131,9 +123,6 @@ class StepLog:
         negative: dict[int, float] = {}
         for furniture, numbers in self.of_place.items():
             first = found.get(furniture, 0)
-            if not first and furniture in self.plain:
-                negative[furniture] = self.plain[furniture]
-                continue
             for number in numbers:
                 look = self.looks[number]
                 if number < first or (look.hidden and name in map(read_name, look.hidden)):

@@ -24,8 +24,8 @@ class NameEncoder:
     """Compares names by the cosines of their vectors.
 
     Cosines of encoders have different scales, so that thresholds are measured: on names of the
-    table of aliases that are neither the same thing nor kinds of one another. At `least`, 2 % of
-    them find something among 100 others; at `related`, 10 %.
+    table of aliases that are neither the same thing nor kinds of one another. At the first one, 2 %
+    of them find something among 100 others; at the second, 10 %.
     """
 
     def __init__(self, encode: Encode, table: AliasTable) -> None:
@@ -47,18 +47,9 @@ class NameEncoder:
         vectors = self._take([name, *others])
         return (vectors[1:] @ vectors[0]).tolist()
 
-    @property
-    def least(self) -> float:
-        """Cosine from which on two names mean the same."""
-        return self._thresholds[0]
-
-    @property
-    def related(self) -> float:
-        """Cosine from which on a name is offered for another."""
-        return self._thresholds[1]
-
     @cached_property
-    def _thresholds(self) -> tuple[float, float]:
+    def thresholds(self) -> tuple[float, float]:
+        """Cosines from which on two names mean the same, and one is offered for another."""
         table = self._table
         things = np.linspace(0, len(table.names) - 1, min(_SAMPLE, len(table.names))).astype(int)
         vectors = self._take([table.names[thing] for thing in things])

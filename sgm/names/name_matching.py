@@ -315,7 +315,8 @@ class NameIndex:
         """Apply rule 7: groups of descriptions by their heads, the most similar first."""
         if self._encoder is not None:
             similarity = self._encoder.compare
-            least = self._encoder.least if least == SYNONYM else self._encoder.related
+            same, related = self._encoder.thresholds
+            least = same if least == SYNONYM else related
         if similarity is None:
             return []
         groups: dict[float, dict[int, None]] = {}

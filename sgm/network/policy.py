@@ -105,7 +105,7 @@ class NetworkPolicy(StepPolicy):
         learns = self.network.learns_asked
         asked = self._asks_moved if learns else TASKS_ASK_MOVED
         evidence = compute_features(memory, queries, asked)
-        is_place, edges = evidence.asked.arrays.is_place, memory.edges
+        is_place, edges = evidence.is_place, memory.edges
         # Prior weight of each place, and relation in which it was seen there the most often.
         edge = choose_edges(
             queries.object.astype(np.int64), len(memory.objects), queries.prior, edges["object"],
@@ -134,11 +134,10 @@ def mix_answers(
         asks_moved: share of the questions that are about what has just moved; other questions
             than those of the tasks move the logits (`Features.compare_asked`).
     """
-    asked = evidence.asked
     if prior_share > 0:
         trust, belief = evidence.follow_prior()
         shares = np.minimum(prior_share * (1 + CORRECTIONS.prior_gain * trust), 1)
-        scores = share_answers(scores, belief, shares, asked.arrays.is_place)
+        scores = share_answers(scores, belief, shares, evidence.is_place)
     if asks_moved != TASKS_ASK_MOVED:
         weight = CORRECTIONS.asked_weight * (1 - asks_moved / TASKS_ASK_MOVED)
         scores = scores + weight * evidence.compare_asked()[..., None]

@@ -16,7 +16,7 @@ from safetensors import SafetensorError, safe_open
 
 from sgm.files import parse_json
 from sgm.messages import shorten
-from sgm.text.tokenizer import Token, Tokenizer
+from sgm.text.tokenizer import Tokenizer
 
 FloatArray = NDArray[np.float32]
 
@@ -87,7 +87,11 @@ class Tok2Vec:
 
     def compute_tokens(self, text: str) -> NDArray[np.float64]:
         """Compute the vectors of the tokens of a text in lower case, known or not, (T, 96)."""
-        ids = [self._compute_ids(token) for token in self._tokenizer.split(text)]
+        ids = []
+        for token in self._tokenizer.split(text):
+            own = token.text
+            names = (token.norm, own[0], own[-3:], compute_shape(own))  # as `ATTRIBUTES`
+            ids.append([self._symbols.get(name) or hash_string(name) for name in names])
         rows = hash_rows(np.array(ids, dtype=np.uint64), self._seeds, self._num_rows)  # (T, A, 4)
         embedded = [
             table[rows[:, column]].sum(axis=1, dtype=float)  # (T, 96)
@@ -99,11 +103,6 @@ class Tok2Vec:
             windows = np.concatenate([states[:-2], states[1:-1], states[2:]], axis=1)
             states = states[1:-1] + _apply(layer, windows)
         return states
-
-    def _compute_ids(self, token: Token) -> list[int]:
-        text = token.text
-        names = (token.norm, text[0], text[-3:], compute_shape(text))
-        return [self._symbols.get(name) or hash_string(name) for name in names]
 
 
 def _apply(layer: list[NDArray[np.float64]], inputs: NDArray[np.float64]) -> NDArray[np.float64]:

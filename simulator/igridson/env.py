@@ -140,9 +140,7 @@ class IGridsonEnv(MiniGridEnv):
         self._prior = PriorGraph.default() if prior is None else prior
         self._policy: Callable[[SampledHomes], Policy] = lambda homes: Bayesian()
         self._picture: HomePicture | None = None
-        self._wants_new_home = True
         self._is_moving = False
-        self._pose = (self.layout.start, 0)
         self.trail = [self.layout.start]
         self.looked_at: list[int] = []
         self._window: pygame.Surface | None = None

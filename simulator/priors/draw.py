@@ -66,12 +66,8 @@ def draw_heat_map(
     Args and errors as `draw_graph`.
     """
     bands = _split_bands(prior, placements, room)
-    shapes = {
-        name: (len({row.furniture for row in rows}), len({row.object for row in rows}))
-        for name, rows in bands.items()
-    }
-    widest = max(columns for _, columns in shapes.values())
-    heights = [rows * 0.2 + 1.6 for rows, _ in shapes.values()]
+    widest = max(len({row.object for row in rows}) for rows in bands.values())
+    heights = [len({row.furniture for row in rows}) * 0.2 + 1.6 for rows in bands.values()]
     figure = _make_figure(max(10.0, OBJECT_WIDTH * widest + 2.2), sum(heights))
     axes = figure.subplots(len(bands), 1, squeeze=False, height_ratios=heights)[:, 0]
     image: Any = None
@@ -101,16 +97,13 @@ def _make_figure(width: float, height: float) -> Figure:
     """A figure that needs no display and leaves no global state behind."""
     keep_home_clean()
     try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(
             "drawing a prior must find the package 'matplotlib', got none. "
             "Install it with `pip install matplotlib`, or pass --no-picture."
         ) from error
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    return Figure(figsize=(width, height), layout="constrained")
 
 
 def _split_bands(

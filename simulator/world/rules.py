@@ -83,13 +83,8 @@ class HomeRules:
             furniture_x_objects_per_furniture=sum(sizes) * self.objects_per_furniture,
         )
         check_choice("looks", self.looks, LOOKS)
-        check_shares(
-            noise_zero_prob=self.noise_zero_prob,
-            noise_scale=self.noise_scale,
-            move_share=self.move_share,
-            count_slack=self.count_slack,
-            detection_error=self.detection_error,
-        )
+        shares = ("noise_zero_prob", "noise_scale", "move_share", "count_slack", "detection_error")
+        check_shares(**{name: getattr(self, name) for name in shares})
 
     @property
     def room_sizes(self) -> tuple[int, ...]:

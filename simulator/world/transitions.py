@@ -34,7 +34,6 @@ class Transitions:
                 beyond the places of a home is never read.
             places_per_furniture: place p belongs to furniture p // places_per_furniture.
         """
-        self._num_rows = 0
         self.num_places = place_block.shape[1]
         # Homes share a few layouts: read from the cache, unlike a row of blocks for each home.
         self._place_block, layout = np.unique(place_block, axis=0, return_inverse=True)
@@ -57,11 +56,10 @@ class Transitions:
         entry, ends = list_entries(
             rows, places, weights, layouts, self._place_block, self._num_blocks
         )
+        first = (len(self._bounds) - 1) // self._num_blocks
         self._bounds.append(len(ends), bound=len(self._entries) + ends)
         self._entries.append(len(entry), entry=entry)
-        first = self._num_rows
-        self._num_rows += len(homes)
-        return np.arange(first, self._num_rows)
+        return np.arange(first, first + len(homes))
 
     def read(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (n,) as float32 (n, P); zeros for row -1."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nep.bench.temporal.report import MEMORY, read_scores
+from nep.bench.temporal.report import MEMORY, TableRow, read_scores
 from nep.report.results import ScoreSummary
 from simulator.tasks.metrics import METRICS
 
@@ -51,16 +51,16 @@ class Beside:
         rows = self._find_rows(setting)
         if not rows:
             return {}
-        rules = {row["name"]: row for row in rows if not row.get("num_trainings")}
+        rules = {row.name: row for row in rows if not row.num_trainings}
         shared = [name for name in rules if name in known]
-        if not shared or not all(self._is_same(rules[name], known[name]) for name in shared):
+        if not shared or not all(_is_same(rules[name], known[name]) for name in shared):
             raise ValueError(
                 f"beside must have rules that scored the same in the same homes of {setting}, got "
                 f"{', '.join(shared) or 'no shared rule'} in {self.path}. Make it with the same "
                 "--num_homes and --steps."
             )
         return {
-            f"{row['name']} ({row['reads']})": _summarise(row["plays"][:num_trainings])
+            f"{row.name} ({row.reads})": _summarise(replace(row, plays=row.plays[:num_trainings]))
             for row in rows
             if _counts(row, num_trainings)
         }
@@ -79,31 +79,30 @@ class Beside:
     def list_checkpoints(self, setting: str, num_trainings: int) -> dict[str, str]:
         """Return the SHA-256 of its networks, by setting, title and number of the training."""
         return {
-            f"{setting}, {row['name']} ({row['reads']}), seed {seed}": checksum
+            f"{setting}, {row.name} ({row.reads}), seed {seed}": checksum
             for row in self._find_rows(setting)
             if _counts(row, num_trainings)
-            for seed, checksum in enumerate(row.get("checkpoints", [])[:num_trainings])
+            for seed, checksum in enumerate(row.checkpoints[:num_trainings])
         }
 
-    def _find_rows(self, setting: str) -> list[dict[str, Any]]:
+    def _find_rows(self, setting: str) -> list[TableRow]:
         kind = self.content["kinds"].get(_SETTINGS.get(setting), {})
-        return list(kind.get("rows", []))
-
-    def _is_same(self, rule: Mapping[str, Any], known: ScoreSummary) -> bool:
-        values = np.array(rule["plays"][0]["first_guess"])
-        same = known.home_values
-        return values.shape == same.shape and bool(np.allclose(values, same, rtol=0, atol=_CLOSE))
+        return [TableRow(**row) for row in kind.get("rows", [])]
 
 
-def _counts(row: Mapping[str, Any], num_trainings: int) -> bool:
+def _is_same(rule: TableRow, known: ScoreSummary) -> bool:
+    values, same = np.array(rule.plays[0]["first_guess"]), known.home_values
+    return values.shape == same.shape and bool(np.allclose(values, same, rtol=0, atol=_CLOSE))
+
+
+def _counts(row: TableRow, num_trainings: int) -> bool:
     """Whether a row is a network with so many trainings, or a graph memory that a user named."""
-    return row["reads"] == MEMORY or row.get("num_trainings", 0) >= num_trainings
+    return row.reads == MEMORY or row.num_trainings >= num_trainings
 
 
-def _summarise(plays: list[Mapping[str, Any]]) -> ScoreSummary:
+def _summarise(row: TableRow) -> ScoreSummary:
     """Summarise trainings; of the metrics of other rows it has first guesses and NLL alone."""
-    values = np.array([own["first_guess"] for own in plays], dtype=float)  # (S, H)
-    metrics = dict.fromkeys(METRICS, float("nan"))
-    metrics["accuracy"] = float(values.mean())
-    metrics["nll"] = float(np.mean([own["nll"] for own in plays]))
-    return ScoreSummary(values.mean(axis=0)[:, None], metrics, values if len(values) > 1 else None)
+    found, metrics = row.summarise(None), dict.fromkeys(METRICS, float("nan"))
+    metrics["accuracy"] = float(found.by_training.mean())
+    metrics["nll"] = float(np.mean([own["nll"] for own in row.plays]))
+    return replace(found, metrics=metrics)

@@ -332,10 +332,9 @@ def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
     ours, changes, paper, lines = [], [], [], []
     for ablation in (None, *ABLATIONS):
         title = ABLATIONS[ablation] if ablation else "Full model"
-        numbers = PAPER_TABLE_2.get(ablation, {})
         own = [scores[f"{model}-{ablation}" if ablation else model] for model in ABLATED]
         ours.append([title, *(_format(*_summarise(score)) for score in own)])
-        paper.append([title, *(_format(*numbers[m]) if m in numbers else "" for m in ABLATED)])
+        paper.append([title, *(_format(*PAPER_TABLE_2[ablation][model]) for model in ABLATED)])
         deltas = [
             compute_difference(score, scores[model]) if ablation else None
             for model, score in zip(ABLATED, own, strict=True)

@@ -26,7 +26,6 @@ from nep.report.statistics import FEWEST_RESAMPLED, LEVEL, correct_holm
 from nep.report.tables import Difference, format_difference, format_number, join_table
 from nep.robot.finder import ObjectFinder
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
-from sgm.finder import object_finder
 from sgm.finder.finder import Finder
 from sgm.memory.clock import DEFAULT_STEP_SECONDS
 from simulator.policies.registry import find_policy
@@ -115,29 +114,23 @@ def list_players(
 ) -> dict[str, Callable[[Path], Finder]]:
     """List what makes each finder of a home, from a folder with the log of its looks."""
 
-    def load(source: Path, folder: Path) -> object_finder.ObjectFinder:
-        return ObjectFinder.load(source, asks_moved=asks_moved)
-
-    def adapt(source: Path, folder: Path) -> Finder:
-        finder = load(source, folder)
-        finder.adapt(folder / _LOG)
-        return finder
-
-    def tune_in(name: str, source: Path, folder: Path) -> Finder:
-        own = folder / name
-        own.mkdir()
-        return load(tune(str(source), folder / _LOG, own), own)
-
     def follow(rule: str, folder: Path) -> Finder:
         return Finder(find_policy(rule)(), asks_moved=asks_moved)
 
+    def load(point: Checkpoint, how: str, folder: Path) -> Finder:
+        source, own = point.path, folder / point.name
+        if how == TUNED:
+            own.mkdir()
+            source = tune(str(source), folder / _LOG, own)
+        finder = ObjectFinder.load(source, asks_moved=asks_moved)
+        if how == ADAPTED:
+            finder.adapt(folder / _LOG)
+        return finder
+
     players: dict[str, Callable[[Path], Finder]] = {name: partial(follow, name) for name in RULES}
-    for point in checkpoints:
-        players[point.name] = partial(load, point.path)
-        if ADAPTED in learns:
-            players[f"{point.name} {ADAPTED}"] = partial(adapt, point.path)
-        if TUNED in learns:
-            players[f"{point.name} {TUNED}"] = partial(tune_in, point.name, point.path)
+    for point, how in product(checkpoints, ("", ADAPTED, TUNED)):
+        if how in ("", *learns):
+            players[f"{point.name} {how}".rstrip()] = partial(load, point, how)
     return players
 
 

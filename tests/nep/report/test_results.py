@@ -1,12 +1,22 @@
-"""`results.json`: what is written is read; what it does not say is refused."""
+"""`results.json`: what is written is read; what it does not say is refused; which code made it."""
 
 import json
 import re
+import subprocess
+from importlib.metadata import version
 
 import numpy as np
 import pytest
 
-from nep.report.results import RESULTS_VERSION, Results, ScoreSummary, list_versions
+from nep.report import results as results_file
+from nep.report.results import (
+    RESULTS_VERSION,
+    Results,
+    ScoreSummary,
+    describe_code,
+    find_commit,
+    list_versions,
+)
 from simulator.tasks.metrics import METRICS
 
 
@@ -70,3 +80,51 @@ def test_no_file_and_no_json_are_refused(tmp_path):
         write()
         with pytest.raises(ValueError, match=rf"as JSON, got .* {re.escape(str(path))}"):
             Results.load(path)
+
+
+def run_git(*arguments):
+    done = subprocess.run(["git", *arguments], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+def test_a_checkout_says_its_commit():
+    commit = find_commit()
+    assert run_git("rev-parse", "HEAD").startswith(commit.removesuffix("+changes"))
+    assert list_versions()["commit"] == commit
+    assert list_versions()["numpy"] == version("numpy")
+    assert describe_code().endswith(f", commit {commit}")
+
+
+def test_a_repository_that_the_package_only_lies_in_is_not_taken_for_its_own(tmp_path, monkeypatch):
+    find_commit.cache_clear()
+    package = tmp_path / "environment" / "nep" / "report" / "results.py"
+    package.parent.mkdir(parents=True)
+    package.touch()
+    subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
+    monkeypatch.setattr(results_file, "_CHECKOUT", package.parents[2])
+    monkeypatch.setattr(results_file, "__file__", str(package))
+    try:
+        assert find_commit() is None
+        assert "commit" not in list_versions()
+    finally:
+        find_commit.cache_clear()
+
+
+def test_an_edited_checkout_says_so(tmp_path, monkeypatch):
+    find_commit.cache_clear()
+    package = tmp_path / "nep" / "report" / "results.py"
+    package.parent.mkdir(parents=True)
+    package.touch()
+    git = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b"]
+    for arguments in (["init", "-q"], ["add", "."], ["commit", "-q", "-m", "one"]):
+        subprocess.run([*git, *arguments], check=True)
+    monkeypatch.setattr(results_file, "_CHECKOUT", tmp_path)
+    monkeypatch.setattr(results_file, "_CODE", ("nep",))
+    monkeypatch.setattr(results_file, "__file__", str(package))
+    try:
+        clean = find_commit()
+        package.write_text("# edited")
+        find_commit.cache_clear()
+        assert find_commit() == f"{clean}+changes"
+    finally:
+        find_commit.cache_clear()
