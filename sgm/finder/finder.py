@@ -362,6 +362,8 @@ def _doubt(belief: Belief, asked: Asked) -> Belief:
     Then a thing is where it was held to be before; where that is nowhere, it may be at any place.
     What was said in this time step is weighed as what was seen in it.
     """
+    if all(said is None for said in asked.said):
+        return belief
     share = np.zeros(len(asked.said))
     places = np.ones((len(share), len(asked.furniture_ids)))
     elsewhere = belief.elsewhere.copy()
@@ -383,6 +385,8 @@ def _list_variants(asked: Asked, in_hand: np.ndarray) -> tuple[list[int], list[b
     Returns:
         Which of the K things each is, or is like, V of them; and whether it is another one.
     """
+    if asked.num_instances.max() == 1:
+        return list(range(len(in_hand))), [False] * len(in_hand)
     num_seen = np.count_nonzero(asked.looks.seen, axis=1)
     others = np.where(num_seen > 0, np.maximum(asked.num_instances - num_seen, 0), 0)
     others = np.where((num_seen == 0) & (in_hand > 0), asked.num_instances - 1, others)
