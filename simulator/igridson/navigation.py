@@ -13,6 +13,8 @@ from simulator.tasks.search import SearchOrder
 
 # Directions as MiniGrid numbers them: right, down, left, up.
 DIRECTIONS = ((1, 0), (0, 1), (-1, 0), (0, -1))
+LOOK_COST = 5.0  # opening a fridge and scanning it takes as long as walking some cells
+MOST_PLACES = 7  # of a tour; work grows as 2 ** MOST_PLACES
 
 
 class Routes:
@@ -123,10 +125,6 @@ class Walk:
         cells = self.cell[homes]
         self.path_length[homes] += self.routes.to_furniture[cells, furniture]
         self.cell[homes] = self.routes.stand[cells, furniture]
-
-
-LOOK_COST = 5.0  # opening a fridge and scanning it takes as long as walking some cells
-MOST_PLACES = 7  # of a tour; work grows as 2 ** MOST_PLACES
 
 
 def compute_belief(

@@ -17,6 +17,8 @@ from simulator.world.rules import HomeRules
 from simulator.world.sampled_state import SampledState
 from simulator.world.streams import sample_categorical
 
+logger = logging.getLogger(__name__)
+
 
 def list_rooms(config: HomeRules, layout: Sequence[tuple[str, str]] | None) -> np.ndarray:
     """Return the room index of every furniture node of a home, (F',), by its rules or a layout.
@@ -125,9 +127,6 @@ def _find_nodes(prior: PriorGraph, layout: Sequence[tuple[str, str]]) -> np.ndar
                 f"{shorten(place[0])}. Use furniture that the prior knows in that room."
             )
     return np.array([nodes[place] for place in layout], dtype=np.int32)
-
-
-logger = logging.getLogger(__name__)
 
 
 def sample_initial_objects(

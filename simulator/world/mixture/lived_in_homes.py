@@ -10,13 +10,6 @@ from simulator.world.config import HomeConfig
 from simulator.world.mixture.source import Mixture, MixtureSource
 from simulator.world.streams import Streams
 
-_LIVED_IN = Mixture(
-    routine_share=1.0,
-    max_looks_per_step=1,
-    step_seconds=(600, 1200, 1800, 3600, 7200),
-    lives=(100, 300, 1000),
-)
-
 
 class LivedInSource(MixtureSource):
     """Homes of all sizes with people and a clock, in which an agent looks where it answers.
@@ -30,7 +23,12 @@ class LivedInSource(MixtureSource):
     name = "lived in"
     title = "homes that people live in"
     kept_share = 0.1
-    default_mixture = _LIVED_IN
+    default_mixture = Mixture(
+        routine_share=1.0,
+        max_looks_per_step=1,
+        step_seconds=(600, 1200, 1800, 3600, 7200),
+        lives=(100, 300, 1000),
+    )
 
     def draw_home(self, streams: Streams, position: int) -> tuple[HomeConfig, Clock | None]:
         """Draw the rules of the home at a position of the streams, and what time it is there."""
