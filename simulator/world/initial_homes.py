@@ -145,7 +145,7 @@ def sample_initial_objects(
     home_num_turns = np.array([config.objects_per_furniture for config in homes.configs])
     turns = int(home_num_turns.max())
     uniform = homes.streams.sample_once("objects", home_num_turns, homes.home_num_furniture, 2)
-    weights, drawn_type, drawn_relation = _list_options(homes)  # (H, F, K)
+    weights, options = _list_options(homes)  # (H, F, K)
     can_hold = np.any(weights, axis=2)
     holder = _find_holders(homes, can_hold)
     max_count = np.array([row.max_count for row in homes.prior.objects])
@@ -155,17 +155,16 @@ def sample_initial_objects(
     for turn in range(turns):  # furniture in turn, so that none uses up a type
         for furniture in range(num_furniture):
             home = np.flatnonzero((turn < home_num_turns) & homes.is_furniture[:, furniture])
-            options = home, holder[home, furniture]
-            option_type = drawn_type[options]  # (n, K)
+            node = holder[home, furniture]
+            option_type = options[home, node] // NUM_RELATIONS  # (n, K)
             available = compute_available_weights(
-                weights[options], count[home[:, None], option_type], max_count[option_type]
+                weights[home, node], count[home[:, None], option_type], max_count[option_type]
             )
             drawn = sample_categorical(available, uniform[home, turn, furniture, 0])
-            found = option_type[np.arange(len(home)), drawn]
+            found, relation = np.divmod(options[home, node, drawn], NUM_RELATIONS)
             count[home, found] += 1
             types[home, turn, furniture] = found
-            relation = drawn_relation[(*options, drawn)]
-            places[home, turn, furniture] = options[1] * NUM_RELATIONS + relation
+            places[home, turn, furniture] = node * NUM_RELATIONS + relation
     own = np.nonzero(types >= 0)
     return own[0], types[own], places[own], uniform[(*own, 1)]
 
@@ -186,8 +185,8 @@ def compute_available_weights(
     return np.where(times_full == fewest, weights, 0.0)
 
 
-def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """List what nodes may hold: weights, types, relations, (H, F, K); weight 0 beyond those."""
+def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray]:
+    """List weights of what nodes may hold, 0 beyond, and type x 2 + relation, (H, F, K)."""
     option = np.flatnonzero(homes.place_weights)
     row, place = np.divmod(option, homes.num_places)
     home, types = np.divmod(row, len(homes.prior.objects))
@@ -198,13 +197,11 @@ def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray, np.ndarr
     node, rank = node[order], compute_rank_in_group(node[order])
     num_nodes = homes.num_homes * homes.num_furniture
     shape = (num_nodes, int(rank.max(initial=0)) + 1)
-    weights, drawn_type = np.zeros(shape), np.zeros(shape, dtype=np.int64)
-    relation = np.zeros(shape, dtype=np.int64)
+    weights, options = np.zeros(shape), np.zeros(shape, dtype=np.int64)
     weights[node, rank] = weight[order]
-    drawn_type[node, rank] = types[order]
-    relation[node, rank] = place[order] % NUM_RELATIONS
+    options[node, rank] = types[order] * NUM_RELATIONS + place[order] % NUM_RELATIONS
     whole = (homes.num_homes, homes.num_furniture, shape[1])
-    return weights.reshape(whole), drawn_type.reshape(whole), relation.reshape(whole)
+    return weights.reshape(whole), options.reshape(whole)
 
 
 def _find_holders(homes: SampledState, can_hold: np.ndarray) -> np.ndarray:
