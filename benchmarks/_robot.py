@@ -7,7 +7,7 @@ import numpy as np
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.prior.prior_graph import PriorGraph
-from simulator.tasks.queries import sample_query
+from simulator.tasks.rollout import sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import observe

@@ -20,8 +20,7 @@ from _network import make_policy
 from sgm.prior.prior_graph import PriorGraph
 from simulator.policies import Bayesian, Policy
 from simulator.tasks.predict_location import predict_locations
-from simulator.tasks.queries import sample_query
-from simulator.tasks.rollout import Rollout
+from simulator.tasks.rollout import Rollout, sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams

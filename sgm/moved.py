@@ -204,6 +204,7 @@ MOVED = {
     "simulator.replay.truth": "simulator.replay.story",
     "simulator.snapshots.shard_check": "simulator.snapshots.shards",
     "simulator.tasks.fingerprint": "simulator.test_sets.test_sets",
+    "simulator.tasks.queries": "simulator.tasks.rollout",
 }
 
 

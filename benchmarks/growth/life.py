@@ -17,8 +17,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.prior.prior_graph import PriorGraph
 from simulator.policies import make_policy
-from simulator.tasks.queries import sample_query
-from simulator.tasks.rollout import Rollout
+from simulator.tasks.rollout import Rollout, sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import observe

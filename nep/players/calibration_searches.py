@@ -13,8 +13,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from simulator.policies import Policy
 from simulator.tasks.metrics import compute_calibration_error, compute_nll
-from simulator.tasks.queries import sample_query
-from simulator.tasks.rollout import Rollout
+from simulator.tasks.rollout import Rollout, sample_query
 from simulator.tasks.search import Search, SearchOrder
 from simulator.world.homes import Homes
 from simulator.world.streams import sample_categorical

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from simulator.tasks.answer import Answer
-from simulator.tasks.queries import compute_answers
-from simulator.tasks.rollout import Rollout
+from simulator.tasks.rollout import Rollout, compute_answers
 from simulator.tasks.task import Task
 from simulator.world.streams import sample_best
 

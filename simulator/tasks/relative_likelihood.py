@@ -11,7 +11,7 @@ from sgm.checks import check_at_least
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.ndcg import compute_ndcg
-from simulator.tasks.queries import compute_answers, compute_query_weights
+from simulator.tasks.rollout import compute_answers, compute_query_weights
 from simulator.tasks.task import Task
 from simulator.world.homes import Homes
 from simulator.world.streams import sample_best, sample_categorical

@@ -8,8 +8,7 @@ import numpy as np
 
 from sgm.memory.queries import Queries
 from simulator.tasks.answer import Answer
-from simulator.tasks.queries import compute_answers
-from simulator.tasks.rollout import Rollout
+from simulator.tasks.rollout import Rollout, compute_answers
 from simulator.world.sensing import Observation
 from simulator.world.streams import sample_best
 

@@ -12,8 +12,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.prior.prior_graph import PriorGraph
 from simulator.policies import Policy
-from simulator.tasks.queries import compute_answers, sample_query
-from simulator.tasks.rollout import Rollout
+from simulator.tasks.rollout import Rollout, compute_answers, sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes

@@ -229,8 +229,9 @@ def test_the_shipped_network_shares_its_answers_with_the_prior(lift, trust, monk
         scores = policy.score_places(memory, queries).max(axis=2)
         found[share] = compute_probabilities(scores, "logits")
     asked = compute_features(memory, queries).asked
-    assert asked.num_seen.min() < asked.num_seen.max()
-    trust = trust * 20 / (20 + asked.num_seen)
+    num_seen = asked.arrays.num_seen[:, None]
+    assert num_seen.min() < num_seen.max()
+    trust = trust * 20 / (20 + num_seen)
     prior = Expected.by_prior(memory, queries)
     following = follow_prior(memory, queries, asked.rates, prior)
     trusting = trust_prior(memory, queries, asked.rates, prior, asked.counts)

@@ -5,8 +5,8 @@ import numpy as np
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from simulator.collect import CollectConfig, collect
 from simulator.snapshots.shards import get_shard_name, load_manifest, load_shard
-from simulator.tasks.queries import sample_query
 from simulator.tasks.registry import find_task
+from simulator.tasks.rollout import sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 

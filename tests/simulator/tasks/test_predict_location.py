@@ -3,8 +3,7 @@ from scipy import stats
 
 from sgm.policies.policy import Policy
 from simulator.tasks.predict_location import predict_locations
-from simulator.tasks.queries import compute_answers, sample_query
-from simulator.tasks.rollout import Rollout
+from simulator.tasks.rollout import Rollout, compute_answers, sample_query
 
 
 def test_half_of_the_queries_are_about_an_object_that_has_just_moved(make_default_homes):

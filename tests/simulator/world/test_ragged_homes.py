@@ -8,8 +8,7 @@ import pytest
 from sgm.arrays.relations import NUM_RELATIONS
 from simulator.policies import make_policy
 from simulator.tasks.predict_location import predict_locations
-from simulator.tasks.queries import compute_answers, sample_query
-from simulator.tasks.rollout import Rollout
+from simulator.tasks.rollout import Rollout, compute_answers, sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.sensing import observe
