@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -132,9 +132,8 @@ def plan_search(
             f"look_cost must be a finite number, 0 or more, got {shorten(look_cost)}. Give the "
             "cost of a look in the unit of the distances."
         )
-    first_leg = np.array(
-        [compute_way(distance, start, place.furniture) for place in places]
-    )  # (K,)
+    ways = [compute_way(distance, start, place.furniture) for place in places]
+    first_leg = np.array(ways)  # (K,)
     is_near = np.isfinite(first_leg)
     places = [place for place, near in zip(places, is_near, strict=True) if near]
     first_leg = first_leg[is_near]
@@ -183,26 +182,32 @@ def find_distance(
 ) -> Distance | None:
     """Return a given function of distances, else the straight line in metres.
 
-    The latter is for a start and furniture that all have positions; None for others.
-
-    The start is (x, y) in metres, or a furniture id; None for no start. There is no way to what has
-    no position: furniture that was added later without one.
+    The latter is for a start and furniture that all have positions; None for others. The start is
+    (x, y) in metres, or a furniture id; None for no start. There is no way to what has no position:
+    furniture that was added later without one.
 
     Raises:
         TypeError: if the distance is no function.
         ValueError: if the start is neither, beside positions of all furniture.
     """
-    if distance is not None and not callable(distance):
+    if callable(distance):
+        return distance
+    if distance is not None:
         raise TypeError(
             f"distance must be a function of (start or furniture id, furniture id), got "
             f"{shorten(distance)}. Leave it out where all furniture has a position."
         )
-    if distance is not None:
-        return distance
     at = memory.layout.compute_positions()
     if start is None or None in at.values():
         return None
-    _check_start(start, at)
+    try:
+        if not (isinstance(start, (int, np.integer)) and start in at):
+            read_position(start)
+    except ValueError:
+        raise ValueError(
+            f"start must be (x, y) in metres or a furniture id where all furniture has a position, "
+            f"got {shorten(start)}. Give distance= to start from a place with a name."
+        ) from None
 
     def measure(origin: Any, furniture: int) -> float:
         if furniture not in at:  # added since
@@ -218,18 +223,6 @@ def find_distance(
 def is_at(start: Any, furniture: int) -> bool:
     """Tell whether a start, as `Distance` understands it, is that furniture node."""
     return isinstance(start, (int, np.integer)) and int(start) == furniture
-
-
-def _check_start(start: Any, furniture: Collection[int]) -> None:
-    if isinstance(start, (int, np.integer)) and start in furniture:
-        return
-    try:
-        read_position(start)
-    except ValueError:
-        raise ValueError(
-            f"start must be (x, y) in metres or a furniture id where all furniture has a position, "
-            f"got {shorten(start)}. Give distance= to start from a place with a name."
-        ) from None
 
 
 def _order_greedily(
