@@ -144,11 +144,7 @@ HOME = tuple(
         "num_moved", "time_followed", "num_missed", "num_refound",
     )
 )  # fmt: skip
-TABLES: Mapping[str, Sequence[Column]] = {
-    "furniture": FURNITURE,
-    "objects": OBJECTS,
-    "edges": EDGES,
-}  # of a home, by name
+TABLES = {"furniture": FURNITURE, "objects": OBJECTS, "edges": EDGES}  # of a home, by name
 
 FURNITURE_COUNTERS, OBJECT_COUNTERS, EDGE_COUNTERS = (
     tuple(column.name for column in columns if column.is_counter) for columns in TABLES.values()
@@ -215,16 +211,13 @@ def write_tables(content: Tables) -> dict[str, dict[str, list[float]]]:
     written: dict[str, dict[str, list[float]]] = {}
     objects = _widen("objects", content["objects"])
     for table in TABLES:
-        part = written.setdefault(_PART.get(table, table), {})
         columns = _widen(table, content[table])
         for column in list_written(table):
             values = columns[column.name]
-            own = written.setdefault(column.part, {}) if column.part else part
-            guess = None
-            if column.is_optional:
-                guess = column.make_guess(columns, objects, len(values))
-            if guess is None or not np.array_equal(values, guess):
-                own[column.name] = values.tolist()
+            part = written.setdefault(column.part or _PART.get(table, table), {})
+            guess = column.make_guess(columns, objects, len(values))
+            if not column.is_optional or not np.array_equal(values, guess):
+                part[column.name] = values.tolist()
     return written
 
 
