@@ -79,16 +79,19 @@ def _choose_things(memory: MemoryBatch) -> Queries:
     """
     work = NUM_LOOKS_KEPT * memory.num_furniture**2
     most = max(_LEAST_THINGS, min(_MOST_THINGS, _MOST_WORK // max(work, 1)))
-    seen = np.flatnonzero(memory.objects["num_observed"] > 0)
-    if memory.num_homes == 1:
-        rows = seen[:: max(-(-len(seen) // most), 1)]
-    else:
-        seen = seen[np.argsort(memory.objects["home"][seen], kind="stable")]
-        home = memory.objects["home"][seen]
-        every = -(-np.bincount(home) // most)[home]
-        rows = seen[compute_rank_in_group(home) % every == 0]
+    rows = spread_things(memory, np.flatnonzero(memory.objects["num_observed"] > 0), most)
     home = memory.objects["home"][rows]
     return Queries(home, rows, memory.place_prior.rows(home, memory.objects["type"][rows]))
+
+
+def spread_things(memory: MemoryBatch, rows: np.ndarray, most: int) -> np.ndarray:
+    """Return so many rows of objects of each home at most, spread over their order, by home."""
+    if memory.num_homes == 1:
+        return rows[:: max(-(-len(rows) // most), 1)]
+    rows = rows[np.argsort(memory.objects["home"][rows], kind="stable")]
+    home = memory.objects["home"][rows]
+    every = -(-np.bincount(home) // most)[home]
+    return rows[compute_rank_in_group(home) % every == 0]
 
 
 def _follow(memory: MemoryBatch, things: Queries) -> tuple[np.ndarray, np.ndarray]:

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.arrays.grouped import compute_rank_in_group, join_groups
+from sgm.arrays.grouped import join_groups
 from sgm.evidence.adaptive_filter import compute_own_rates
+from sgm.evidence.leaving import spread_things
 from sgm.evidence.object_counts import compute_hours_per_step
 from sgm.evidence.outings_kernel import follow_outings
 from sgm.memory.memory_batch import MemoryBatch
@@ -163,10 +164,7 @@ def _choose_things(memory: MemoryBatch) -> tuple[np.ndarray, np.ndarray]:
     objects = memory.objects
     has_clock = ~np.isnan(memory.clock[:, 0])
     rows = np.flatnonzero((objects["num_observed"] > 0) & has_clock[objects["home"]])
-    rows = rows[np.argsort(objects["home"][rows], kind="stable")]
-    home = objects["home"][rows]
-    every = -(-np.bincount(home, minlength=1) // _MOST_THINGS)[home]
-    rows = rows[compute_rank_in_group(home) % every == 0]
+    rows = spread_things(memory, rows, _MOST_THINGS)
     return objects["home"][rows], rows
 
 

@@ -223,7 +223,9 @@ class Informed(Policy):
         total = class_weights.sum(axis=2)  # (C, S)
         factor = total / self._weights[number][nodes[places]].sum(axis=1)
         expected = self._inventory.expected[home, number, places] * factor
-        rest = _start(expected[None].copy(), _normalise(total), stays_in)
+        whole = total.sum(axis=1, keepdims=True)
+        moves = np.divide(total, whole, out=np.zeros_like(total), where=whole > 0)
+        rest = _start(expected[None].copy(), moves, stays_in)
         return _Type(places, place_number, room, stays_in, class_weights, expected, rest)
 
     def _draw_instance_noise(self, config: HomeRules, kind: _Type, key: int) -> np.ndarray:
@@ -290,9 +292,3 @@ def _draw_noise(
         scale=np.array([float(config.noise_scale)]),
     )  # fmt: skip
     return noisy
-
-
-def _normalise(weights: np.ndarray) -> np.ndarray:
-    """Scale rows (n, k) to a sum of one, or leave zeros."""
-    total = weights.sum(axis=1, keepdims=True)
-    return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)

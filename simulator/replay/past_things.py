@@ -55,15 +55,22 @@ class PastThings:
             own = ThingName.from_json(values)
             number = self._find(time, own.description, own.id)
             if line.kind == "rename":
-                self._rename(time, number, own, values["name"])
+                name = values["name"]
+                self._names[number].append((time, name))
+                if not own.id:
+                    del self._number_of[read_name(own.description)]
+                    self._number_of[read_name(name)] = number
             elif line.kind == "merge":
                 other: ThingName = values["other"]
                 self._same_as[self._find(time, other.description, other.id)] = number
             elif line.kind == "split_off":
-                self._split_off(number, furniture[values["furniture"]],
-                                self._find(time, values["name"], ""))  # fmt: skip
-            else:
-                self._split(number)
+                # What was seen of the thing at the place so far is another thing.
+                place, new = furniture[values["furniture"]], self._find(time, values["name"], "")
+                for looked, seen in zip(self._furniture, self.seen, strict=True):
+                    if looked == place:
+                        seen[:] = [new if number == thing else thing for thing in seen]
+            elif self._same_as.pop(number, None) is None:  # it stands for others: split all
+                self._same_as = {n: root for n, root in self._same_as.items() if root != number}
 
     def find(self, names: Iterable[str], step: int) -> frozenset[int]:
         """Return the numbers of the things of some names, and of all that are one with them.
@@ -96,23 +103,6 @@ class PastThings:
             self._number_of[key] = len(self._names)
             self._names.append([(time, description)])
         return self._number_of[key]
-
-    def _rename(self, time: int, number: int, own: ThingName, name: str) -> None:
-        self._names[number].append((time, name))
-        if not own.id:
-            del self._number_of[read_name(own.description)]
-            self._number_of[read_name(name)] = number
-
-    def _split(self, number: int) -> None:
-        """Let a thing be one of its own, or, where it stands for others, all of them."""
-        if self._same_as.pop(number, None) is None:
-            self._same_as = {n: root for n, root in self._same_as.items() if root != number}
-
-    def _split_off(self, number: int, furniture: int, other: int) -> None:
-        """Let what was seen of a thing at a place so far be another thing."""
-        for place, seen in zip(self._furniture, self.seen, strict=True):
-            if place == furniture:
-                seen[:] = [other if own == number else own for own in seen]
 
     def _start(self, time: int, content: MemoryContent | None) -> None:
         """Go on with a memory, which says itself what is one."""
