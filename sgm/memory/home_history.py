@@ -64,11 +64,10 @@ class HomeHistory:
 
     def add_furniture(self, num_added: int) -> None:
         """Add columns of furniture that was never looked at."""
-        added = (0, num_added)
+        wider = ((0, 0), (0, num_added), (0, 0))
         self.week.add_furniture(num_added)
-        self.look_times = np.pad(self.look_times, ((0, 0), added, (0, 0)), constant_values=NEVER)
+        self.look_times = np.pad(self.look_times, wider, constant_values=NEVER)
         if self.look_relations is not None:
-            wider = ((0, 0), added, (0, 0))
             self.look_relations = np.pad(self.look_relations, wider, constant_values=BOTH)
         before = self.moves
         self.moves = _make_moves(len(before), before.shape[1] + num_added)

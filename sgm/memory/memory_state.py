@@ -70,8 +70,7 @@ class MemoryState:
         batch.labels = self.vocabulary.labels  # one list: grows with the vocabulary
         batch.time = content.time
         self.things = ThingRows(content.things)
-        for row in range(len(self.things)):
-            self._ensure_row(row)
+        self._ensure_rows(0)
         batch.edges.append(len(content.tables["edges"]["object"]))
         fill_tables(batch.tables, content.tables)
         self.has_merged = bool((batch.objects["same_as"] >= 0).any())
@@ -209,16 +208,15 @@ class MemoryState:
         num_known = len(self.things)
         row = self.things.add(description, id)
         if row == num_known:
-            self._ensure_row(row)
+            self._ensure_rows(row)
         return row
 
-    def _ensure_row(self, row: int) -> None:
-        """Let the batch have the node of a thing."""
-        label, object_type = self.vocabulary.find_type(self.things[row].description)
-        rows = self.batch.ensure_objects(
-            _HOME, np.array([row]), np.array([label]), np.array([object_type])
-        )
-        assert rows[0] == row
+    def _ensure_rows(self, first: int) -> None:
+        """Let the batch have the nodes of all things from a row on."""
+        rows = np.arange(first, len(self.things))
+        kinds = [self.vocabulary.find_type(self.things[row].description) for row in rows.tolist()]
+        labels, types = np.array(kinds, dtype=np.int64).reshape(-1, 2).T
+        self.batch.ensure_objects(np.zeros_like(rows), rows, labels, types)
 
     def list_members(self, row: int) -> list[int]:
         """Return the rows of all nodes that were merged with one, itself first."""
