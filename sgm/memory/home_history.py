@@ -181,11 +181,8 @@ class HomeHistory:
 
         rows = np.flatnonzero(is_seen)
         if memory.clock is not None:
-            own = objects["home"][rows]
-            counted = is_counted[own]
-            self.week.note_look(
-                memory.clock, time, home, looked[home], own[counted], rows[counted], len(is_seen)
-            )
+            counted = rows[is_counted[objects["home"][rows]]]
+            self.week.note_look(memory, home, looked[home], counted)
         rows = rows[objects["num_observed"][rows] > 0]
         home, before = objects["home"][rows], objects["last_furniture"][rows]
         self.count("time_followed", home, time - objects["last_observed"][rows])

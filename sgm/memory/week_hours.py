@@ -10,6 +10,7 @@ import numpy as np
 from sgm.arrays.read_numbers import read_sparse, write_sparse
 from sgm.arrays.table import clone
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
+from sgm.memory.remembered import Remembered
 
 NUM_WEEK_HOURS = 48  # the hours of a working day, then those of a day of the weekend
 _MOST = 2**16 - 1  # of a count
@@ -60,21 +61,11 @@ class WeekHours:
         return kept
 
     def note_look(
-        self,
-        clock: np.ndarray,
-        time: int,
-        home: np.ndarray,
-        furniture: np.ndarray,
-        seen_home: np.ndarray,
-        seen: np.ndarray,
-        num_objects: int,
+        self, memory: Remembered, home: np.ndarray, furniture: np.ndarray, seen: np.ndarray
     ) -> None:
-        """Count one look in each of some homes (n,), and the objects (m,) that were seen.
-
-        Each home and object is there once, of `num_objects` rows so far. The clock is of all homes,
-        nan where it is unknown, (H, 2).
-        """
-        hour = compute_week_hours(clock, time)  # (H,)
+        """Count a look in each of some homes (n,) and the objects seen (m,); there is a clock."""
+        assert memory.clock is not None
+        hour = compute_week_hours(memory.clock, memory.time)  # (H,)
         is_known = hour[home] >= 0
         home, furniture = home[is_known], furniture[is_known]
         if not len(home):
@@ -83,11 +74,12 @@ class WeekHours:
             self.looks = np.zeros(self.looks.shape, dtype=np.uint16)
         at = (home, furniture, hour[home])
         self.looks[at] += self.looks[at] < _MOST
+        num_objects = len(memory.objects)
         if num_objects > len(self.seen):
             added = max(num_objects, 2 * len(self.seen)) - len(self.seen)
             self.seen = np.pad(self.seen, ((0, added), (0, 0)))
-        seen, own = seen[hour[seen_home] >= 0], hour[seen_home]
-        sighted = (seen, own[own >= 0])
+        own = hour[memory.objects["home"][seen]]
+        sighted = (seen[own >= 0], own[own >= 0])
         self.seen[sighted] += self.seen[sighted] < _MOST
 
     def get_seen(self, objects: np.ndarray) -> np.ndarray:
