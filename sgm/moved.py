@@ -151,7 +151,7 @@ MOVED = {
     "simulator.priors.compare": "tools.priors.compare",
     "simulator.priors.sources": "tools.priors",
     "simulator.realism": "tools.realism",
-    "simulator.replay.still": "simulator.replay.still_memory",
+    "simulator.replay.still": "simulator.replay.replay",
     "simulator.robot": "sgm.finder",
     "simulator.tasks.tour": "sgm.finder.search_plan",
     "sgm.text.alike": "sgm.text.vectors",

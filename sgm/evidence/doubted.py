@@ -8,7 +8,6 @@ from sgm.belief import Belief
 from sgm.evidence.adaptive_filter import compute_destinations
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import ObjectCounts
-from sgm.kernel import kernel
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
@@ -53,37 +52,12 @@ def doubt_sightings(
 def compute_confidence(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """Return the confidence of the last sighting of each thing, 1 of what was never seen, (Q,)."""
     edges, objects = memory.edges, memory.objects
-    return _find_confidence(
-        queries.object.astype(np.int64), objects["last_furniture"], objects["last_observed"],
-        edges["object"], edges["furniture"], edges["last_true"], edges["confidence"],
-    )  # fmt: skip
-
-
-@kernel
-def _find_confidence(
-    query_object: np.ndarray,
-    last_place: np.ndarray,
-    last_time: np.ndarray,
-    edge_object: np.ndarray,
-    edge_place: np.ndarray,
-    edge_last_true: np.ndarray,
-    edge_confidence: np.ndarray,
-) -> np.ndarray:
-    """Find it for rows of objects, which may be asked for twice, int64 (Q,).
-
-    What begins with `last` are columns of objects, (O,), with `edge` those of edges, (E,).
-    """
-    is_asked = np.zeros(len(last_place), dtype=np.bool_)
-    found = np.zeros(len(last_place))
-    for thing in query_object:
-        is_asked[thing] = True
-    for edge in range(len(edge_object)):
-        thing = edge_object[edge]
-        if is_asked[thing] and edge_place[edge] == last_place[thing]:
-            if edge_last_true[edge] == last_time[thing]:
-                found[thing] = max(found[thing], edge_confidence[edge])
-    confidence = np.ones(len(query_object))
-    for query in range(len(query_object)):
-        if found[query_object[query]] > 0:
-            confidence[query] = found[query_object[query]]
-    return confidence
+    is_asked = np.zeros(len(objects), dtype=bool)
+    is_asked[queries.object] = True
+    rows = np.flatnonzero(is_asked[edges["object"]])
+    thing = edges["object"][rows]
+    is_last = edges["furniture"][rows] == objects["last_furniture"][thing]
+    is_last &= edges["last_true"][rows] == objects["last_observed"][thing]
+    found = np.zeros(len(objects))
+    np.maximum.at(found, thing[is_last], edges["confidence"][rows[is_last]])
+    return np.where(found > 0, found, 1.0)[queries.object]
