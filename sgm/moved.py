@@ -39,13 +39,6 @@ nep.robot: comparison=fine_tuning
 nep.view: cones=plan_shapes inputs=server routes=plan_shapes saved_page=document sources=__main__
 nep.view: stage=page_state
 sgm.arrays: clone=table padded=grouped ragged=grouped sparse_counts=read_numbers
-sgm.compiled > sgm: kernel
-sgm.compiled > sgm.belief: look_likelihood=detector
-sgm.compiled > sgm.evidence: adaptive_filter=adaptive_filter_kernel companions=question home_sums
-sgm.compiled > sgm.evidence: leaving=adaptive_filter_kernel object_counts others=question
-sgm.compiled > sgm.evidence: outings=outings_kernel place_columns=place_columns_kernel
-sgm.compiled > sgm.evidence: places=place_columns_kernel question_columns=question_columns_kernel
-sgm.compiled > sgm.evidence: sighting_columns=place_columns_kernel
 sgm.evidence: expected=expected_places features=evidence_features place_features=evidence_features
 sgm.evidence: question_features=evidence_features rank_kernel=place_columns_kernel
 sgm.evidence: sighting_columns_kernel=place_columns_kernel

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import pygame
 from gymnasium import spaces
-from minigrid.core.constants import COLOR_NAMES, COLOR_TO_IDX, OBJECT_TO_IDX
+from minigrid.core.constants import COLOR_NAMES, COLOR_TO_IDX, COLORS, OBJECT_TO_IDX
 from minigrid.core.grid import Grid
 from minigrid.core.mission import MissionSpace
 from minigrid.core.world_object import Door, Wall, WorldObj
 from minigrid.minigrid_env import MiniGridEnv
+from minigrid.utils.rendering import fill_coords, point_in_rect
 
 from sgm.checks import check_at_least
 from sgm.messages import shorten
@@ -55,6 +56,10 @@ class FurnitureBlock(WorldObj):
     def encode(self) -> tuple[int, int, int]:
         """Return MiniGrid's type and colour (the room's), and the furniture index."""
         return OBJECT_TO_IDX["box"], COLOR_TO_IDX[self.color], self.furniture
+
+    def render(self, r: np.ndarray) -> np.ndarray:
+        """Fill a tile of MiniGrid's own pictures, such as the agent's view, with the colour."""
+        return fill_coords(r, point_in_rect(0.04, 0.96, 0.04, 0.96), COLORS[self.color])
 
 
 class IGridsonEnv(MiniGridEnv):

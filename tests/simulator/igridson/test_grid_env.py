@@ -3,6 +3,7 @@ import warnings
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from minigrid.core.constants import COLORS, IDX_TO_COLOR, OBJECT_TO_IDX
 
 from simulator.igridson.agent import GridAgent
 from simulator.igridson.env import GridAction
@@ -218,6 +219,18 @@ def test_views_hold_the_furniture_index(make_env):
     ahead = observation["image"][3, 5]  # the agent is at (3, 6) of its view, facing up
     assert ahead.tolist()[0] == 7  # MiniGrid's number of a box
     assert ahead.tolist()[2] == table
+
+
+def test_minigrid_draws_what_the_agent_sees(make_env):
+    env = make_env()
+    image = env.reset(seed=0)[0]["image"]
+    assert (image[..., 0] == OBJECT_TO_IDX["box"]).any()  # there is furniture in view
+    picture = env.get_frame(tile_size=8, agent_pov=True)
+    assert picture.shape == (7 * 8, 7 * 8, 3)
+    column, row, _ = np.argwhere(image[..., :1] == OBJECT_TO_IDX["box"])[0]
+    middle = picture[row * 8 + 4, column * 8 + 4].astype(int)
+    color = COLORS[IDX_TO_COLOR[image[column, row, 1]]]
+    assert (middle >= color).all()  # cells in view are drawn lighter
 
 
 @pytest.mark.parametrize("options", [{"attempts": 0}, {"max_steps": 0}, {"queries_per_home": 0}])
