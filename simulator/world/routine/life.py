@@ -57,6 +57,11 @@ class RoutineLife(Life):
         live(self.habits, self.state, members, self._start)
         self._at_start = _copy(self.state)
 
+    @property
+    def num_residents(self) -> np.ndarray:
+        """Residents of each home, (n,)."""
+        return self.state.num_residents[self._members]
+
     def step(self) -> None:
         """Let one time step pass."""
         homes = self._homes
