@@ -52,12 +52,10 @@ def doubt_sightings(
 def compute_confidence(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """Return the confidence of the last sighting of each thing, 1 of what was never seen, (Q,)."""
     edges, objects = memory.edges, memory.objects
-    is_asked = np.zeros(len(objects), dtype=bool)
-    is_asked[queries.object] = True
-    rows = np.flatnonzero(is_asked[edges["object"]])
-    thing = edges["object"][rows]
-    is_last = edges["furniture"][rows] == objects["last_furniture"][thing]
-    is_last &= edges["last_true"][rows] == objects["last_observed"][thing]
-    found = np.zeros(len(objects))
-    np.maximum.at(found, thing[is_last], edges["confidence"][rows[is_last]])
-    return np.where(found > 0, found, 1.0)[queries.object]
+    query, edge = memory.edges_of(queries)
+    thing = queries.object[query]
+    is_last = edges["furniture"][edge] == objects["last_furniture"][thing]
+    is_last &= edges["last_true"][edge] == objects["last_observed"][thing]
+    found = np.zeros(len(queries.object))
+    np.maximum.at(found, query[is_last], edges["confidence"][edge[is_last]])
+    return np.where(found > 0, found, 1.0)

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from sgm.arrays.grouped import mark_rows
+from sgm.arrays.grouped import join_groups
 from sgm.arrays.relations import NUM_RELATIONS, max_relations
 from sgm.memory.clock import Clock
 from sgm.memory.columns import NEVER
@@ -176,8 +176,10 @@ def ask(
     queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
     at_once = np.append(current.objects["num_at_once"], 0)
     said = tuple(get_last_said(state, row) for row in known.tolist())
-    found = _find_edges(current, known)
-    edges = np.sort(found[1])
+    num_objects = len(current.objects)  # from what it does not know, no edges lead
+    asked = np.where(known >= 0, known, num_objects)
+    found = join_groups(asked, current.edges["object"], num_objects + 1)
+    edges = np.unique(found[1])  # a thing may be asked for twice
     sightings = [
         seen
         for row in known[known >= 0].tolist()
@@ -204,17 +206,6 @@ def ask(
         open_costs=state.furniture.open_costs,
         clock=state.clock,
     )
-
-
-def _find_edges(batch: MemoryBatch, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers of objects (K,) and rows of edges that lead from them, (n,) each.
-
-    The rows are ascending for each object; -1, what the memory does not know, has none.
-    """
-    owner = batch.edges["object"]
-    edges = np.flatnonzero(mark_rows(rows, len(batch.objects) + 1)[owner])  # the last: of -1
-    thing, at = np.nonzero(rows[:, None] == owner[edges])
-    return thing, edges[at]
 
 
 def _find_asked(
@@ -262,7 +253,7 @@ def _list_looks(
     share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
     if step.looks_by_relation or batch.history.look_relations is not None:
         share = batch.compute_relation_shares(queries)
-    query, edge = _find_edges(batch, queries.object)
+    query, edge = batch.edges_of(queries)
     place, relation = batch.edges["furniture"][edge], batch.edges["relation"][edge]
     shape = len(rows), len(position), NUM_RELATIONS
     last_true, is_remembered = np.full(shape, NEVER), np.zeros(shape[:2], dtype=bool)

@@ -65,3 +65,20 @@ def test_sightings_of_several_things_are_those_of_each():
     alone = [seen for name in names for seen in memory.ask([name]).sightings]
     assert list(found) == sorted(alone, key=lambda seen: -seen.time)
     assert len({seen.furniture for seen in found}) == 6
+
+
+def test_edges_of_a_thing_that_is_asked_for_twice_are_listed_once():
+    memory = SceneGraphMemory()
+    room = memory.add_room("kitchen")
+    table, sink = (memory.add_furniture(name, room) for name in ("table", "sink"))
+    memory.observe(table, [Sighting("red mug")])
+    memory.step()
+    memory.observe(sink, [Sighting("red mug"), Sighting("fork")])
+    asked = memory.ask(["red mug", "fork", "red mug", "pan"])
+    assert asked.rows.tolist() == [0, 1, 0, -1]
+    assert asked.edges.tolist() == [0, 1, 2]
+    once = memory.ask(["red mug"])
+    assert once.edges.tolist() == [0, 1]
+    assert sorted(asked.sightings, key=repr) == sorted(
+        [*once.sightings, *once.sightings, *memory.ask(["fork"]).sightings], key=repr
+    )
