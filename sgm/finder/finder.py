@@ -18,7 +18,7 @@ from sgm.evidence.outings import Outings, join_left
 from sgm.finder.adaptation import Adaptation
 from sgm.finder.judged import JudgedBeliefs, list_said_moves, show_said_move, take_thing
 from sgm.finder.ranking import Place, Ranking, gather_evidence
-from sgm.finder.search import ObjectSearch
+from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
 from sgm.memory.asking import Asked
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -243,10 +243,8 @@ class Finder:
         """
         check_ids(exclude)
         distance = find_distance(memory, start, distance)
-        return ObjectSearch(
-            self, memory, description, start, distance, look_cost, frozenset(exclude), give_up_at,
-            budget,
-        )  # fmt: skip
+        rules = SearchRules(look_cost, frozenset(exclude), give_up_at, budget)
+        return ObjectSearch(self, memory, description, start, distance, rules)
 
     def adapt(self, log: str | Path) -> Adaptation:
         """Learn the home of a log; finders with a network can (`ObjectFinder.adapt`).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,40 @@ from sgm.names.words import read_name
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
 
 
-@dataclass(eq=False, repr=False)
+@dataclass(frozen=True, slots=True)
+class SearchRules:
+    """What a search costs and when it ends; see `Finder.search`.
+
+    Attributes:
+        look_cost: of one look.
+        exclude: furniture ids not to visit.
+        give_up_at: probability that no look within the budget finds it, from which on it ends.
+        budget: most that all looks may cost together; None for as many as make sense.
+    """
+
+    look_cost: float
+    exclude: frozenset[int]
+    give_up_at: float
+    budget: float | None
+
+    def __post_init__(self) -> None:
+        """Check when it ends.
+
+        Raises:
+            ValueError: if `give_up_at` or the budget is out of range.
+        """
+        if not is_number(self.give_up_at) or not 0 < self.give_up_at <= 1:
+            raise ValueError(
+                f"give_up_at must lie above 0 and at most at 1, got {shorten(self.give_up_at)}. "
+                "Give the probability that no look finds it, from which on the search ends."
+            )
+        if self.budget is not None and (not is_number(self.budget) or not self.budget > 0):
+            raise ValueError(
+                f"budget must be a number above 0, got {shorten(self.budget)}. Give the most that "
+                "all looks may cost, or leave it out."
+            )
+
+
 class ObjectSearch:
     """Looks for one thing until it is found, or further looks are unlikely to find it.
 
@@ -57,48 +90,37 @@ class ObjectSearch:
         going: the look that `next` gave, as long as nothing was said of it; else None.
     """
 
-    _finder: Any  # a `Finder`, whose module imports this one
-    memory: SceneGraphMemory
-    description: str
-    _at: Any  # the start, then where it is
-    _distance: Distance | None
-    _look_cost: float
-    _exclude: frozenset[int]
-    _give_up_at: float
-    _budget: float | None
-    num_looks: int = 0
-    cost: float = 0.0
-    is_found: bool = False
-    going: Look | None = None
-    # Looks at each place, and when the last one was.
-    _missed: dict[int, tuple[float, int]] = field(default_factory=dict)
-    _in_a_row: int = 0  # looks at the place where it is now
-    _opened: int | None = None  # what was opened at the place where it is now
-    _reason: str = ""
-    _found_at: str = ""
-
-    def __post_init__(self) -> None:
-        """Start; `Finder.search` says what the arguments are.
-
-        Raises:
-            ValueError: if `give_up_at`, the budget, or what a plan takes is out of range.
-        """
-        if not is_number(self._give_up_at) or not 0 < self._give_up_at <= 1:
-            raise ValueError(
-                f"give_up_at must lie above 0 and at most at 1, got {shorten(self._give_up_at)}. "
-                "Give the probability that no look finds it, from which on the search ends."
-            )
-        if self._budget is not None and (not is_number(self._budget) or not self._budget > 0):
-            raise ValueError(
-                f"budget must be a number above 0, got {shorten(self._budget)}. Give the most that "
-                "all looks may cost, or leave it out."
-            )
+    def __init__(
+        self,
+        finder: Any,
+        memory: SceneGraphMemory,
+        description: str,
+        start: Any,
+        distance: Distance | None,
+        rules: SearchRules,
+    ) -> None:
+        """Start; `Finder.search` says what the arguments are."""
+        self.description = description
+        self.memory = memory
+        self.num_looks = 0
+        self.cost = 0.0
+        self.is_found = False
+        self._finder = finder  # a `Finder`, whose module imports this one
+        self._at = start
+        self._distance = distance
+        self._rules = rules
+        self._missed: dict[int, tuple[float, int]] = {}  # looks, and when the last one was
+        self._in_a_row = 0  # looks at the place where it is now
+        self._opened: int | None = None  # what was opened at the place where it is now
+        self.going: Look | None = None
+        self._reason = ""
+        self._found_at = ""
         self._plan(self._split(self.ranking)[0])  # bad arguments are reported now
 
     @property
     def ranking(self) -> Ranking:
         """Where it may be now, all places."""
-        return self._finder.rank(self.memory, self.description, exclude=self._exclude)
+        return self._finder.rank(self.memory, self.description, exclude=self._rules.exclude)
 
     @property
     def outcome(self) -> str:
@@ -127,19 +149,19 @@ class ObjectSearch:
         if not places:
             self._reason = "no place can be reached"
             return None
-        if self._compute_prospect(places) <= 1 - self._give_up_at:
+        if self._compute_prospect(places) <= 1 - self._rules.give_up_at:
             self._reason = _tell_why_given_up(ranking.elsewhere, cut_off)
             return None
         within = self._list_affordable(places)
-        if within and self._compute_prospect(within) <= 1 - self._give_up_at:
+        if within and self._compute_prospect(within) <= 1 - self._rules.give_up_at:
             self._reason = self._tell_too_small(places, within)
             return None
         looks = self._plan(places)
         if not looks:
             ended = "given up"
-            if self._budget is not None:
+            if self._rules.budget is not None:
                 how = "spent" if self.cost else "too small for any look"
-                ended = f"budget of {self._budget:g} {how}"
+                ended = f"budget of {self._rules.budget:g} {how}"
             self._reason = _tell_why_given_up(ranking.elsewhere, cut_off, ended)
             return None
         self.going, self._reason = looks[0], ""
@@ -211,40 +233,41 @@ class ObjectSearch:
 
     def _plan(self, places: Sequence[Place]) -> Sequence[Look]:
         """Plan looks, the next one first; none where the budget allows none."""
-        if self._budget is None:
+        budget = self._rules.budget
+        if budget is None:
             left = MOST_ROUNDS * len(places) - self.num_looks
             new = [place for place in places if place.furniture not in self._missed]
             if left <= len(new):  # the last looks are for places that were not looked at
                 places = new[: max(left, 0)]
-        if self._in_a_row >= MOST_ROUNDS and not self._look_cost:  # looks that cost nothing
+        if self._in_a_row >= MOST_ROUNDS and not self._rules.look_cost:  # looks that cost nothing
             places = [place for place in places if not is_at(self._at, place.furniture)] or places
         looks = self._order(places)
-        if self._budget is None or not looks or looks[0].cost <= self._budget - self.cost:
+        if budget is None or not looks or looks[0].cost <= budget - self.cost:
             return looks
         return self._order(self._list_affordable(places))
 
     def _order(self, places: Sequence[Place]) -> Sequence[Look]:
         miss_again = self._finder.detector.miss_again
         return plan_search(
-            self.description, places, self._at, self._distance, self._look_cost, miss_again,
+            self.description, places, self._at, self._distance, self._rules.look_cost, miss_again,
             self._opened,
         ).looks  # fmt: skip
 
     def _list_affordable(self, places: Sequence[Place]) -> list[Place]:
         """List the places for which the rest of the budget is enough."""
-        if self._budget is None:
+        if self._rules.budget is None:
             return list(places)
-        left = self._budget - self.cost
+        left = self._rules.budget - self.cost
         return [place for place in places if self._compute_cost(place) <= left]
 
     def _compute_cost(self, place: Place) -> float:
         """Return what a look at a place costs now."""
-        cost = compute_way(self._distance, self._at, place.furniture) + self._look_cost
+        cost = compute_way(self._distance, self._at, place.furniture) + self._rules.look_cost
         return cost if place.furniture == self._opened else cost + (place.open_cost or 0.0)
 
     def _tell_too_small(self, places: Sequence[Place], within: Sequence[Place]) -> str:
         """Say which place the budget does not allow, and how little it allows."""
-        budget, there = self._budget or 0.0, {place.furniture for place in within}
+        budget, there = self._rules.budget or 0.0, {place.furniture for place in within}
         beyond = [place for place in places if place.furniture not in there]
         best = max(beyond, key=lambda place: place.probability)
         return (
@@ -274,7 +297,7 @@ class ObjectSearch:
         for place in ranking:
             to = place.furniture
             way = compute_way(self._distance, self._at, to)
-            is_cut_off = to in self._exclude or math.isinf(way)
+            is_cut_off = to in self._rules.exclude or math.isinf(way)
             num_looks = np.array(self._count_missed(to))
             shown = float(self._finder.detector.compute_detection(num_looks))
             parts[is_cut_off].append(replace(place, detection=min(place.detection, shown)))
