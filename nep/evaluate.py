@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
-from nep.report.figures import draw_task
+from nep.report.figures import draw_task, make_png
 from nep.report.results import Results, ScoreSummary, TaskTitle, describe_code, list_versions
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from sgm.checks import check_at_least
@@ -165,8 +165,8 @@ def save_results(
     write_whole(out / "table.csv", make_csv(tables, more=config.more).encode())
     models = [checkpoint.name for checkpoint in config.checkpoints]
     for task, players in summaries.items():
-        figure = draw_task(classes[task], players, models)
-        figure.savefig(out / f"{make_file_name(task)}_over_steps.png", metadata={"Software": None})
+        picture = make_png(draw_task(classes[task], players, models))
+        write_whole(out / f"{make_file_name(task)}_over_steps.png", picture)
 
 
 def describe_made(config: EvaluateConfig) -> str:
