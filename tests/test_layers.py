@@ -58,7 +58,7 @@ SGM_OPTIONAL = {
     "sgm/files.py": {"filelock"},
     "sgm/memory/memory_questions.py": {"pandas"},
     "sgm/memory/spark_graph.py": {"spark_dsg"},
-    "sgm/network/network.py": {"onnxruntime"},
+    "sgm/network/onnx_runtime.py": {"onnxruntime"},
     "sgm/serve/server.py": {"uvicorn"},
     "sgm/serve/tools.py": {"mcp"},
     "sgm/text/vectors.py": {"spacy"},
@@ -214,6 +214,14 @@ def test_sgm_imports_numpy_and_numba_alone():
     assert "numpy" in set().union(*found.values())
     for file, names in found.items():
         assert names - SGM_NEEDS == SGM_OPTIONAL.get(file, set()), file
+
+
+def test_one_file_imports_onnxruntime():
+    """The one that switches its telemetry off."""
+    packages = ("sgm", "simulator", "datamodules", "nep", "tools")
+    found = {file: names for package in packages for file, names in find_external(package).items()}
+    importing = {file for file, names in found.items() if "onnxruntime" in names}
+    assert importing == {"sgm/network/onnx_runtime.py"}
 
 
 def test_simulator_imports_no_network():

@@ -13,6 +13,7 @@ from sgm.evidence.columns import EVIDENCE_VERSION, PLACE_COLUMNS, QUESTION_COLUM
 from sgm.files import make_read_error, open_file, read_json
 from sgm.messages import shorten, shorten_text
 from sgm.network.onnx_check import check_onnx
+from sgm.network.onnx_runtime import import_onnx_runtime
 from sgm.network.shipped import CONFIG, drop_retired, find_part
 from sgm.text import load_text
 
@@ -146,8 +147,7 @@ def _read_file(path: Path) -> bytes:
 
 def _open(content: bytes, threads: int, folder: Path) -> Any:
     """Open a session for a network that was checked; `ValueError` if it is no network of ours."""
-    import onnxruntime  # here, so that what asks no network does not wait for it
-
+    onnxruntime = import_onnx_runtime()
     try:
         check_onnx(content)
         options = onnxruntime.SessionOptions()
