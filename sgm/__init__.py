@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from sgm.lazy_names import load_lazily
-from sgm.moved import refuse_old_names
 
 if TYPE_CHECKING:
     from sgm.belief import Detector
@@ -69,5 +68,4 @@ __all__ = [
     "Sighting",
 ]
 
-refuse_old_names()
 __getattr__ = load_lazily(__name__, _MODULES)

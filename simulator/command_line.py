@@ -158,7 +158,6 @@ def choose(
     commands: Mapping[str, Callable[[Sequence[str]], int]],
     arguments: Sequence[str] | None,
     status: int = 1,
-    moved: Mapping[str, str] | None = None,
 ) -> int:
     """Run the command that the first argument names, with the others.
 
@@ -167,7 +166,6 @@ def choose(
         commands: what runs each, by name; the first line of its docstring is its help.
         arguments: None for those of the process.
         status: where input is bad.
-        moved: what runs commands that were here, by name.
 
     Returns:
         The exit status; 2 if there is no such command or option.
@@ -178,10 +176,6 @@ def choose(
     if arguments and arguments[0] in ("-h", "--help"):
         print(usage)
         return 0
-    if arguments and arguments[0] in (moved or {}):
-        old, new = arguments[0], (moved or {})[arguments[0]]
-        print(f"error: {old} is no command of {prog} any more. Run {new}.", file=sys.stderr)
-        return 2
     if not arguments or arguments[0] not in commands:
         found = repr(arguments[0]) if arguments else "none"
         print(f"error: command must be one of {', '.join(commands)}, got {found}.", file=sys.stderr)

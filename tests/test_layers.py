@@ -27,11 +27,11 @@ DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 # imports from those before it alone. A package's own name is its `__init__.py`; its `__main__` are
 # the commands of all its folders.
 ORDER = """
-    sgm.messages sgm.checks sgm.moved sgm.lazy_names sgm.files sgm.arrays sgm.kernel sgm.text
+    sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.kernel sgm.text
     sgm.prior sgm.names sgm.layout sgm.memory sgm.belief sgm.evidence sgm.policies
     sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm sgm.__main__
     simulator.caches simulator.yaml_text simulator.process simulator.fan_out
-    simulator.priors simulator.text simulator.world simulator.box_world simulator.policies
+    simulator.priors simulator.world simulator.box_world simulator.policies
     simulator.snapshots simulator.tasks simulator.events simulator.trace simulator.drawing
     simulator.replay
     simulator.home_options simulator.command_line simulator.gym simulator.igridson

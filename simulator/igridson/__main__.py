@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from jsonargparse import ArgumentParser, Namespace
 
 
-_MOVED = {"run": "python -m nep.bench igridson"}
-
-
 def main(
     args: Sequence[str] | None = None,
     prog: str = "python -m simulator.igridson",
@@ -38,7 +35,7 @@ def main(
         The exit status: 0, or 2 if an argument is wrong.
     """
     commands = {name: partial(run, prog, more) for name, run in COMMANDS.items()}
-    return choose(prog, commands, args, status=2, moved=_MOVED)
+    return choose(prog, commands, args, status=2)
 
 
 def _make_parser(prog: str, more: type[Any] | None, description: str) -> ArgumentParser:

@@ -25,11 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "from-trace": count_traces, "show": show, "check": check,
         "words": write_words, "prompt": print_prompt, "filled": write_filled,
     }  # fmt: skip
-    moved = {
-        name: f"python -m tools.priors {name}, in a checkout"
-        for name in ("build", "activities", "compare")
-    }
-    return choose(PROG, commands, arguments, moved=moved)
+    return choose(PROG, commands, arguments)
 
 
 def count_traces(arguments: Sequence[str]) -> int:

@@ -17,7 +17,6 @@ from simulator.process import run_main
 from simulator.robot_home.week import Tally, Week, WeekRules
 
 PROG = "python -m simulator.robot_home"
-_MOVED = {"measure": "python -m tools.eyes, in a checkout"}
 # Homes with people that are no larger than flats, where nothing else is asked for.
 USUAL_HOMES = {
     "home.furniture_per_room": 5,
@@ -28,7 +27,7 @@ USUAL_HOMES = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command, and return the exit status: 0 if all is well, 1 on bad input."""
-    return choose(PROG, {"play": play}, arguments, moved=_MOVED)
+    return choose(PROG, {"play": play}, arguments)
 
 
 def play(arguments: Sequence[str]) -> int:

@@ -1,4 +1,4 @@
-"""A pipeline of spaCy as the one file that `simulator.text` reads without spaCy."""
+"""A pipeline of spaCy as the one file that `sgm.text` reads without spaCy."""
 
 from __future__ import annotations
 

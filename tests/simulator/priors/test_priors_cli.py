@@ -1,4 +1,4 @@
-"""`python -m simulator.priors`: show, check; what is in `tools.priors` now."""
+"""`python -m simulator.priors`: show, check."""
 
 import json
 
@@ -68,16 +68,3 @@ def test_show_names_what_there_is(built, capsys):
     assert "room must be one of kitchen, bedroom, got 'attic'" in capsys.readouterr().err
     assert main(["show", str(built), "--object", "egs"]) == 1
     assert "object must be in the prior, got 'egs'" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("command", ["build", "activities", "compare"])
-def test_commands_that_have_moved_say_where(capsys, command):
-    assert main([command, "--out", "x"]) == 2
-    error = f"error: {command} is no command of python -m simulator.priors any more. "
-    line = f"{error}Run python -m tools.priors {command}, in a checkout.\n"
-    assert capsys.readouterr().err == line
-
-
-def test_names_that_have_moved_say_where():
-    with pytest.raises(ImportError, match=r"Import it from tools\.priors\.counts\."):
-        from simulator.priors import PlacementCounts  # noqa: F401
