@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
-import dgl
 import torch
 from torch import Tensor
 
+from datamodules.heterograph import Heterograph
 from simulator.snapshots.graph import (
     EDGE_TYPES,
     ENTERING,
@@ -23,6 +23,7 @@ from simulator.snapshots.graph import (
 )
 
 if TYPE_CHECKING:
+    import dgl
     from torch_geometric.data import HeteroData
 
 __all__ = ["EDGE_TYPES", "ENTERING", "NODE_TYPES", "QUERY_EDGE_TYPES", "RELATIONS", "Batch"]
@@ -84,63 +85,63 @@ class Batch:
 
     @classmethod
     def from_graph(
-        cls, graph: dgl.DGLGraph, text: Tensor, num_snapshots: int, question: Tensor | None = None
+        cls,
+        graph: dgl.DGLGraph | HeteroData,
+        text: Tensor,
+        num_snapshots: int,
+        question: Tensor | None = None,
     ) -> Batch:
-        """Take a batch from a DGL graph, with the schema and data of `Batch.graph`.
+        """Take a batch from a graph of DGL or PyTorch Geometric, as `graph` and `to_pyg` make it.
 
         Raises:
             ValueError: if the graph's node or edge types are not those of the schema.
         """
-        for what, want, got in (
-            ("node types", NODE_TYPES, graph.ntypes),
-            ("edge types", EDGE_TYPES, graph.canonical_etypes),
-        ):
-            if set(got) != set(want):
-                raise ValueError(
-                    f"{what} of a batch must be {sorted(want)}, got {sorted(got)}. "
-                    "Give the graph the full schema, empty types included."
-                )
-        node_counts = tuple(graph.num_nodes(ntype) for ntype in NODE_TYPES)
-        edge_counts = tuple(graph.num_edges(etype) for etype in EDGE_TYPES)
+        is_dgl = hasattr(graph, "canonical_etypes")
+        read = Heterograph.from_dgl if is_dgl else Heterograph.from_pyg
+        batch = cls._from_heterograph(read(graph, num_snapshots), text, question)
+        if is_dgl:
+            batch.__dict__["graph"] = graph
+        return batch
+
+    @classmethod
+    def _from_heterograph(cls, graph: Heterograph, text: Tensor, question: Tensor | None) -> Batch:
+        nodes, edges, furniture = graph.node_data, graph.edge_data, graph.node_data["furniture"]
+        node_counts = tuple(graph.node_counts[ntype] for ntype in NODE_TYPES)
+        edge_counts = tuple(len(graph.ends[etype][0]) for etype in EDGE_TYPES)
         first_node, first_edge = _number(NODE_TYPES, node_counts), _number(EDGE_TYPES, edge_counts)
-        ends = {etype: graph.edges(etype=etype, order="eid") for etype in EDGE_TYPES}
         src, dst = (
-            torch.cat([ends[each][n].long() + first_node[each[2 * n]] for each in EDGE_TYPES])
+            torch.cat([graph.ends[each][n].long() + first_node[each[2 * n]] for each in EDGE_TYPES])
             for n in (0, 1)
         )
-        nodes, edges, furniture = graph.ndata, graph.edata, graph.nodes["furniture"].data
-        query = edges["query"]
-        marked = {etype: (query[etype] >= 0).nonzero()[:, 0] for etype in QUERY_EDGE_TYPES}
+        marked = {each: (edges[each]["query"] >= 0).nonzero()[:, 0] for each in QUERY_EDGE_TYPES}
 
-        def join(values: dict[Any, Tensor], types: Sequence[Any] = NODE_TYPES) -> Tensor:
-            return torch.cat([values[each] for each in types])
+        def join_nodes(name: str) -> Tensor:
+            return torch.cat([nodes[ntype][name] for ntype in NODE_TYPES])
 
-        def join_queries(values: dict[Any, Tensor]) -> Tensor:
-            return torch.cat([values[etype][rows] for etype, rows in marked.items()])
+        def join_queries(name: str) -> Tensor:
+            return torch.cat([edges[etype][name][rows] for etype, rows in marked.items()])
 
-        relevance = edges["relevance"]
-        batch = cls(
+        has_relevance = all("relevance" in edges[etype] for etype in marked)
+        return cls(
             node_counts=node_counts,
             edge_counts=edge_counts,
-            label=join(nodes["label"]),
-            node_feature=join(nodes["temporal"]),
-            degrees=join(nodes["degrees"]),
-            node_snapshot=join(nodes["snapshot"]),
+            label=join_nodes("label"),
+            node_feature=join_nodes("temporal"),
+            degrees=join_nodes("degrees"),
+            node_snapshot=join_nodes("snapshot"),
             furniture_index=furniture["index"],
             edge_src=src,
             edge_dst=dst,
-            edge_feature=join(edges["feature"], EDGE_TYPES),
+            edge_feature=torch.cat([edges[etype]["feature"] for etype in EDGE_TYPES]),
             query_edge=torch.cat([rows + first_edge[etype] for etype, rows in marked.items()]),
-            query_snapshot=join_queries(query),
-            query_target=join_queries(edges["target"]),
-            query_relevance=join_queries(relevance) if {*relevance} >= {*marked} else None,
-            evidence=furniture.get("evidence"),
+            query_snapshot=join_queries("query"),
+            query_target=join_queries("target"),
+            query_relevance=join_queries("relevance") if has_relevance else None,
+            evidence=furniture["evidence"] if "evidence" in furniture else None,
             question=question,
             text=text,
-            num_snapshots=num_snapshots,
+            num_snapshots=graph.num_snapshots,
         )
-        batch.__dict__["graph"] = graph
-        return batch
 
     @cached_property
     def graph(self) -> dgl.DGLGraph:
@@ -155,26 +156,45 @@ class Batch:
         `query`, the snapshot whose query edge it is, or -1; `target`, 1 or 0 for query edges whose
         truth is known, else nan; and, where the task says it, `relevance` of the place of each
         query edge.
+
+        Raises:
+            ModuleNotFoundError: if DGL is not installed, which has no wheels beyond Python 3.11;
+                `to_pyg` makes the same graph.
         """
+        return self._to_heterograph().to_dgl()
+
+    def to_pyg(self) -> HeteroData:
+        """Return the batch as PyTorch Geometric's `HeteroData`, extra `events`.
+
+        Nodes, edges and their data have the names that they have in `graph`; `edge_index` has
+        source and destination, and `batch` of every node type is the snapshot of each node, by
+        which PyG pools.
+
+        Raises:
+            ModuleNotFoundError: if torch_geometric is not installed.
+        """
+        data = self._to_heterograph().to_pyg()
+        data.text, data.num_snapshots = self.text, self.num_snapshots
+        if self.question is not None:
+            data.question = self.question
+        return data
+
+    def _to_heterograph(self) -> Heterograph:
         first_node = self.first_node
         src, dst = self.split_edges(self.edge_src), self.split_edges(self.edge_dst)
-        graph = dgl.heterograph(
-            {
-                etype: (src[etype] - first_node[etype[0]], dst[etype] - first_node[etype[2]])
-                for etype in EDGE_TYPES
-            },
-            num_nodes_dict=dict(zip(NODE_TYPES, self.node_counts, strict=True)),
-        )
+        node_data: dict[str, dict[str, Tensor]] = {ntype: {} for ntype in NODE_TYPES}
         for name, values in (
             ("label", self.label), ("temporal", self.node_feature), ("degree", self.degree),
             ("degrees", self.degrees), ("snapshot", self.node_snapshot),
         ):  # fmt: skip
-            graph.ndata[name] = self.split_nodes(values)
-        furniture = graph.nodes["furniture"].data
-        furniture["index"] = self.furniture_index
+            for ntype, part in self.split_nodes(values).items():
+                node_data[ntype][name] = part
+        node_data["furniture"]["index"] = self.furniture_index
         if self.evidence is not None:
-            furniture["evidence"] = self.evidence
-        graph.edata["feature"] = self.split_edges(self.edge_feature)
+            node_data["furniture"]["evidence"] = self.evidence
+        edge_data = {
+            etype: {"feature": part} for etype, part in self.split_edges(self.edge_feature).items()
+        }
         for name, column, other in (
             ("query", self.query_snapshot, -1),
             ("target", self.query_target, torch.nan),
@@ -184,13 +204,18 @@ class Batch:
                 continue
             whole = column.new_full((self.num_edges,), other)
             parts = self.split_edges(whole.index_copy(0, self.query_edge, column))
-            graph.edata[name] = {etype: parts[etype] for etype in QUERY_EDGE_TYPES}
-        snapshot = self.split_nodes(self.node_snapshot)
-        of_edges = self.split_edges(self.node_snapshot[self.edge_dst])
-        count = partial(torch.bincount, minlength=self.num_snapshots)
-        graph.set_batch_num_nodes({ntype: count(own) for ntype, own in snapshot.items()})
-        graph.set_batch_num_edges({etype: count(own) for etype, own in of_edges.items()})
-        return graph
+            for etype in QUERY_EDGE_TYPES:
+                edge_data[etype][name] = parts[etype]
+        return Heterograph(
+            node_counts=dict(zip(NODE_TYPES, self.node_counts, strict=True)),
+            ends={
+                etype: (src[etype] - first_node[etype[0]], dst[etype] - first_node[etype[2]])
+                for etype in EDGE_TYPES
+            },
+            node_data=node_data,
+            edge_data=edge_data,
+            num_snapshots=self.num_snapshots,
+        )
 
     @property
     def first_node(self) -> dict[str, int]:
@@ -204,30 +229,6 @@ class Batch:
     def split_edges(self, values: Tensor) -> dict[tuple[str, str, str], Tensor]:
         """Share rows of edges out to their types: (E, ...) -> (n, ...) each."""
         return dict(zip(EDGE_TYPES, values.split(self.edge_counts), strict=True))
-
-    def to_pyg(self) -> HeteroData:
-        """Return the batch as PyTorch Geometric's `HeteroData`, extra `events`.
-
-        Nodes, edges and their data have the names that they have in `graph`; `edge_index` has
-        source and destination, and `batch` of every node type is the snapshot of each node, by
-        which PyG pools.
-
-        Raises:
-            ModuleNotFoundError: if torch_geometric is not installed.
-        """
-        from torch_geometric.data import HeteroData
-
-        data, graph = HeteroData(), self.graph
-        for ntype in graph.ntypes:
-            own = graph.nodes[ntype].data
-            data[ntype].update(own, num_nodes=graph.num_nodes(ntype), batch=own["snapshot"])
-        for etype in graph.canonical_etypes:
-            ends = torch.stack(graph.edges(etype=etype, order="eid")).long()
-            data[etype].update(graph.edges[etype].data, edge_index=ends)
-        data.text, data.num_snapshots = self.text, self.num_snapshots
-        if self.question is not None:
-            data.question = self.question
-        return data
 
     def to(self, device: torch.device, dtype: torch.dtype | None = None) -> Batch:
         """Copy the tensors to a device; on the same device it is this batch.

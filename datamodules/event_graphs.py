@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
+from datamodules.heterograph import import_pyg
 from simulator.events.files import make_edge_types
 from simulator.events.table import EventTable
 
@@ -28,8 +29,7 @@ def to_temporal_data(table: EventTable, sightings_alone: bool = False) -> Tempor
     Raises:
         ModuleNotFoundError: if torch_geometric is not installed.
     """
-    from torch_geometric.data import TemporalData
-
+    TemporalData = import_pyg("events as TemporalData").TemporalData
     events = table.events
     chosen = np.flatnonzero(events.is_seen) if sightings_alone else np.arange(len(events.home))
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import dgl
+from typing import TYPE_CHECKING, Any
+
 import torch
-from dgl.nn import HGTConv, TypedLinear
 from torch import Tensor, nn
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
-from nep.encoders.encoder import DGLEncoder, EdgeType, check_heads, check_num_convolutions
+from datamodules.heterograph import EdgeType
+from nep.encoders.encoder import DGLEncoder, check_heads, check_num_convolutions
+
+if TYPE_CHECKING:
+    import dgl
 
 
 class DGLHGT(DGLEncoder):
@@ -21,6 +25,7 @@ class DGLHGT(DGLEncoder):
 
     Raises:
         ValueError: if `units` is not a multiple of `heads`.
+        ModuleNotFoundError: if DGL is not installed.
 
     Source: Hu et al. 2020. Differs from DGL's layer: it has no dropout, and a ReLU before the last
     projection, as the publication has (equation 5).
@@ -32,6 +37,8 @@ class DGLHGT(DGLEncoder):
         super().__init__(units)
         check_num_convolutions(num_convolutions)
         check_heads("DGLHGT", heads, units)
+        from dgl.nn import HGTConv
+
         self.heads = heads
         self.num_convolutions = num_convolutions
         self.num_hops = num_convolutions
@@ -40,12 +47,14 @@ class DGLHGT(DGLEncoder):
             for _ in range(num_convolutions)
         )
         for convolution in self.convolutions:
-            convolution.linear_a = _ReluLinear(units, units, len(NODE_TYPES))
+            convolution.linear_a.register_forward_pre_hook(_apply_relu)
 
     def forward_graph(
         self, graph: dgl.DGLGraph, node: dict[str, Tensor], edge: dict[EdgeType, Tensor]
     ) -> dict[str, Tensor]:
         """Convolve `num_convolutions` times: (N, D) -> (N, D) for each node type."""
+        import dgl
+
         homogeneous = dgl.to_homogeneous(graph)  # sorted by node type and by edge type
         ntype, etype = homogeneous.ndata[dgl.NTYPE], homogeneous.edata[dgl.ETYPE]
         hidden = torch.cat([node[name] for name in graph.ntypes])
@@ -55,9 +64,7 @@ class DGLHGT(DGLEncoder):
         return dict(zip(graph.ntypes, parts, strict=True))
 
 
-class _ReluLinear(TypedLinear):
-    """A matrix per type after ReLU."""
-
-    def forward(self, x: Tensor, x_type: Tensor, sorted_by_type: bool = False) -> Tensor:
-        """Project: (N, D) -> (N, D)."""
-        return super().forward(torch.relu(x), x_type, sorted_by_type)
+def _apply_relu(_: nn.Module, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Take the ReLU of what a layer gets."""
+    values, *types = arguments
+    return torch.relu(values), *types

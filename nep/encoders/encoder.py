@@ -6,19 +6,22 @@ import inspect
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import dgl
 import torch
 from torch import Tensor, nn
 
 from datamodules.batch import NODE_TYPES, Batch
+from datamodules.heterograph import EdgeType, import_dgl
 from nep.layers.equal_rows import Linear
 from nep.layers.segment import segment_sum
 from sgm.checks import check_at_least
 
-EdgeType = tuple[str, str, str]
+if TYPE_CHECKING:
+    import dgl
+
 _ROOM_EDGES = ("room", "contains", "furniture")
+WITHOUT_DGL = "nep.encoders.HGT and the other encoders need none, and batch.to_pyg() is the graph."
 
 
 class Encoder(nn.Module, ABC):
@@ -194,7 +197,14 @@ class DGLEncoder(Encoder):
 
     Args:
         units: D, width of the node and edge embeddings, in and out.
+
+    Raises:
+        ModuleNotFoundError: if DGL is not installed.
     """
+
+    def __init__(self, units: int) -> None:
+        super().__init__(units)
+        import_dgl(type(self).__name__, WITHOUT_DGL)
 
     @abstractmethod
     def forward_graph(
@@ -227,6 +237,8 @@ class DGLEncoder(Encoder):
 
 def _take_graph(batch: Batch, device: torch.device) -> dgl.DGLGraph:
     """Return the graph of a batch on the device of the network."""
+    import dgl
+
     try:
         return batch.graph.to(device)
     except (dgl.DGLError, LookupError, RuntimeError) as error:

@@ -1,5 +1,6 @@
 """A batch and its DGL graph say the same; the graph is made when it is asked for."""
 
+import sys
 from dataclasses import fields, replace
 
 import dgl
@@ -31,14 +32,16 @@ def snapshots():
     )
 
 
+@pytest.mark.parametrize("library", ["dgl", "pyg"])
 @pytest.mark.parametrize("num_hops", [None, 0, 1, 2])
 @pytest.mark.parametrize("has_answers", [True, False])
-def test_a_batch_is_read_back_from_its_graph(snapshots, num_hops, has_answers):
+def test_a_batch_is_read_back_from_its_graph(snapshots, num_hops, has_answers, library):
     if not has_answers:
         snapshots = replace(snapshots, answers=None, extras={})
     batch = GraphBuilder(FeatureConfig(), num_hops).build(snapshots)
-    again = Batch.from_graph(batch.graph, batch.text, batch.num_snapshots)
-    assert again.graph is batch.graph
+    graph = batch.graph if library == "dgl" else batch.to_pyg()
+    again = Batch.from_graph(graph, batch.text, batch.num_snapshots)
+    assert (again.__dict__.get("graph") is graph) == (library == "dgl")
     assert len(batch.query_edge) > 3
     for field in fields(Batch):
         one, other = getattr(batch, field.name), getattr(again, field.name)
@@ -47,6 +50,14 @@ def test_a_batch_is_read_back_from_its_graph(snapshots, num_hops, has_answers):
             torch.testing.assert_close(one, other, rtol=0, atol=0, equal_nan=True)
         else:
             assert one == other
+
+
+def test_without_dgl_the_graph_says_what_to_do(snapshots, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dgl", None)
+    batch = GraphBuilder(FeatureConfig()).build(snapshots)
+    with pytest.raises(ModuleNotFoundError, match=r"batch\.graph must have DGL.*batch\.to_pyg\(\)"):
+        batch.graph  # noqa: B018
+    assert batch.to_pyg()["object"].num_nodes == batch.node_counts[-1]
 
 
 def test_the_graph_has_every_edge_of_the_arrays(snapshots):

@@ -1,5 +1,8 @@
 """Encoders written with DGL: equal to ours for equal weights, and clear where DGL cannot go."""
 
+import subprocess
+import sys
+
 import dgl
 import pytest
 import torch
@@ -115,3 +118,18 @@ def test_where_dgl_does_not_go_is_named(random_batch):
 def test_bad_heads_are_named():
     with pytest.raises(ValueError, match="heads of DGLHGT must divide its units, got 3 heads"):
         DGLHGT(16, 3)
+
+
+def test_without_dgl_its_encoders_say_what_to_do(monkeypatch):
+    monkeypatch.setitem(sys.modules, "dgl", None)
+    for encoder in (DGLHGT, MeanOfNeighbours):
+        with pytest.raises(
+            ModuleNotFoundError, match=f"{encoder.__name__} must have DGL, got"
+        ):
+            encoder(16)
+
+
+@pytest.mark.slow
+def test_training_imports_no_dgl():
+    code = "import sys, nep.fit, nep.encoders; sys.exit('dgl' in sys.modules)"
+    assert not subprocess.run([sys.executable, "-c", code]).returncode
