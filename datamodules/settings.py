@@ -8,8 +8,11 @@ from typing import Any
 
 from datamodules.features import FeatureConfig, list_recorded
 from sgm.checks import check_at_least
+from sgm.messages import shorten
 from simulator.collect import CollectConfig
 from simulator.home_options import HomeOptions, MakeSource
+from simulator.tasks.question_shares import QuestionShares
+from simulator.tasks.registry import find_task
 from simulator.world.config import HomeConfig
 from simulator.world.source import HomeSource, SampledSource
 
@@ -93,6 +96,8 @@ class CollectionConfig:
             network, `nep.players.policy:NEPPolicy=FILE`.
         also_tasks: further tasks, played in as many other homes, whose snapshots are trained on,
             too.
+        asked: shares of the kinds of questions, of the tasks that take them
+            (`simulator.tasks.ask_anything:AskAnything`); None for those of the task.
         relevance: learn the relevance of each place instead of where the object is, for a task that
             knows it (`relative_likelihood`); the other tasks stay what they are.
         seed: of homes and collection, and of the shuffling.
@@ -107,6 +112,7 @@ class CollectionConfig:
     task: str = "predict_location"
     also_policies: list[str] | None = None
     also_tasks: list[str] | None = None
+    asked: QuestionShares | None = None
     relevance: bool = False
     seed: int = 0
     workers: int | None = None
@@ -120,6 +126,12 @@ class CollectionConfig:
             ValueError: if a count or a name is out of range, or as `HomesConfig.make`.
         """
         source, val_source, also = homes.make()
+        tasks = (self.task, *(self.also_tasks or ()))
+        if self.asked is not None and all(find_task(task).shares is None for task in tasks):
+            raise ValueError(
+                f"asked must come with a task that takes shares of questions, got {shorten(tasks)}."
+                " Take simulator.tasks.ask_anything:AskAnything."
+            )
         recorded: dict[str, Any] = dict.fromkeys(list_recorded(features), True)
         train = CollectConfig(
             homes=source,
@@ -127,6 +139,7 @@ class CollectionConfig:
             steps=source.num_steps or self.steps,
             policy=self.policy,
             task=self.task,
+            asked=self._choose_shares(self.task),
             seed=self.seed,
             **{"relevance": self.relevance, **recorded},
         )
@@ -138,13 +151,23 @@ class CollectionConfig:
             steps=val_source.num_steps or self.steps,
         )
         policies = (self.policy, *(self.also_policies or ()))
-        played = list(enumerate(product(policies, (self.task, *(self.also_tasks or ())))))
+        played = list(enumerate(product(policies, tasks)))
         more = [
-            replace(train, homes=own, policy=policy, task=task, seed=self.seed + number)
+            replace(
+                train,
+                homes=own,
+                policy=policy,
+                task=task,
+                asked=self._choose_shares(task),
+                seed=self.seed + number,
+            )
             for own in (source, *also)
             for number, (policy, task) in played
         ]
         return train, val, more[1:]  # the first is `train`
+
+    def _choose_shares(self, task: str) -> QuestionShares | None:
+        return None if find_task(task).shares is None else self.asked
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,10 +17,12 @@ import numpy as np
 from tqdm import tqdm
 
 from sgm.checks import check_at_least, check_at_most, check_choice, check_seed
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.columns import EVIDENCE_VERSION
 from sgm.evidence.evidence_features import compute_features
 from sgm.files import LOCK, lock_folder
-from sgm.memory.queries import Change
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.queries import Change, Queries
 from sgm.messages import shorten
 from simulator.command_line import (
     add_home_arguments,
@@ -50,6 +52,7 @@ from simulator.snapshots.shards import (
     save_shard,
 )
 from simulator.tasks.answer import Answer
+from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.registry import find_task
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS, Streams
@@ -74,6 +77,8 @@ class CollectConfig:
         policy: name of the collecting policy; "module:Class=FILE" for one that is loaded, such as
             a trained network ("nep.players.policy:NEPPolicy=FILE").
         task: name of the task it plays.
+        asked: shares of the kinds of questions, of a task that takes them (`Task.shares`); None for
+            those of the task.
         split: "train", "val" or "test": their homes never coincide.
         seed: experiment seed.
         belief: whether each snapshot keeps what `HomeFilter` believes about its query object.
@@ -86,6 +91,7 @@ class CollectConfig:
     steps: int = 100
     policy: str = "bayesian"
     task: str = "predict_location"
+    asked: QuestionShares | None = None
     split: str = "train"
     seed: int = 0
     belief: bool = False
@@ -97,6 +103,11 @@ class CollectConfig:
         check_at_least(1, num_homes=self.num_homes, steps=self.steps)
         check_at_most(MAX_HOMES, num_homes=self.num_homes)
         check_seed(self.seed)
+        if self.asked is not None and find_task(self.task).shares is None:
+            raise ValueError(
+                f"asked must be left out for a task with questions of its own, got {self.task}. "
+                "Leave it out, or take simulator.tasks.ask_anything:AskAnything."
+            )
         find_task(self.task)
         check_choice("split", self.split, SPLITS)
         check_policies([self.policy])
@@ -110,6 +121,10 @@ class CollectConfig:
     def describe(self) -> dict[str, Any]:
         """Return everything that the bytes of a collection depend on, as JSON values."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}
+        shares = find_task(self.task).shares if self.asked is None else self.asked
+        del settings["asked"]
+        if shares is not None:
+            settings["asked"] = asdict(shares)
         for extra in EXTRAS:
             if not settings[extra]:
                 del settings[extra]  # collections without it are what they were before it existed
@@ -237,6 +252,8 @@ def collect_homes(
     task_class = find_task(config.task)
     policy = make_policy(config.policy, state).for_questions(task_class.asks_moved)
     task = task_class(state, policy)
+    if config.asked is not None:
+        task.shares = config.asked
     recorder = Recorder(task.rollout.memory)
     if config.evidence:
         task.rollout.memory.count_history()
@@ -257,9 +274,13 @@ def collect_homes(
             extras["relevance"] = answer.relevance
         question_extras = {}
         if config.evidence:
-            evidence = compute_features(task.rollout.memory, answer.queries, task.asks_moved)
-            extras["evidence"] = evidence.place.astype(np.float16)
-            question_extras["evidence"] = evidence.question
+            asks_moved = answer.asks_moved
+            if asks_moved is None:
+                asks_moved = np.full(len(answer.choice), task.asks_moved > 0)
+            place, question = _compute_evidence(task.rollout.memory, answer.queries, asks_moved)
+            extras["evidence"] = place.astype(np.float16)
+            question_extras["evidence"] = question
+            question_extras["asks_moved"] = asks_moved[:, None]
         recorder.add_snapshot(answer.queries, answer.answers, extras, question_extras)
 
     def record_change(change: Change) -> None:
@@ -275,6 +296,20 @@ def collect_homes(
     with ThreadPoolExecutor(_WRITERS) as pool:
         paths = [out / name for name in names]
         return dict(zip(names, pool.map(save_shard, paths, recorder.finish()), strict=True))
+
+
+def _compute_evidence(
+    memory: MemoryBatch, queries: Queries, asks_moved: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the features of places and of questions, (Q, F, D) and (Q, C), by kind of question."""
+    parts = []
+    for of_task in np.unique(asks_moved):
+        rows = np.flatnonzero(asks_moved == of_task)
+        found = compute_features(memory, queries.take(rows), TASKS_ASK_MOVED * of_task)
+        parts.append((rows, found.place, found.question))
+    rows, place, question = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+    order = np.argsort(rows)
+    return place[order], question[order]
 
 
 def _make_folder(out: Path) -> None:

@@ -15,11 +15,15 @@ class Answer:
 
     Attributes:
         queries: what was asked; homes ascending, each as often as it was asked.
-        answers: furniture that truly holds an object asked for, bool (Q, F).
+        answers: furniture that truly holds an object asked for, bool (Q, F); none where there is no
+            such object in the home now.
         scores: what the policy said, -inf where it has no opinion, (Q, F).
         choice: the furniture that it leads to, (Q,); -1 where a search gives up.
         is_repeat: whether the same was asked earlier in this step: a search that goes on.
         relevance: of each place to the query, where the task knows it, (Q, F).
+        asks_moved: whether each question is one of the paper's tasks, half of which are about what
+            has moved in this very step, bool (Q,); None where all are as the task says
+            (`Task.asks_moved`).
     """
 
     queries: Queries
@@ -28,6 +32,7 @@ class Answer:
     choice: np.ndarray
     is_repeat: bool = False
     relevance: np.ndarray | None = None
+    asks_moved: np.ndarray | None = None
 
     @property
     def is_correct(self) -> np.ndarray:

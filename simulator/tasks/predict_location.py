@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from sgm.memory.queries import Queries
 from simulator.tasks.answer import Answer
 from simulator.tasks.rollout import Rollout, compute_answers
 from simulator.tasks.task import Task
@@ -35,11 +36,18 @@ def predict_locations(rollout: Rollout, num_steps: int) -> Iterator[Answer]:
     rules of the home say that the robot looks elsewhere (`HomeConfig.looks`); a policy without any
     opinion (all -inf) chooses among all furniture of the home.
     """
-    homes, memory = rollout.homes, rollout.memory
     for _ in range(num_steps):
-        codes, queries = rollout.ask()
-        scores = rollout.score(queries)
-        uniform = homes.streams.rows("ties", 1).take()[:, 0]
-        choice = sample_best(scores, memory.is_furniture, uniform)
-        yield Answer(queries, compute_answers(homes, codes), scores, choice)
-        rollout.look_around(choice)
+        answer = answer_queries(rollout, *rollout.ask())
+        yield answer
+        rollout.look_around(answer.choice)
+
+
+def answer_queries(
+    rollout: Rollout, codes: np.ndarray, queries: Queries, asks_moved: np.ndarray | None = None
+) -> Answer:
+    """Answer one question per home about descriptions, (H,); see `Answer` for `asks_moved`."""
+    homes, scores = rollout.homes, rollout.score(queries)
+    uniform = homes.streams.rows("ties", 1).take()[:, 0]
+    choice = sample_best(scores, rollout.memory.is_furniture, uniform)
+    answers = compute_answers(homes, codes)
+    return Answer(queries, answers, scores, choice, asks_moved=asks_moved)

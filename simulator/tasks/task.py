@@ -11,6 +11,7 @@ import numpy as np
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from simulator.policies import Policy
 from simulator.tasks.answer import Answer
+from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.rollout import Rollout
 from simulator.world.homes import Homes
 
@@ -25,6 +26,8 @@ class Task(ABC):
         title: of tables and figures.
         asks_moved: share of its questions that are about what has moved in the step, if anything
             has; docs/design.md, ruling 9.
+        shares: of the kinds of its questions, which a command may set before it is run; None where
+            they are fixed.
         metric: name of what a step is scored with, see `simulator.tasks.metrics.STEP_METRICS`.
         rollout: the homes, the memory and the policy.
         on_answer: called with every batch of answers before the looks change the memory.
@@ -33,6 +36,7 @@ class Task(ABC):
     title: ClassVar[str]
     metric: ClassVar[str]
     asks_moved: ClassVar[float] = TASKS_ASK_MOVED
+    shares: QuestionShares | None = None
 
     def __init__(self, homes: Homes, policy: Policy) -> None:
         """Start at t = 0 with an empty memory."""
