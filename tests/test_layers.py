@@ -59,6 +59,7 @@ SGM_OPTIONAL = {
     "sgm/memory/memory_questions.py": {"pandas"},
     "sgm/memory/spark_graph.py": {"spark_dsg"},
     "sgm/network/onnx_runtime.py": {"onnxruntime"},
+    "sgm/ros/compressed_depth.py": {"PIL"},
     "sgm/serve/server.py": {"uvicorn"},
     "sgm/serve/tools.py": {"mcp"},
     "sgm/text/vectors.py": {"spacy"},

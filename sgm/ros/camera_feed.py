@@ -14,10 +14,10 @@ from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.look_builder import LookBuilder
 from sgm.ros.readings import (
     ClassNames,
+    list_frames,
     read_camera_info,
     read_depth_image,
     read_detections,
-    read_detections_3d,
     read_time,
     read_uncertainty,
 )
@@ -34,7 +34,6 @@ class _Waiting:
     time: float
     frame: str
     message: Any
-    is_3d: bool
 
 
 class CameraFeed:
@@ -69,7 +68,8 @@ class CameraFeed:
         Args:
             builder: makes the looks.
             map_frame: name of the frame of the map, in which the furniture is given.
-            camera_frame: name of the optical frame of the camera; None for that of the messages.
+            camera_frame: name of the optical frame of the camera; None for that of the CameraInfo,
+                else of the detections.
             names: what class ids of the detector mean; None if they are names.
             pose_sd: standard deviations of the robot's position, metres, and of its yaw, radians,
                 until a message says them.
@@ -84,6 +84,7 @@ class CameraFeed:
         self._sd = pose_sd
         self._uses_depth, self._slack, self._patience = uses_depth, slack, patience
         self._intrinsics: Intrinsics | None = None
+        self._info_frame = ""
         self._depths: deque[tuple[float, np.ndarray]] = deque(maxlen=_MOST_DEPTHS)
         self._waiting: deque[_Waiting] = deque()
         self._now = -np.inf
@@ -106,21 +107,25 @@ class CameraFeed:
         """Take a `sensor_msgs/CameraInfo`."""
         with self._count("camera infos"):
             self._intrinsics = read_camera_info(message)
+            self._info_frame = str(message.header.frame_id)
 
     def take_depth(self, message: Any) -> None:
-        """Take a depth image, a `sensor_msgs/Image`, registered to the camera of the detections."""
+        """Take a depth image, registered to the camera of the detections.
+
+        A `sensor_msgs/Image`, or a `sensor_msgs/CompressedImage` (`read_depth_image`).
+        """
         with self._count("depth images"):
             time = read_time(message.header)
             self._depths.append((time, read_depth_image(message)))
             self._now = max(self._now, time)
         self._show_ready()
 
-    def take_detections(self, message: Any, *, is_3d: bool) -> None:
-        """Take a `vision_msgs/Detection2DArray`, or a `Detection3DArray`."""
+    def take_detections(self, message: Any) -> None:
+        """Take a message of detections, of any kind that `read_detections` reads."""
         with self._count("messages of detections", "detections"):
             time, frame = read_time(message.header), str(message.header.frame_id)
             self._now = max(self._now, time)
-            self._waiting.append(_Waiting(time, frame, message, is_3d))
+            self._waiting.append(_Waiting(time, frame, message))
         self._show_ready()
 
     def take_pose(self, message: Any) -> None:
@@ -145,9 +150,17 @@ class CameraFeed:
         """Tell whether a depth image and later transforms are there."""
         if self._uses_depth and self._find_depth(waiting.time) is None:
             return False
-        frame = self._camera_frame or waiting.frame
-        found = self.transforms.find(self._map_frame, frame, waiting.time)
+        found = self.transforms.find(self._map_frame, self._find_frame(waiting), waiting.time)
         return found is not None and found[1] >= waiting.time
+
+    def _find_frame(self, waiting: _Waiting) -> str:
+        """Return the name of the optical frame of the camera."""
+        return self._camera_frame or self._info_frame or waiting.frame
+
+    def _find_to_map(self, frame: str, time: float) -> np.ndarray | None:
+        """Return the matrix (4, 4) from a frame to the map; None if they are not connected."""
+        found = self.transforms.find(self._map_frame, frame, time)
+        return None if found is None else found[0]
 
     def _find_depth(self, time: float) -> np.ndarray | None:
         nearest = min(self._depths, key=lambda row: abs(row[0] - time), default=None)
@@ -158,29 +171,24 @@ class CameraFeed:
         if self._intrinsics is None:
             self.counts["frames before any camera info"] += 1
             return
-        camera = self.transforms.find(
-            self._map_frame, self._camera_frame or waiting.frame, waiting.time
-        )
+        time = waiting.time
+        camera = self.transforms.find(self._map_frame, self._find_frame(waiting), time)
         pose, pose_time = None, None
         with self._count("frames"):
             if camera is not None:
                 pose, pose_time = Pose.from_matrix(camera[0], *self._sd), camera[1]
-            if not waiting.is_3d:
-                detections = read_detections(waiting.message, self._names)
-            else:
-                source = self.transforms.find(self._map_frame, waiting.frame, waiting.time)
-                known = np.eye(4) if source is None else source[0]
-                detections = read_detections_3d(waiting.message, known, self._names)
-                if source is None:
-                    pose = None  # where these are is unknown
-            depth = self._find_depth(waiting.time) if self._uses_depth else None
+            found = {name: self._find_to_map(name, time) for name in list_frames(waiting.message)}
+            if any(matrix is None for matrix in found.values()):
+                pose = None  # where these are is unknown
+            detections = read_detections(waiting.message, self._names, found.get)
+            depth = self._find_depth(time) if self._uses_depth else None
             size = (self._intrinsics.height, self._intrinsics.width)
             if depth is not None and depth.shape != size:
                 self.counts["depth images of another size than the camera"] += 1
                 depth = None
             if self._uses_depth and depth is None:
                 self.counts["frames without depth"] += 1
-            self._builder.frame(waiting.time, pose, self._intrinsics, detections, depth, pose_time)
+            self._builder.frame(time, pose, self._intrinsics, detections, depth, pose_time)
 
     @contextmanager
     def _count(self, what: str, unread: str = "") -> Iterator[None]:
@@ -188,5 +196,5 @@ class CameraFeed:
         try:
             yield
             self.counts[what] += 1
-        except (ValueError, TypeError, AttributeError):
+        except (ValueError, TypeError, AttributeError, OverflowError):
             self.counts[f"{unread or what} that cannot be read"] += 1

@@ -6,7 +6,7 @@ Any object with these fields will do: a message of `rclpy`, of `rosbags`, or of 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,14 +14,16 @@ import numpy as np
 from sgm.eyes.camera import Intrinsics, make_rotation
 from sgm.eyes.detection import Detection
 from sgm.messages import shorten
+from sgm.names.words import MAX_LENGTH
+from sgm.ros.compressed_depth import MOST_PIXELS, read_compressed_depth
 
 # What class ids of a detector mean, by number or text; None if they are names.
 ClassNames = Sequence[str] | Mapping[str, str] | None
+ToMap = Callable[[str], np.ndarray | None]
 # Encodings of depth images: type of the numbers, and how many of them are a metre.
 _ENCODINGS: Mapping[str, tuple[str, float]] = {
     "16UC1": ("u2", 1000.0), "mono16": ("u2", 1000.0), "32FC1": ("f4", 1.0),
 }  # fmt: skip
-_MOST_PIXELS = 1 << 25  # of a depth image: 8K is less
 MOST_DETECTIONS = 1000  # of a frame
 
 
@@ -37,11 +39,16 @@ def read_camera_info(message: Any) -> Intrinsics:
 
 
 def read_depth_image(message: Any) -> np.ndarray:
-    """Return the depth in metres of a `sensor_msgs/Image`, 0 where there is none, (height, width).
+    """Return the depth in metres, 0 or nan where there is none, (height, width).
+
+    Read are a `sensor_msgs/Image`, and a `sensor_msgs/CompressedImage` of compressed depth as PNG.
 
     Raises:
         ValueError: if the encoding is none of depth, or the message has less data than it says.
+        ModuleNotFoundError: if it is compressed, and Pillow is not installed.
     """
+    if hasattr(message, "format"):
+        return read_compressed_depth(str(message.format), message.data)
     height, width, step = int(message.height), int(message.width), int(message.step)
     known = _ENCODINGS.get(str(message.encoding))
     if known is None:
@@ -50,9 +57,9 @@ def read_depth_image(message: Any) -> np.ndarray:
             f"{shorten(message.encoding)}. Name the topic of the depth image."
         )
     kind, per_metre = known
-    if not 0 < height * width <= _MOST_PIXELS or height < 1 or step < width * int(kind[1]):
+    if not 0 < height * width <= MOST_PIXELS or height < 1 or step < width * int(kind[1]):
         raise ValueError(
-            f"depth image must have 1 to {_MOST_PIXELS} pixels in rows of at least their size, got "
+            f"depth image must have 1 to {MOST_PIXELS} pixels in rows of at least their size, got "
             f"{width} x {height} in rows of {step} bytes. Check the driver."
         )
     data = np.frombuffer(message.data, dtype=np.uint8)
@@ -66,42 +73,84 @@ def read_depth_image(message: Any) -> np.ndarray:
     return depth / np.float32(per_metre)
 
 
-def read_detections(message: Any, names: ClassNames = None) -> list[Detection]:
-    """Return the detections of a `vision_msgs/Detection2DArray`, boxes in pixels.
-
-    Of each, the best of its results. Too many raise ValueError.
-    """
-    found = []
-    for one in _list_detections(message):
-        best = _find_best(one, names)
-        x, y = float(one.bbox.center.position.x), float(one.bbox.center.position.y)
-        half = (abs(float(one.bbox.size_x)) / 2, abs(float(one.bbox.size_y)) / 2)
-        box = (x - half[0], y - half[1], x + half[0], y + half[1])
-        if best is not None and all(map(math.isfinite, box)):
-            found.append(Detection(*best, box=box, track=_read_track(one)))
-    return found
-
-
-def read_detections_3d(
-    message: Any, to_map: np.ndarray, names: ClassNames = None
+def read_detections(
+    message: Any, names: ClassNames = None, to_map: ToMap = lambda frame: None
 ) -> list[Detection]:
-    """Return the detections of a `vision_msgs/Detection3DArray`, centers in the map.
+    """Return the detections of a message: boxes in pixels, or centers in the map.
 
-    `to_map` leads there from the coordinates of the header, (4, 4); all else as `read_detections`.
+    Read are `vision_msgs/Detection2DArray` and `Detection3DArray`, of each detection the best of
+    its results, and `yolo_msgs/DetectionArray`, whose boxes in space count where they have a size.
+
+    Args:
+        message: the array.
+        names: what class ids of the detector mean; None if they are names.
+        to_map: gives the matrix (4, 4) to the map from a frame of coordinates by its name, None
+            where it is unknown; a box in space in such a frame is left out.
+
+    Raises:
+        ValueError: if there are more than `MOST_DETECTIONS`.
     """
+    if len(message.detections) > MOST_DETECTIONS:
+        raise ValueError(
+            f"detections of a frame must be at most {MOST_DETECTIONS}, got "
+            f"{len(message.detections)}. Raise the threshold of the detector."
+        )
     found = []
-    for one in _list_detections(message):
-        best = _find_best(one, names)
-        at, size = one.bbox.center.position, one.bbox.size
-        center = to_map @ (float(at.x), float(at.y), float(at.z), 1.0)
-        sides = _turn_sides(one.bbox, to_map) if best is not None else np.zeros(3)
-        is_known = min(float(size.x), float(size.y), float(size.z)) > 0
-        if best is None or not np.isfinite(center).all() or not np.isfinite(sides).all():
+    for one in message.detections:
+        best, (bounds, frame) = _find_best(one, names), _find_bounds_3d(one, message)
+        if best is None:
             continue
-        x, y, z = center[:3].tolist()
-        own = tuple(sides.tolist()) if is_known else None
-        found.append(Detection(*best, center=(x, y, z), size=own, track=_read_track(one)))
+        place = _read_bounds(one.bbox) if bounds is None else _move_bounds(bounds, to_map(frame))
+        if place is not None:
+            found.append(Detection(*best, **place, track=_read_track(one)))
     return found
+
+
+def list_frames(message: Any) -> set[str]:
+    """Return the names of the frames in which boxes in space of a message are."""
+    found = (_find_bounds_3d(one, message) for one in message.detections[:MOST_DETECTIONS])
+    return {frame for bounds, frame in found if bounds is not None}
+
+
+def _find_bounds_3d(detection: Any, message: Any) -> tuple[Any, str]:
+    """Return the box in space of a detection and the frame that it is in; None for none."""
+    bounds, frame = detection.bbox, str(message.header.frame_id)
+    if hasattr(bounds, "size_x"):
+        return None, frame
+    if hasattr(detection, "bbox3d"):  # yolo_msgs: empty unless its depth was known
+        bounds = detection.bbox3d
+        sides = bounds.size.x, bounds.size.y, bounds.size.z
+        frame = str(getattr(bounds, "frame_id", "")) or frame
+        return (bounds if min(map(float, sides)) > 0 else None), frame
+    return bounds, frame
+
+
+def _read_bounds(bounds: Any) -> dict[str, Any] | None:
+    """Return the box in pixels of a `BoundingBox2D`; None if it is not finite."""
+    x, y = float(bounds.center.position.x), float(bounds.center.position.y)
+    if hasattr(bounds, "size_x"):
+        sides = float(bounds.size_x), float(bounds.size_y)
+    else:
+        sides = float(bounds.size.x), float(bounds.size.y)
+    half = abs(sides[0]) / 2, abs(sides[1]) / 2
+    box = (x - half[0], y - half[1], x + half[0], y + half[1])
+    return {"box": box} if all(map(math.isfinite, box)) else None
+
+
+def _move_bounds(bounds: Any, to_map: np.ndarray | None) -> dict[str, Any] | None:
+    """Return center and sides in the map of a `BoundingBox3D`; None if they are unknown."""
+    if to_map is None:
+        return None
+    at, size = bounds.center.position, bounds.size
+    center = to_map @ (float(at.x), float(at.y), float(at.z), 1.0)
+    sides = _turn_sides(bounds, to_map)
+    if not np.isfinite(center).all() or not np.isfinite(sides).all():
+        return None
+    is_known = min(float(size.x), float(size.y), float(size.z)) > 0
+    return {
+        "center": tuple(center[:3].tolist()),
+        "size": tuple(sides.tolist()) if is_known else None,
+    }
 
 
 def read_uncertainty(covariance: Sequence[float]) -> tuple[float, float]:
@@ -115,29 +164,23 @@ def read_uncertainty(covariance: Sequence[float]) -> tuple[float, float]:
     return math.sqrt(diagonal[:2].max()), math.sqrt(diagonal[5])
 
 
-def _list_detections(message: Any) -> Sequence[Any]:
-    if len(message.detections) > MOST_DETECTIONS:
-        raise ValueError(
-            f"detections of a frame must be at most {MOST_DETECTIONS}, got "
-            f"{len(message.detections)}. Raise the threshold of the detector."
-        )
-    return message.detections
-
-
 def _find_best(detection: Any, names: ClassNames) -> tuple[str, float] | None:
     """Return name and score of the best hypothesis; None if there is none with a name."""
-    hypotheses = [result.hypothesis for result in detection.results]
-    if not hypotheses:
-        return None
-    best = max(hypotheses, key=lambda one: float(one.score))
-    name, score = str(best.class_id), float(best.score)
+    if hasattr(detection, "class_name"):  # yolo_msgs
+        name, score = str(detection.class_name or detection.class_id), float(detection.score)
+    else:
+        hypotheses = [result.hypothesis for result in detection.results]
+        if not hypotheses:
+            return None
+        best = max(hypotheses, key=lambda one: float(one.score))
+        name, score = str(best.class_id), float(best.score)
     if names is not None:
         if isinstance(names, Mapping):
             name = names.get(name, name)
         elif name.isdecimal() and int(name) < len(names):
             name = names[int(name)]
     name = name.replace("_", " ").strip()
-    if not name or len(name) > 200 or not math.isfinite(score):
+    if not name or len(name) > MAX_LENGTH or not math.isfinite(score):
         return None
     return name, min(max(score, 0.0), 1.0)
 

@@ -131,13 +131,19 @@ def bring(arguments: Sequence[str]) -> int:
         help="of spark-dsg: names of the numbers of labels, a label space of Hydra (YAML)",
     )
     parser.add_argument(
+        "--room",
+        type=str | None,
+        help="of spark-dsg: name of one room for all that is in none; objects without furniture "
+        "lie on its floor then",
+    )
+    parser.add_argument(
         "--start", type=str | None, help="local date and time of the file's state: 2024-05-06T07:30"
     )
     options = parse(parser, arguments)
     if options.out is None and options.memory is None:
         raise ValueError("import must make something, got neither. Give --out or --memory.")
     trace, builder = IMPORTERS[options.format].read(
-        options.file, list(options.furniture), options.labels
+        options.file, list(options.furniture), labels=options.labels, room=options.room
     )
     if options.start is not None:
         trace = replace(trace, start=read_start(options.start))
@@ -169,7 +175,7 @@ def bring_bag(arguments: Sequence[str]) -> int:
         "Let a memory look at a recording of ROS 2 (sqlite3 or MCAP), and write its log, the "
         "memory or a trace (docs/bags.md). Needs the package rosbags (extra bag), and no ROS.",
     )
-    parser.add_argument("folder", type=Path, help="of the bag, with metadata.yaml")
+    parser.add_argument("folder", type=Path, help="of the bag, or its file, .mcap or .db3")
     parser.add_argument(
         "--map", type=Path, required=True, help="rooms and furniture with their boxes (YAML)"
     )

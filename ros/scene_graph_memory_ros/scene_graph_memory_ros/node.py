@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +13,15 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from scene_graph_memory_msgs.srv import Rank, Search
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import String, UInt32
 from tf2_msgs.msg import TFMessage
-from vision_msgs.msg import Detection2DArray, Detection3DArray
-from visualization_msgs.msg import Marker, MarkerArray
+from visualization_msgs.msg import MarkerArray
 
+from scene_graph_memory_ros.belief_markers import make_markers
 from sgm import Bayesian, Finder, ObjectFinder, SceneGraphMemory
 from sgm.ros import HomeMap, LiveMemory
-from sgm.ros.live_memory import BeliefMarker, NextPose
+from sgm.ros.live_memory import NextPose
 
 # Parameters and their defaults.
 PARAMETERS: dict[str, Any] = {
@@ -31,11 +32,18 @@ PARAMETERS: dict[str, Any] = {
     "map_frame": "map",
     "base_frame": "base_link",
     "camera_frame": "",  # that of the detections if empty
-    "is_3d": False,  # whether detections are a Detection3DArray
+    "detections_type": "Detection2DArray",  # or another one of `DETECTIONS`
     "uses_depth": True,
+    "compressed_depth": False,  # whether depth is a CompressedImage
     "step_seconds": 600.0,
     "save_seconds": 60.0,
 }
+
+# Messages of detections, and the packages that define them.
+DETECTIONS = {
+    "Detection2DArray": "vision_msgs.msg", "Detection3DArray": "vision_msgs.msg",
+    "DetectionArray": "yolo_msgs.msg",
+}  # fmt: skip
 
 
 class MemoryNode(Node):
@@ -61,16 +69,17 @@ class MemoryNode(Node):
             camera_frame=read["camera_frame"] or None,
             uses_depth=read["uses_depth"],
         )
-        feed, builder, is_3d = self._live.feed, self._live.builder, read["is_3d"]
+        feed, builder = self._live.feed, self._live.builder
         still = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        detections = Detection3DArray if is_3d else Detection2DArray
+        detections = _find_type(read["detections_type"])
+        depth = CompressedImage if read["compressed_depth"] else Image
         for kind, topic, take, quality in (
             (TFMessage, "/tf", feed.take_transforms, 100),
             (TFMessage, "/tf_static", lambda m: feed.take_transforms(m, is_still=True), still),
             (CameraInfo, "camera_info", feed.take_camera, qos_profile_sensor_data),
-            (Image, "depth", feed.take_depth, qos_profile_sensor_data),
+            (depth, "depth", feed.take_depth, qos_profile_sensor_data),
             (PoseWithCovarianceStamped, "pose", feed.take_pose, 10),
-            (detections, "detections", lambda m: feed.take_detections(m, is_3d=is_3d), 10),
+            (detections, "detections", feed.take_detections, 10),
             (UInt32, "~/opened", lambda m: builder.set_open(m.data), 10),
             (UInt32, "~/shut", lambda m: builder.set_open(m.data, is_open=False), 10),
             (String, "~/show", lambda m: self._show(m.data), 10),
@@ -107,7 +116,7 @@ class MemoryNode(Node):
         def call(message: Any) -> None:
             try:
                 take(message)
-            except (ValueError, KeyError) as error:
+            except (ValueError, KeyError, ModuleNotFoundError) as error:
                 self.get_logger().warning(str(error))
 
         return call
@@ -156,27 +165,18 @@ class MemoryNode(Node):
         return pose
 
     def _show(self, description: str) -> None:
-        """Publish where a thing may be, as boxes that are the redder the likelier."""
-        markers = [Marker(action=Marker.DELETEALL)]
-        for row in self._live.list_markers(description):
-            markers += [self._mark(row, Marker.CUBE), self._mark(row, Marker.TEXT_VIEW_FACING)]
-        self._belief.publish(MarkerArray(markers=markers))
+        """Publish where a thing may be."""
+        rows = self._live.list_markers(description)
+        self._belief.publish(make_markers(rows, self._frames[0]))
 
-    def _mark(self, row: BeliefMarker, kind: int) -> Marker:
-        is_text = kind == Marker.TEXT_VIEW_FACING
-        mark = Marker(type=kind, ns="text" if is_text else "belief", id=row.furniture)
-        mark.header.frame_id = self._frames[0]
-        at, size = mark.pose.position, mark.scale
-        at.x, at.y, at.z = row.box.center
-        mark.pose.orientation.z = math.sin(row.box.yaw / 2)
-        mark.pose.orientation.w = math.cos(row.box.yaw / 2)
-        size.x, size.y, size.z = row.box.size
-        mark.color.r, mark.color.g = 1.0, 1.0 - row.probability
-        mark.color.a = 0.2 + 0.6 * row.probability
-        if is_text:
-            at.z, size.z = row.box.top + 0.2, 0.15
-            mark.text, mark.color.a = row.text, 1.0
-        return mark
+
+def _find_type(name: str) -> Any:
+    """Return the type of detections of a name; its package need not be there for the others."""
+    if name not in DETECTIONS:
+        raise ValueError(
+            f"detections_type must be one of {', '.join(DETECTIONS)}, got {name!r}. Choose one."
+        )
+    return getattr(import_module(DETECTIONS[name]), name)
 
 
 def main(args: list[str] | None = None) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Protocol
+from typing import Any, Protocol
 
 from simulator.trace.importers.procthor import read_procthor
 from simulator.trace.importers.scene_graph import read_scene_graph
@@ -33,16 +33,17 @@ class Importer:
         help: what is read.
         reader: the function that reads it, or where it is: "package.module:function", for one that
             needs more than this package does.
-        has_numbers: whether things may be labelled by numbers; the reader is then given the file
-            that names them (see `load_label_names`), or None, as a third argument.
+        options: names of further arguments of the reader, None where they are left out: `labels`,
+            a file that names the numbers of labels (see `load_label_names`), and `room`, a name of
+            one room for all that is in none.
     """
 
     help: str
     reader: Reader | str
-    has_numbers: bool = False
+    options: tuple[str, ...] = ()
 
     def read(
-        self, path: Path, furniture_labels: Collection[str] = (), labels: Path | None = None
+        self, path: Path, furniture_labels: Collection[str] = (), **options: Any
     ) -> tuple[Trace, Summary]:
         """Read a file or folder; see `Reader`.
 
@@ -50,13 +51,15 @@ class Importer:
             ModuleNotFoundError: if the reader needs a package that is not installed.
             ValueError: if the file is none of this format, or nothing of it can be placed.
         """
-        if labels is not None and not self.has_numbers:
-            raise ValueError(
-                f"labels must come with a format whose labels are numbers, got {labels}. Leave it "
-                "out."
-            )
+        for name, value in options.items():
+            if value is not None and name not in self.options:
+                known = [form for form, one in IMPORTERS.items() if name in one.options]
+                raise ValueError(
+                    f"{name} must come with the format {' or '.join(known)}, got {value}. Leave it "
+                    "out."
+                )
         read = resolve_name(self.reader) if isinstance(self.reader, str) else self.reader
-        return read(path, furniture_labels, *[labels] * self.has_numbers)
+        return read(path, furniture_labels, **{name: options.get(name) for name in self.options})
 
 
 # Every format by the name that the command line uses.
@@ -65,7 +68,7 @@ IMPORTERS: Mapping[str, Importer] = {
     "spark-dsg": Importer(
         "a scene graph of spark_dsg (Hydra), JSON or binary; needs the package spark_dsg",
         read_scene_graph,
-        has_numbers=True,
+        options=("labels", "room"),
     ),
     "homer": Importer(
         "a household of HOMER or HOMER+, a folder with days as tensors; needs torch",

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
@@ -19,42 +18,35 @@ from sgm.policies.heuristics import Bayesian
 from sgm.prior.prior_graph import PriorGraph
 from sgm.ros.home_map import HomeMap
 from sgm.ros.live_memory import LiveMemory
+from simulator.trace.importers.bag_files import open_bag
+from simulator.trace.importers.bag_messages import (
+    CAMERA_INFO,
+    COMPRESSED,
+    DEFINITIONS,
+    DETECTIONS_2D,
+    DETECTIONS_3D,
+    IMAGE,
+    POSE,
+    TRANSFORMS,
+    YOLO,
+)
 from simulator.yaml_text import read_yaml
 
 MOST_MESSAGE_BYTES = 1 << 26  # 64 MiB: an image of 16 million depths
-MOST_METADATA_BYTES = 1 << 24
 _YEAR_OF_CLOCKS = 2000  # stamps before it are of a simulation and say no date
-_2D, _3D = "vision_msgs/msg/Detection2DArray", "vision_msgs/msg/Detection3DArray"
-# vision_msgs 4 (Humble to Jazzy), by the names and types of its fields.
-_VISION = {
-    "vision_msgs/msg/Point2D": "float64 x\nfloat64 y",
-    "vision_msgs/msg/Pose2D": "vision_msgs/Point2D position\nfloat64 theta",
-    "vision_msgs/msg/BoundingBox2D": "vision_msgs/Pose2D center\nfloat64 size_x\nfloat64 size_y",
-    "vision_msgs/msg/BoundingBox3D": "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size",
-    "vision_msgs/msg/ObjectHypothesis": "string class_id\nfloat64 score",
-    "vision_msgs/msg/ObjectHypothesisWithPose": (
-        "vision_msgs/ObjectHypothesis hypothesis\ngeometry_msgs/PoseWithCovariance pose"
-    ),
-    "vision_msgs/msg/Detection2D": (
-        "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
-        "vision_msgs/BoundingBox2D bbox\nstring id"
-    ),
-    _2D: "std_msgs/Header header\nvision_msgs/Detection2D[] detections",
-    "vision_msgs/msg/Detection3D": (
-        "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
-        "vision_msgs/BoundingBox3D bbox\nstring id"
-    ),
-    _3D: "std_msgs/Header header\nvision_msgs/Detection3D[] detections",
-}
 
 
 @dataclass(frozen=True, slots=True)
 class BagOptions:
     """What of a bag is read, and how.
 
+    A topic that is not there, and was not named, is the only one of its type in the bag.
+
     Attributes:
-        detections: topic of a Detection2DArray or Detection3DArray.
-        depth: topic of the depth image, registered to the camera of the detections; "" for none.
+        detections: topic of a Detection2DArray or Detection3DArray of vision_msgs, or of a
+            DetectionArray of yolo_msgs.
+        depth: topic of the depth image, raw or compressed, registered to the camera of the
+            detections; "" for none.
         camera_info: topic of the camera.
         tf: topic of the transforms.
         tf_static: topic of those that never change.
@@ -93,19 +85,24 @@ class BagOptions:
 
 @dataclass(frozen=True, slots=True)
 class BagLooks:
-    """A bag that was read: a memory that has seen it, and what became of messages and frames."""
+    """A bag that was read: a memory that has seen it, and what became of messages and frames.
+
+    `topics` are those that were read, by the option that names them.
+    """
 
     memory: SceneGraphMemory
     num_looks: int
     counts: Counter[str]
+    topics: Mapping[str, str]
 
     def summarise(self) -> str:
         """Say in a few lines what was read and what was left out."""
         counts = ", ".join(f"{number} {name}" for name, number in sorted(self.counts.items()))
+        topics = ", ".join(f"{topic} ({option})" for option, topic in self.topics.items())
         return (
             f"{self.num_looks} looks, {len(self.memory.descriptions)} things, "
             f"{self.memory.num_furniture} pieces of furniture, {self.memory.time} time steps\n"
-            f"read: {counts}"
+            f"topics: {topics}\nread: {counts}"
         )
 
 
@@ -138,7 +135,8 @@ def read_bag(
     from the topics that are named. What cannot be read is counted.
 
     Args:
-        path: folder of the bag, with metadata.yaml.
+        path: folder of the bag, or a file of its storage, .mcap or .db3. Without metadata.yaml, the
+            files of the folder are read in the order of their names.
         home: rooms and furniture, in the frame of the map.
         options: topics and how they are read.
         prior: of the memory; None for the household prior.
@@ -151,13 +149,15 @@ def read_bag(
     """
     options = BagOptions() if options is None else options
     counts: Counter[str] = Counter()
-    reader = _open(path)
+    reader = open_bag(path)
     try:
-        topics = _find_topics(reader, path, options)
+        topics = _find_topics(reader.connections, path, options)
+        own = {topic: option for option, topic in topics.items()}
         names = _read_names(options.class_names)
         live: LiveMemory | None = None
         looks = Counter[str]()
-        for topic, message, seconds in _list_messages(reader, path, topics, counts):
+        for topic, message, seconds in _list_messages(reader, path, own, counts):
+            option = own[topic]
             if live is None:
                 memory = SceneGraphMemory(prior, _make_clock(seconds, options), log=log)
                 home.add_to(memory)
@@ -166,118 +166,100 @@ def read_bag(
                     on_look=lambda look: looks.update(("looks",)),
                     map_frame=home.frame, camera_frame=options.camera_frame, names=names,
                     pose_sd=(options.position_sd, options.angle_sd),
-                    uses_depth=bool(options.depth) and options.depth in topics,
+                    uses_depth="depth" in topics,
                 )  # fmt: skip
                 for number, row in zip(memory.furniture_ids, home.furniture, strict=True):
                     if row.is_open:
                         live.builder.set_open(number)
             feed = live.feed
-            if topic == options.detections:
-                feed.take_detections(message, is_3d=topics[topic] == _3D)
-            elif topic == options.camera_info:
+            if option == "detections":
+                feed.take_detections(message)
+            elif option == "camera_info":
                 feed.take_camera(message)
-            elif topic == options.depth:
+            elif option == "depth":
                 feed.take_depth(message)
-            elif topic == options.pose:
+            elif option == "pose":
                 feed.take_pose(message)
             else:
-                feed.take_transforms(message, is_still=topic == options.tf_static)
+                feed.take_transforms(message, is_still=option == "tf_static")
     finally:
         reader.close()
     if live is None:
         raise ValueError(
-            f"bag must have messages of {', '.join(topics)}, got none that can be read in {path}. "
+            f"bag must have messages of {', '.join(own)}, got none that can be read in {path}. "
             "Record them, or name other topics."
         )
     live.finish()
     counts.update(live.feed.counts)
     counts.update({f"frames: {name}": number for name, number in live.builder.counts.items()})
-    return BagLooks(live.memory, looks["looks"], counts)
+    return BagLooks(live.memory, looks["looks"], counts, topics)
 
 
-def _open(path: Path) -> Any:
-    """Open a bag that rosbags reads and that is not compressed as a whole."""
-    try:
-        from rosbags.rosbag2 import Reader, ReaderError
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            "rosbags must be installed to read bags. pip install 'scene-graph-memory[bag]'"
-        ) from None
-    if not (path / "metadata.yaml").is_file():
-        raise ValueError(
-            f"bag must be a folder with metadata.yaml, got none at {path}. Give the folder that "
-            "`ros2 bag record` has made."
-        )
-    _check_metadata(path)
-    try:
-        reader: Any = Reader(path)
-        reader.open()
-    except (ReaderError, OSError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise ValueError(
-            f"bag must be one of ROS 2 that rosbags reads, got {shorten(str(error)[:200])} for "
-            f"{path}. Run `ros2 bag info`, or `ros2 bag reindex`."
-        ) from None
-    return reader
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """A topic that is read: its option, its types, and how to choose where none was named."""
+
+    option: str
+    kinds: tuple[str, ...]
+    is_needed: bool = False
+    says: str = ""  # what its name must hold, to be taken without being named
+    never: str = "\n"  # what it must not hold then
+    avoids: tuple[str, ...] = ()  # what it should not hold, where another one is there
 
 
-def _check_metadata(path: Path) -> None:
-    """Check what a bag says of itself, before anything is unpacked."""
-    file = path / "metadata.yaml"
-    if os.path.getsize(file) > MOST_METADATA_BYTES:
-        raise ValueError(
-            f"metadata.yaml of a bag must have at most {MOST_METADATA_BYTES} bytes, got more in "
-            f"{path}. Record fewer topics."
-        )
-    try:
-        data = read_yaml(file)
-    except ValueError as error:
-        raise ValueError(
-            f"metadata.yaml of a bag must be YAML, got {shorten(str(error)[:200])} in {path}. Run "
-            "`ros2 bag reindex`."
-        ) from None
-    about = data.get("rosbag2_bagfile_information") if isinstance(data, dict) else None
-    mode = about.get("compression_mode") if isinstance(about, dict) else None
-    if mode and str(mode).lower() != "none":
-        raise ValueError(
-            f"bag must not be compressed by rosbag2, got compression of each {shorten(mode)} in "
-            f"{path}. Convert it with `ros2 bag convert`; MCAP's own compression of chunks will do."
-        )
+_WANTED = (
+    _Wanted("detections", (DETECTIONS_2D, DETECTIONS_3D, YOLO), True, avoids=("_3d", "tracking")),
+    _Wanted("camera_info", (CAMERA_INFO,), True, avoids=("depth", "infra")),
+    _Wanted("tf", (TRANSFORMS,), True, never="static"),
+    _Wanted("tf_static", (TRANSFORMS,), says="static"),
+    _Wanted("depth", (IMAGE, COMPRESSED), says="depth", avoids=("compressed", "/depth/")),
+    _Wanted("pose", (POSE,)),
+)
 
 
-def _find_topics(reader: Any, path: Path, options: BagOptions) -> dict[str, str]:
-    """Return the type of each topic that is read; those that are needed must be there."""
-    there = {one.topic: one.msgtype for one in reader.connections}
-    needs_depth = bool(options.depth) and there.get(options.detections) == _2D
-    wanted: list[tuple[str, tuple[str, ...], bool]] = [
-        (options.detections, (_2D, _3D), True),
-        (options.camera_info, ("sensor_msgs/msg/CameraInfo",), True),
-        (options.tf, ("tf2_msgs/msg/TFMessage",), True),
-        (options.tf_static, ("tf2_msgs/msg/TFMessage",), False),
-        (options.depth, ("sensor_msgs/msg/Image",), needs_depth),
-        (options.pose, ("geometry_msgs/msg/PoseWithCovarianceStamped",), False),
-    ]
+def _find_topics(connections: list[Any], path: Path, options: BagOptions) -> dict[str, str]:
+    """Return the topic of each option that is read; those that are needed must be there."""
+    there = {one.topic: one.msgtype for one in connections}
     found: dict[str, str] = {}
-    for topic, kinds, is_needed in wanted:
-        if topic in there and there[topic] in kinds:
-            found[topic] = there[topic]
+    usual = BagOptions()
+    for wanted in _WANTED:
+        topic = getattr(options, wanted.option)
+        if topic not in there and topic == getattr(usual, wanted.option):
+            topic = _choose_topic(wanted, there) or topic
+        needs_depth = there.get(found.get("detections", "")) == DETECTIONS_2D
+        is_needed = wanted.is_needed or (wanted.option == "depth" and bool(topic) and needs_depth)
+        if there.get(topic) in wanted.kinds:
+            found[wanted.option] = topic
         elif is_needed or topic in there:
             known = ", ".join(f"{name} ({kind})" for name, kind in sorted(there.items()))
             raise ValueError(
-                f"bag must have the topic {topic} of type {' or '.join(kinds)}, got "
-                f"{there.get(topic, 'no such topic')} in {path}. Name another one; there are: "
-                f"{shorten(known) if known else 'none'}."
+                f"bag must have the topic {topic} of type {' or '.join(wanted.kinds)}, got "
+                f"{there.get(topic, 'no such topic')} in {path}. Name another one with "
+                f"--{wanted.option}; there are: {shorten(known) if known else 'none'}."
             )
     return found
 
 
+def _choose_topic(wanted: _Wanted, there: Mapping[str, str]) -> str | None:
+    """Return the only topic that may be meant; None if there is none, or several."""
+    fits = [
+        name
+        for name, kind in there.items()
+        if kind in wanted.kinds and wanted.says in name and wanted.never not in name
+    ]
+    for word in wanted.avoids:
+        fits = [name for name in fits if word not in name] or fits
+    return fits[0] if len(fits) == 1 else None
+
+
 def _list_messages(
-    reader: Any, path: Path, topics: dict[str, str], counts: Counter[str]
+    reader: Any, path: Path, topics: Mapping[str, str], counts: Counter[str]
 ) -> Iterator[tuple[str, Any, float]]:
     """Yield topic, message and seconds of what can be read, in order."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS2_JAZZY)
-    for name, text in _VISION.items():
+    for name, text in DEFINITIONS.items():
         store.register(get_types_from_msg(text, name))
     own = [one for one in reader.connections if one.topic in topics]
     messages = reader.messages(connections=own)

@@ -31,10 +31,15 @@ MAX_DISTANCE = 1.0
 """Metres from furniture beyond which an object is not taken to be on it."""
 MAX_PLACE_DISTANCE = 3.0
 """Metres from a place beyond which furniture is not taken to be in its room."""
+_NO_NODE = -1  # of the room for all that is in none
+_HINT = " (give --room home)"
 
 
 def read_scene_graph(
-    path: Path, furniture_labels: Collection[str] = (), labels: Path | None = None
+    path: Path,
+    furniture_labels: Collection[str] = (),
+    labels: Path | None = None,
+    room: str | None = None,
 ) -> tuple[Trace, HomeBuilder]:
     """Read rooms and objects of a scene graph; objects are assigned to the nearest parent.
 
@@ -42,13 +47,16 @@ def read_scene_graph(
     Its room is the nearest one above it in the graph, else the one whose box holds it, else that of
     the nearest place of a room within `MAX_PLACE_DISTANCE`. Any other object belongs to the
     furniture that it is linked to, over places and objects, by the fewest links; else to the
-    nearest furniture of its room within `MAX_DISTANCE`; else it is left out.
+    nearest furniture of its room within `MAX_DISTANCE`; else it is left out. Where a `room` is
+    given, nothing is left out for want of a place: furniture without a room stands in that one, and
+    an object without furniture lies on the floor of its room.
 
     Args:
         path: JSON or binary, written by `DynamicSceneGraph.save`.
         furniture_labels: labels that are furniture besides those of the type table.
         labels: file with the names of the numbers of objects, see `load_label_names`; None for the
             label space of the graph.
+        room: name of one room for all that is in none; None to leave it out.
 
     Raises:
         ValueError: if it is no such file, or nothing of it can be placed.
@@ -68,7 +76,7 @@ def read_scene_graph(
             f"scene graph must be one that spark_dsg saved, got {shorten(str(error)[:80])} for "
             f"{path}. Save it again with DynamicSceneGraph.save."
         ) from None
-    reader = _GraphReader(spark_dsg, graph, HomeBuilder(furniture_labels), names)
+    reader = _GraphReader(spark_dsg, graph, HomeBuilder(furniture_labels), names, room)
     reader.read()
     return reader.builder.build(path.stem), reader.builder
 
@@ -91,9 +99,16 @@ class _GraphReader:
     """Reads one scene graph into a builder."""
 
     def __init__(
-        self, spark_dsg: Any, graph: Any, builder: HomeBuilder, names: Mapping[int, str]
+        self,
+        spark_dsg: Any,
+        graph: Any,
+        builder: HomeBuilder,
+        names: Mapping[int, str],
+        room: str | None,
     ) -> None:
         self.builder = builder
+        self._usual_room = room
+        self._floors: dict[int, int] = {}  # index of the furniture by that of the room
         self._names = names
         self._graph = graph
         self._layers = spark_dsg.DsgLayers
@@ -130,7 +145,7 @@ class _GraphReader:
     def _add_furniture(self, node: Any, label: str) -> None:
         room = self._find_room(node)
         if room is None:
-            self.builder.leave_out("in no room", label)
+            self.builder.leave_out(f"in no room{_HINT}", label)
             return
         x, y, _ = (float(value) for value in node.attributes.position)
         position = (x, y) if node.attributes.metadata.get().get(HAS_POSITION, True) else None
@@ -163,7 +178,7 @@ class _GraphReader:
             link = self._graph.find_edge(node.id.value, found[0])
             relation = None if link is None else link.info.metadata.get().get(RELATION)
         else:
-            room = self._find_room(node)
+            room = self._find_own_room(node)
             distances = {
                 holder: self._compute_distance(node, holder)
                 for holder, index in self._furniture.items()
@@ -171,8 +186,13 @@ class _GraphReader:
             }
             nearest = min(distances, key=lambda holder: distances[holder], default=None)
             if nearest is None or distances[nearest] > MAX_DISTANCE:
+                room = self._find_room(node)
+                if room is not None and self._usual_room is not None:
+                    name = self._find_name(node)
+                    self.builder.add_object(label, self._ensure_floor(room), description=name)
+                    return
                 reason = "in its room" if nearest is None else f"within {MAX_DISTANCE:g} m"
-                self.builder.leave_out(f"no furniture {reason}", label)
+                self.builder.leave_out(f"no furniture {reason}{_HINT}", label)
                 return
             found = nearest, 1
         holder, num_links = found
@@ -181,12 +201,29 @@ class _GraphReader:
             label, self._furniture[holder], inside, num_links > 1, name, relation
         )
 
+    def _ensure_floor(self, room: int) -> int:
+        """Return the index of the floor of a room, which is furniture."""
+        if room not in self._floors:
+            self._floors[room] = self.builder.add_furniture("floor", room)
+        return self._floors[room]
+
     def _find_room(self, node: Any) -> int | None:
+        """Index of the room of a node; what is in none is in the usual one, where there is any."""
+        room = self._find_own_room(node)
+        if room is None and self._usual_room is not None:
+            if _NO_NODE not in self._rooms:
+                self._rooms[_NO_NODE] = self.builder.add_room(self._usual_room)
+            room = self._rooms[_NO_NODE]
+        return room
+
+    def _find_own_room(self, node: Any) -> int | None:
         """Index of the room above a node, else of the room whose box holds it."""
         found = self._search(node, self._rooms, climbs_only=True)
         if found is not None:
             return self._rooms[found[0]]
         for room, index in self._rooms.items():
+            if room == _NO_NODE:
+                continue
             has_extent = np.ptp(self._extents[room], axis=0).any()
             if has_extent and self._compute_distance(node, room) == 0:
                 return index

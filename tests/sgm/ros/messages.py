@@ -1,8 +1,11 @@
 """Messages of ROS 2 as plain objects, as rclpy or rosbags would hand them out."""
 
+import io
+import struct
 from types import SimpleNamespace as Message
 
 import numpy as np
+from PIL import Image
 
 
 def make_header(time, frame="camera"):
@@ -55,6 +58,41 @@ def make_depth(time, depth, encoding="16UC1", is_bigendian=0, padding=0):
         header=make_header(time), height=len(depth), width=depth.shape[1], encoding=encoding,
         is_bigendian=is_bigendian, step=data.shape[1], data=data.ravel(),
     )  # fmt: skip
+
+
+def make_compressed_depth(time, depth, kind="16UC1", scale=(10.0, -0.5)):
+    """16UC1: millimetres as PNG after 12 bytes; 32FC1: inverse depth, a / depth + b."""
+    if kind == "16UC1":
+        values = np.nan_to_num(depth * 1000, nan=0, posinf=0)
+    else:
+        values = np.maximum(scale[0] / depth + scale[1], 0)
+    file = io.BytesIO()
+    Image.fromarray(np.rint(values).astype(np.uint16)).save(file, "PNG")
+    data = struct.pack("<iff", 0, *scale) + file.getvalue()
+    return Message(
+        header=make_header(time), format=f"{kind}; compressedDepth png",
+        data=np.frombuffer(data, dtype=np.uint8),
+    )  # fmt: skip
+
+
+def make_yolo(time, rows, frame="camera", boxes_3d=(), frame_3d="map"):
+    """Rows of name, score and left, top, right, bottom; boxes in space are center and sides."""
+    found = []
+    for number, (name, score, (left, top, right, bottom)) in enumerate(rows):
+        center = Message(position=Message(x=(left + right) / 2, y=(top + bottom) / 2), theta=0.0)
+        bbox = Message(center=center, size=Message(x=right - left, y=bottom - top))
+        at, sides = boxes_3d[number] if boxes_3d else ((0.0,) * 3, (0.0,) * 3)
+        pose = Message(
+            position=Message(**dict(zip("xyz", at, strict=True))),
+            orientation=Message(x=0.0, y=0.0, z=0.0, w=1.0),
+        )
+        bbox3d = Message(
+            center=pose, size=Message(**dict(zip("xyz", sides, strict=True))), frame_id=frame_3d
+        )
+        found.append(
+            Message(class_id=7, class_name=name, score=score, id="", bbox=bbox, bbox3d=bbox3d)
+        )
+    return Message(header=make_header(time, frame), detections=found)
 
 
 def _make_results(name, score):

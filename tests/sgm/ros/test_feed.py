@@ -7,19 +7,21 @@ from sgm import Bayesian, Finder, SceneGraphMemory
 from sgm.eyes import Box, LookBuilder, Pose
 from sgm.ros import CameraFeed, HomeMap, LiveMemory
 from sgm.ros.readings import (
+    list_frames,
     read_depth_image,
     read_detections,
-    read_detections_3d,
     read_uncertainty,
 )
 from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, look_around, put_on, render
 from tests.sgm.ros.messages import (
     make_camera_info,
+    make_compressed_depth,
     make_depth,
     make_detections,
     make_detections_3d,
     make_quaternion,
     make_transform,
+    make_yolo,
 )
 
 MAP = {
@@ -56,7 +58,7 @@ def play(feed, poses, things=(), *, is_3d=False, encoding="16UC1", start=100.0, 
             centers = pose.to_camera(np.array([body.center for body in bodies]).reshape(-1, 3))
             rows = [(name, 0.9, at) for (name, _), at in zip(things, centers, strict=True)]
             message = make_detections_3d(time, rows)
-        feed.take_detections(message, is_3d=is_3d)  # before its depth and its transform
+        feed.take_detections(message)  # before its depth and its transform
         if "depth" not in leaves_out:
             feed.take_depth(make_depth(time, render([TABLE, FLOOR, *bodies], pose), encoding))
         if "tf" not in leaves_out:
@@ -101,12 +103,12 @@ def test_a_frame_waits_no_longer_than_it_may():
     feed = CameraFeed(builder, uses_depth=False, patience=0.5)
     feed.take_camera(make_camera_info(CAMERA))
     feed.take_transforms(Message(transforms=[make_transform(10.0, "map", "camera", (0, 0, 1))]))
-    feed.take_detections(make_detections(10.3, []), is_3d=False)
+    feed.take_detections(make_detections(10.3, []))
     assert "frames" not in feed.counts  # a later transform may come
     feed.take_transforms(Message(transforms=[make_transform(10.35, "map", "camera", (0, 0, 1))]))
     assert feed.counts["frames"] == 1
-    feed.take_detections(make_detections(10.4, []), is_3d=False)
-    feed.take_detections(make_detections(11.0, []), is_3d=False)
+    feed.take_detections(make_detections(10.4, []))
+    feed.take_detections(make_detections(11.0, []))
     assert feed.counts["frames"] == 2
     assert builder.counts["frames"] == 2
 
@@ -116,7 +118,7 @@ def test_a_stale_transform_is_dropped_by_the_gate():
     feed = CameraFeed(builder, uses_depth=False)
     feed.take_camera(make_camera_info(CAMERA))
     feed.take_transforms(Message(transforms=[make_transform(10.0, "map", "camera", (0, 0, 1))]))
-    feed.take_detections(make_detections(11.0, []), is_3d=False)
+    feed.take_detections(make_detections(11.0, []))
     feed.finish()
     assert builder.counts == {"frames": 1, "transform too old": 1}
 
@@ -129,9 +131,9 @@ def test_broken_messages_are_counted_and_never_raised():
     feed.take_depth(Message(**{**vars(make_depth(1.0, np.ones((4, 4)))), "encoding": "rgb8"}))
     broken = make_transform(1.0, "map", "camera", (np.nan, 0, 0))
     feed.take_transforms(Message(transforms=[broken]))
-    feed.take_detections(Message(), is_3d=False)
+    feed.take_detections(Message())
     feed.take_pose(Message(pose=Message(covariance=[1.0])))
-    feed.take_detections(make_detections(1.0, []), is_3d=False)
+    feed.take_detections(make_detections(1.0, []))
     feed.finish()
     assert feed.counts == {
         "camera infos that cannot be read": 2,
@@ -179,13 +181,66 @@ def test_centers_of_the_camera_are_turned_into_the_map():
     to_map = np.eye(4)
     to_map[:3, :3], to_map[:3, 3] = pose.rotation, pose.position
     message = make_detections_3d(0.0, [("mug", 0.8, (0, 0, 2))], size=(0.1, 0.2, 0.3))
-    (mug,) = read_detections_3d(message, to_map)
+    (mug,) = read_detections(message, to_map={"camera": to_map}.get)
     np.testing.assert_allclose(mug.center, (3, 0, 1), atol=1e-12)
     np.testing.assert_allclose(mug.size, (0.3, 0.1, 0.2), atol=1e-12)  # z is ahead, y is down
-    (mug,) = read_detections_3d(
-        make_detections_3d(0.0, [("mug", 1, (0, 0, 2))], size=(0, 0, 0)), to_map
-    )
+    message = make_detections_3d(0.0, [("mug", 1, (0, 0, 2))], size=(0, 0, 0))
+    (mug,) = read_detections(message, to_map={"camera": to_map}.get)
     assert mug.size is None
+    assert read_detections(message) == []  # where the frame is unknown
+
+
+def test_boxes_of_yolo_in_space_count_where_they_have_a_size():
+    rows = [("mug", 0.8, (0, 0, 4, 4)), ("red_cup", 0.7, (1, 2, 3, 5))]
+    flat, other = read_detections(make_yolo(0.0, rows))
+    assert (flat.name, flat.score, flat.box, flat.center) == ("mug", 0.8, (0, 0, 4, 4), None)
+    assert (other.name, other.box) == ("red cup", (1, 2, 3, 5))
+    boxes = [((1, 2, 3), (0.1, 0.1, 0.1)), ((0, 0, 0), (0, 0, 0))]
+    message = make_yolo(0.0, rows, boxes_3d=boxes, frame_3d="odom")
+    assert list_frames(message) == {"odom"}
+    shifted = np.eye(4)
+    shifted[:3, 3] = 10, 0, 0
+    deep, other = read_detections(message, to_map={"odom": shifted}.get)
+    assert (deep.center, deep.box) == ((11, 2, 3), None)
+    assert other.box == (1, 2, 3, 5)
+
+
+def test_compressed_depth_by_hand():
+    depth = np.array([[1.0, 2.5, 0.25], [np.inf, 4.0, 3.0]])
+    found = read_depth_image(make_compressed_depth(0.0, depth))
+    np.testing.assert_allclose(found, [[1.0, 2.5, 0.25], [0.0, 4.0, 3.0]])
+    # 1000 / depth - 5 as whole numbers: 995, 395, 3995, none (-5 is read as 0), 245, 328
+    found = read_depth_image(make_compressed_depth(0.0, depth, "32FC1", (1000.0, -5.0)))
+    expected = [[1.0, 2.5, 0.25], [np.nan, 4.0, 1000 / 333]]
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+    message = make_compressed_depth(0.0, depth)
+    for kind, data, error in (
+        ("16UC1; compressedDepth rvl", b"\0" * 40, "must be 16UC1 or 32FC1 as PNG"),
+        ("bgr8; jpeg compressed bgr8", message.data, "must be 16UC1 or 32FC1 as PNG"),
+        ("16UC1; compressedDepth png", message.data[:40], "must be a PNG of 16 bits"),
+        ("32FC1; compressedDepth png", message.data[12:], "must begin with 12 bytes"),
+    ):
+        with pytest.raises(ValueError, match=error):
+            read_depth_image(Message(header=message.header, format=kind, data=data))
+
+
+def test_boxes_in_any_frame_are_seen_from_the_camera():
+    """Detections in the map say nothing of where the camera is: CameraInfo does."""
+    mug = put_on(TABLE, 0.1, 0.3)
+    builder = LookBuilder({7: TABLE})
+    feed = CameraFeed(builder)
+    feed.take_camera(make_camera_info(CAMERA))
+    for number, pose in enumerate(look_around(TABLE.center)[:8]):
+        time = 100 + 0.2 * number
+        feed.take_detections(make_detections_3d(time, [("mug", 0.9, mug.center)], frame="map"))
+        feed.take_depth(make_depth(time, render([TABLE, FLOOR, mug], pose)))
+        turn = make_quaternion(pose.rotation)
+        transform = make_transform(time, "map", "camera", pose.position, turn)
+        feed.take_transforms(Message(transforms=[transform]))
+    feed.finish()
+    (look,) = builder.finish()
+    assert [(one.description, one.relation) for one in look.seen] == [("mug", "onTop")]
+    assert look.coverage["onTop"] > 0.5
 
 
 def test_uncertainty_by_hand():

@@ -8,17 +8,20 @@ import pytest
 from sgm import SceneGraphMemory
 from sgm.memory.look_log import read_log
 from simulator.trace.__main__ import main
-from simulator.trace.importers.bag import _VISION, BagOptions, load_home_map, read_bag
+from simulator.trace.importers.bag import BagOptions, load_home_map, read_bag
+from simulator.trace.importers.bag_messages import DEFINITIONS
 from simulator.trace.trace import load_trace
 from tests.guides import read_page
 from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, look_around, put_on, render
 from tests.sgm.ros.messages import (
     make_camera_info,
+    make_compressed_depth,
     make_depth,
     make_detections,
     make_detections_3d,
     make_quaternion,
     make_transform,
+    make_yolo,
 )
 from tests.sgm.ros.test_feed import find_box
 
@@ -34,6 +37,9 @@ furniture:
 """
 TOPICS = {
     "/detections": "vision_msgs/msg/Detection2DArray",
+    "/yolo": "yolo_msgs/msg/DetectionArray",
+    "/in_map": "vision_msgs/msg/Detection3DArray",
+    "/depth/compressedDepth": "sensor_msgs/msg/CompressedImage",
     "/boxes": "vision_msgs/msg/Detection3DArray",
     "/camera/depth/image_raw": "sensor_msgs/msg/Image",
     "/camera/camera_info": "sensor_msgs/msg/CameraInfo",
@@ -44,7 +50,7 @@ TOPICS = {
 
 def _make_store():
     store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
-    for name, text in _VISION.items():
+    for name, text in DEFINITIONS.items():
         store.register(typesys.get_types_from_msg(text, name))
     return store
 
@@ -106,8 +112,12 @@ def write_bag(tmp_path):
                     ))  # fmt: skip
                     depth = render([TABLE, FLOOR, *bodies], pose)
                     put("/camera/depth/image_raw", time, make_depth(time, depth))
+                    put("/depth/compressedDepth", time, make_compressed_depth(time, depth))
                     rows = [(name, 0.9, find_box(body, pose)) for name, body in things]
                     put("/detections", time, make_detections(time, rows))
+                    put("/yolo", time, make_yolo(time, rows))
+                    rows = [(name, 0.9, body.center) for name, body in things]
+                    put("/in_map", time, make_detections_3d(time, rows, frame="map"))
                     rows = [
                         (name, 0.9, pose.to_camera(np.array([body.center]))[0])
                         for name, body in things
@@ -148,6 +158,43 @@ def test_a_bag_becomes_a_memory(write_bag, tmp_path, storage, detections):
     assert not [name for name in looks.counts if "cannot" in name]
 
 
+@pytest.mark.parametrize(
+    ("detections", "depth"),
+    [("/yolo", "/camera/depth/image_raw"), ("/detections", "/depth/compressedDepth"),
+     ("/in_map", "/camera/depth/image_raw")],
+)  # fmt: skip
+def test_what_robots_publish_is_read(write_bag, tmp_path, detections, depth):
+    options = BagOptions(detections=detections, depth=depth)
+    looks = read_bag(write_bag(), load_home_map(tmp_path / "map.yaml"), options)
+    assert looks.num_looks == 2
+    seen = looks.memory.last_seen("mug")
+    assert (seen.relation, seen.times_seen, seen.is_there) == ("onTop", 1, False)
+    assert looks.counts["depth images"] == looks.counts["frames"] == 20
+    assert not [name for name in looks.counts if "cannot" in name or "without" in name]
+
+
+@pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
+def test_storages_need_no_metadata(write_bag, tmp_path, storage):
+    folder = write_bag(storage)
+    (folder / "metadata.yaml").unlink()
+    (file,) = folder.iterdir()
+    home = load_home_map(tmp_path / "map.yaml")
+    for path in (folder, file):
+        assert read_bag(path, home).num_looks == 2
+    file.write_bytes(b"nothing")
+    with pytest.raises(ValueError, match=r"bag must be .*that rosbags reads"):
+        read_bag(folder, home)
+
+
+def test_the_only_topic_of_a_type_need_not_be_named(write_bag, tmp_path):
+    leaves_out = ["/detections", "/boxes", "/in_map", "/camera/depth/image_raw"]
+    looks = read_bag(write_bag(leaves_out=leaves_out), load_home_map(tmp_path / "map.yaml"))
+    assert looks.num_looks == 2
+    assert looks.topics["detections"] == "/yolo"
+    assert looks.topics["depth"] == "/depth/compressedDepth"
+    assert "/yolo (detections)" in looks.summarise()
+
+
 def test_the_command_writes_log_memory_and_trace(write_bag, tmp_path, capsys):
     folder = write_bag()
     log, memory, out = (tmp_path / name for name in ("looks.jsonl", "home.sgm", "trace"))
@@ -155,7 +202,7 @@ def test_the_command_writes_log_memory_and_trace(write_bag, tmp_path, capsys):
     everything = ["--log", str(log), "--memory", str(memory), "--out", str(out)]
     assert main([*arguments, *everything]) == 0
     printed = capsys.readouterr().out
-    assert printed.startswith("2 looks, 1 things, 1 pieces of furniture, 1 time steps\nread: ")
+    assert printed.startswith("2 looks, 1 things, 1 pieces of furniture, 1 time steps\ntopics: ")
     assert SceneGraphMemory.load(memory).last_seen("mug").times_seen == 1
     trace = load_trace(out)
     assert [event.description for event in trace.events] == ["mug", "mug"]  # it came, and went
@@ -169,9 +216,15 @@ def test_the_command_writes_log_memory_and_trace(write_bag, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("leaves_out", "message"),
     [
-        (["/detections"], "bag must have the topic /detections of type .*got no such topic"),
+        (
+            ["/detections", "/boxes", "/yolo", "/in_map"],
+            "bag must have the topic /detections of type .*got no such topic",
+        ),
         (["/tf"], "bag must have the topic /tf of type"),
-        (["/camera/depth/image_raw"], "bag must have the topic /camera/depth/image_raw"),
+        (
+            ["/camera/depth/image_raw", "/depth/compressedDepth"],
+            "bag must have the topic /camera/depth/image_raw",
+        ),
     ],
 )
 def test_what_a_bag_lacks_is_said_in_one_line(write_bag, tmp_path, leaves_out, message):
@@ -190,7 +243,7 @@ def test_a_topic_of_another_type_is_said(write_bag, tmp_path):
 
 
 def test_boxes_in_space_need_no_depth(write_bag, tmp_path):
-    folder = write_bag(leaves_out=["/camera/depth/image_raw"])
+    folder = write_bag(leaves_out=["/camera/depth/image_raw", "/depth/compressedDepth"])
     looks = read_bag(folder, load_home_map(tmp_path / "map.yaml"), BagOptions(detections="/boxes"))
     assert looks.num_looks == 2
     assert looks.memory.last_seen("mug").times_seen == 1
@@ -225,7 +278,7 @@ def test_what_is_no_bag(write_bag, tmp_path, capsys):
     folder = write_bag()
     command = ["import", "bag", "--map", str(tmp_path / "map.yaml"), "--memory", "x.sgm"]
     assert main([*command, str(tmp_path)]) == 1
-    assert "bag must be a folder with metadata.yaml" in capsys.readouterr().err
+    assert "bag must be a folder with metadata.yaml, or files" in capsys.readouterr().err
     text = (folder / "metadata.yaml").read_text()
     for other, message in (
         (text.replace("compression_mode: ''", "compression_mode: FILE"), "must not be compressed"),

@@ -99,7 +99,7 @@ def test_numbers_are_named_by_a_label_space(apartment, capfd):
     assert said.out.splitlines() == [
         "placed: 1 rooms, 2 furniture nodes, 1 objects, 0 of them taken out of other objects",
         "labels taken for: 5 dining_table x 3 (furniture), 16 cushion x 1 (object)",
-        "not placed, in no room: dining_table",
+        "not placed, in no room (give --room home): dining_table",
         "not placed, no name for the number of its label (give --labels): 11",
         f"memory: {memory_file}",
     ]
@@ -108,6 +108,38 @@ def test_numbers_are_named_by_a_label_space(apartment, capfd):
     assert memory.get_position(0) == (1, 0)
     assert memory.get_position(1) == (2.5, 0)
     assert memory.last_seen("cushion").furniture == 1
+
+
+def test_graphs_without_rooms_or_furniture_are_put_into_one_room(tmp_path, capfd):
+    """As of Khronos and Clio: nothing above the objects, and perhaps no furniture at all."""
+    labels = tmp_path / "labels.yaml"
+    labels.write_text(LABELS)
+    table = make_node("O", 0, [1.0, 0.0, 0.5], 5, [1.0, 1.0, 1.0])
+    cushions = [make_node("O", n, [1.0 + 3 * n, 0.0, 1.1], 16, [0.1] * 3) for n in (1, 2)]
+    on_it = make_node("O", 3, [1.0, 0.1, 1.1], 16, [0.1] * 3)
+    for nodes, furniture, places in (
+        ([table, *cushions, on_it], ["dining table", "floor"], [1, 1, 0]),
+        (cushions, ["floor"], [0, 0]),
+    ):
+        path, memory_file = tmp_path / "graph.json", tmp_path / "home.sgm"
+        content = {
+            "directed": False, "multigraph": False, "layer_ids": [2, 3, 4, 5], "mesh_layer_id": 1,
+            "mesh_edges": [], "nodes": nodes, "edges": [],
+        }  # fmt: skip
+        path.write_text(json.dumps(content))
+        arguments = ["import", "spark-dsg", str(path), "--memory", str(memory_file)]
+        arguments += ["--labels", str(labels)]
+        assert main(arguments) == 1
+        said = capfd.readouterr().err
+        assert "home must have a room that can be placed, got none" in said
+        assert "(give --room home)" in said
+        assert main([*arguments, "--room", "home"]) == 0
+        memory = SceneGraphMemory.load(memory_file)
+        assert list(memory.layout.room_labels) == ["home"]
+        assert list(memory.layout.furniture_labels) == furniture
+        trace, _ = read_scene_graph(path, (), labels, "home")
+        assert [event.furniture for event in trace.events] == places
+        capfd.readouterr()
 
 
 def test_a_broken_label_space_is_one_line(tmp_path):
@@ -122,7 +154,7 @@ def test_a_broken_label_space_is_one_line(tmp_path):
         path.write_text(text)
         with pytest.raises(ValueError, match=message):
             load_label_names(path)
-    with pytest.raises(ValueError, match="labels must come with a format whose labels are numbers"):
+    with pytest.raises(ValueError, match="labels must come with the format spark-dsg"):
         IMPORTERS["procthor"].read(path, labels=path)
 
 

@@ -200,9 +200,18 @@ def test_a_scene_graph_of_spark_dsg(tmp_path):
     assert builder.num_nested == 1
     assert dict(builder.left_out) == {
         "no name for the number of its label (give --labels)": ["99"],
-        "in no room": ["desk"],
-        "no furniture within 1 m": ["book", "workbench"],
+        "in no room (give --room home)": ["desk"],
+        "no furniture within 1 m (give --room home)": ["book", "workbench"],
     }
+    trace, builder = read_scene_graph(path, room="hall")
+    assert trace.layout.room_labels == ("kitchen", "room", "hall")
+    desk = next(row for row in trace.layout.furniture.values() if row.label == "desk")
+    assert trace.layout.rooms[desk.room].label == "hall"
+    floors = [row.name for row in trace.layout.furniture.values() if row.label == "floor"]
+    assert {("book", floor, "onTop") for floor in floors} & {
+        (name.split()[0], place, relation) for name, place, relation in list_objects(trace)
+    }
+    assert list(builder.left_out) == ["no name for the number of its label (give --labels)"]
     trace, _ = read_scene_graph(path, ["workbench"])
     assert "workbench" in trace.layout.furniture_labels
     path.write_text("{")

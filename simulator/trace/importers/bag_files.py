@@ -1,0 +1,111 @@
+"""The files of a recording of ROS 2: a bag, or storages without metadata, as one reader."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from sgm.messages import shorten
+from simulator.yaml_text import read_yaml
+
+MOST_METADATA_BYTES = 1 << 24
+_MOST_FILES = 1000
+_STORAGES = (".mcap", ".db3")
+
+
+class StorageFiles:
+    """Files of messages that are read one after the other, as those of one bag.
+
+    Attributes:
+        connections: of all files; one topic may be there once a file.
+    """
+
+    def __init__(self, readers: Sequence[Any]) -> None:
+        """Take over readers of rosbags, which are open."""
+        self._readers = readers
+        self.connections = [one for reader in readers for one in reader.connections]
+
+    def messages(self, connections: Collection[Any]) -> Iterator[tuple[Any, int, bytes]]:
+        """Yield connection, nanoseconds and bytes of every message, as rosbags does."""
+        topics = {one.topic for one in connections}
+        for reader in self._readers:
+            own = [one for one in reader.connections if one.topic in topics]
+            if own:
+                yield from reader.messages(connections=own)
+
+    def close(self) -> None:
+        """Close all files."""
+        for reader in self._readers:
+            reader.close()
+
+
+def open_bag(path: Path) -> StorageFiles:
+    """Open a folder that `ros2 bag record` made, a file of it, or a folder of such files.
+
+    Raises:
+        ModuleNotFoundError: if rosbags is not installed.
+        ValueError: if it is none, or was compressed as a whole by rosbag2.
+    """
+    try:
+        from rosbags.rosbag2 import Reader, ReaderError
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            "rosbags must be installed to read bags. pip install 'scene-graph-memory[bag]'"
+        ) from None
+    has_metadata = (path / "metadata.yaml").is_file()
+    files = [path] if has_metadata else _list_storages(path)
+    if has_metadata:
+        _check_metadata(path)
+    readers: list[Any] = []
+    for file in files:
+        try:
+            reader: Any = Reader(file)
+            reader.open()
+        except Exception as error:  # of sqlite, MCAP, zstd: whatever a file holds that was altered
+            StorageFiles(readers).close()
+            kind = "one of ROS 2" if isinstance(error, ReaderError) else "whole, and of ROS 2"
+            raise ValueError(
+                f"bag must be {kind} that rosbags reads, got {shorten(str(error)[:200])} for "
+                f"{file}. Run `ros2 bag info`, or `ros2 bag reindex`."
+            ) from None
+        readers.append(reader)
+    return StorageFiles(readers)
+
+
+def _list_storages(path: Path) -> list[Path]:
+    """Return the files of messages at a path without metadata, by their names."""
+    files = [path] if path.is_file() else sorted(path.iterdir()) if path.is_dir() else []
+    found = [file for file in files if file.suffix in _STORAGES and file.is_file()]
+    if not 0 < len(found) <= _MOST_FILES:
+        got = "none" if not found else f"{len(found)} files"
+        raise ValueError(
+            "bag must be a folder with metadata.yaml, or files of messages ending in .mcap or "
+            f".db3, got {got} at {path}. Give what `ros2 bag record` has made."
+        )
+    return found
+
+
+def _check_metadata(path: Path) -> None:
+    """Check what a bag says of itself, before anything is unpacked."""
+    file = path / "metadata.yaml"
+    if os.path.getsize(file) > MOST_METADATA_BYTES:
+        raise ValueError(
+            f"metadata.yaml of a bag must have at most {MOST_METADATA_BYTES} bytes, got more in "
+            f"{path}. Record fewer topics."
+        )
+    try:
+        data = read_yaml(file)
+    except ValueError as error:
+        raise ValueError(
+            f"metadata.yaml of a bag must be YAML, got {shorten(str(error)[:200])} in {path}. Run "
+            "`ros2 bag reindex`."
+        ) from None
+    about = data.get("rosbag2_bagfile_information") if isinstance(data, dict) else None
+    mode = about.get("compression_mode") if isinstance(about, dict) else None
+    if mode and str(mode).lower() != "none":
+        raise ValueError(
+            f"bag must not be compressed by rosbag2, got compression of each {shorten(mode)} in "
+            f"{path}. Convert it with `ros2 bag convert`; MCAP's own compression of chunks will do."
+        )
