@@ -1,7 +1,7 @@
 """`ObjectFinder.load()` and its first answer in a fresh interpreter, as a robot starts.
 
 The imports count, the interpreter's own start does not; torch, DGL and Lightning are hidden, as
-where they are not installed. What numba compiles is kept from an earlier start.
+where they are not installed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ print(json.dumps([seconds, kilobytes / 1024]))
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:
-    """Answer once, so that everything is compiled."""
+    """Answer once, so that all files are in memory."""
 
     def measure() -> tuple[float, dict[str, float]]:
         command = [sys.executable, "-c", _CODE]

@@ -27,10 +27,10 @@ DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 # imports from those before it alone. A package's own name is its `__init__.py`; its `__main__` are
 # the commands of all its folders.
 ORDER = """
-    sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.kernel sgm.text
+    sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.text
     sgm.prior sgm.names sgm.layout sgm.memory sgm.belief sgm.evidence sgm.policies
     sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm sgm.__main__
-    simulator.caches simulator.yaml_text simulator.process simulator.fan_out
+    simulator.caches simulator.kernel simulator.yaml_text simulator.process simulator.fan_out
     simulator.priors simulator.world simulator.box_world simulator.policies
     simulator.snapshots simulator.tasks simulator.events simulator.trace simulator.drawing
     simulator.replay
@@ -53,7 +53,7 @@ PLUGINS = {("simulator.trace.importers", "nep.importers.homer")}  # its files ne
 # What needs a learnt network; the simulator needs none.
 LEARNING = {"dgl", "lightning", "pytorch_lightning", "torch", "torchmetrics"}
 # All that `sgm` imports beside the standard library, and what single files import when asked to.
-SGM_NEEDS = {"numba", "numpy", "sgm"}
+SGM_NEEDS = {"numpy", "sgm"}
 SGM_OPTIONAL = {
     "sgm/files.py": {"filelock"},
     "sgm/memory/memory_questions.py": {"pandas"},
@@ -210,7 +210,7 @@ def test_files_and_folders_say_what_is_in_them(word):
     assert word not in names
 
 
-def test_sgm_imports_numpy_and_numba_alone():
+def test_sgm_imports_numpy_alone():
     found = find_external("sgm")
     assert "numpy" in set().union(*found.values())
     for file, names in found.items():

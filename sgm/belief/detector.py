@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sgm.belief.corrections import CORRECTIONS
 from sgm.checks import is_number
-from sgm.kernel import kernel
 from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
@@ -129,11 +127,17 @@ class Detector:
             That of the looks of earlier steps that were for whatever is there, which the memory
             keeps for all objects; and that of the others: of this step, and for this object alone.
         """
-        rates = self.miss_rate, self.leave_rate, self.repeated_share, looks_counted
-        return _weigh_looks(
-            (looks.negative, looks.sought, looks.sought_ago, looks.is_remembered, looks.steps_ago),
-            tuple(map(float, rates)),
-        )
+        weight = 1 - looks_counted * looks.is_remembered
+        counts = weight > 0
+        remains = 1 - self.leave_rate
+        stay = remains**looks.steps_ago * (np.isfinite(looks.steps_ago) & counts[..., None])
+        stay_sought = remains**looks.sought_ago * (np.isfinite(looks.sought_ago) & counts)
+        sought_missed = self.compute_miss(looks.sought)
+        with np.errstate(divide="ignore"):  # a look that misses nothing rules out what has stayed
+            earlier = weight * np.log(1 - (1 - self.miss_rate) * stay).sum(axis=-1)
+            alone = np.log(self.compute_miss(looks.negative))
+            alone += weight * np.log(1 - (1 - sought_missed) * stay_sought)
+        return earlier, alone
 
 
 def compute_miss(
@@ -158,48 +162,3 @@ def compute_miss(
     )
     missed: np.ndarray = here + (num_looks - whole) * (next_one - here)
     return missed
-
-
-@kernel
-def _weigh_looks(
-    looks: tuple[np.ndarray, ...], rates: tuple[float, ...]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return log likelihood of earlier looks, and of the others, (V, F) each.
-
-    See `Detector.compute_log_likelihood`: `negative` counts looks of this step, `sought` earlier
-    ones for the object alone, `sought_ago` steps ago, (V, F) each; other earlier looks were
-    `steps_ago`, infinite for none, (V, F, n). `is_remembered` says where the memory counts earlier
-    looks, bool (V, F).
-    """
-    negative, sought, sought_ago, is_remembered, steps_ago = looks
-    miss_rate, leave_rate, repeated_share, looks_counted = rates
-    earlier, own = np.zeros(negative.shape), np.zeros(negative.shape)
-    for row in range(negative.shape[0]):
-        for place in range(negative.shape[1]):
-            weight = 1 - looks_counted * is_remembered[row, place]
-            for look in range(steps_ago.shape[2]):
-                steps = steps_ago[row, place, look]
-                if weight > 0 and math.isfinite(steps):
-                    stay = (1 - leave_rate) ** steps
-                    earlier[row, place] += math.log(1 - (1 - miss_rate) * stay)
-            if weight > 0:
-                earlier[row, place] *= weight
-            if negative[row, place] > 0:
-                missed = _compute_miss_of(negative[row, place], miss_rate, repeated_share)
-                own[row, place] = math.log(missed)
-            if weight > 0 and math.isfinite(sought_ago[row, place]):
-                missed = _compute_miss_of(sought[row, place], miss_rate, repeated_share)
-                stay = (1 - leave_rate) ** sought_ago[row, place]
-                own[row, place] += weight * math.log(1 - (1 - missed) * stay)
-    return earlier, own
-
-
-@kernel
-def _compute_miss_of(num_looks: float, miss_rate: float, repeated_share: float) -> float:
-    """Return how likely looks of one step all miss what is there; see `compute_miss`."""
-    hidden = repeated_share * miss_rate
-    anew = (miss_rate - hidden) / (1 - hidden)
-    whole = math.floor(num_looks)
-    here = hidden + (1 - hidden) * anew**whole if whole > 0 else 1.0
-    further = hidden + (1 - hidden) * anew ** (whole + 1)
-    return here + (num_looks - whole) * (further - here)

@@ -10,9 +10,9 @@ import numpy as np
 
 from sgm.arrays.grouped import sum_rows
 from sgm.belief.corrections import CORRECTIONS
-from sgm.evidence.adaptive_filter_kernel import follow_looks
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
+from sgm.evidence.look_filter import follow_looks
 from sgm.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import accumulate
 
 EVIDENCE_VERSION = 3  # raised with every change of the columns or of what they mean
 
@@ -84,11 +83,5 @@ PLACE_COLUMNS = tuple(
 QUESTION_COLUMNS = tuple(
     f"{group}.{name}" for group, names in QUESTION_GROUP_COLUMNS.items() for name in names
 )
-_ENDS = accumulate(map(len, PLACE_GROUP_COLUMNS.values()))
-# Where the columns of each group of places are.
-PLACE_SLICES = {
-    name: slice(end - len(own), end)
-    for (name, own), end in zip(PLACE_GROUP_COLUMNS.items(), _ENDS, strict=True)
-}
 # What only a home with a clock can say.
 CLOCK_GROUPS = ("hours", "hour")

@@ -6,28 +6,54 @@ where things move once an hour or once a month.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from sgm.belief.corrections import CORRECTIONS
-from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED, follow_prior, trust_prior
-from sgm.evidence.columns import (
-    PLACE_COLUMNS,
-    PLACE_SLICES,
-    QUESTION_COLUMNS,
-    QUESTION_GROUP_COLUMNS,
+from sgm.evidence import (
+    expected_columns,
+    home_columns,
+    question_columns,
+    sighting_columns,
 )
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED, follow_prior, trust_prior
+from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.evidence.expected_places import Expected
-from sgm.evidence.place_columns_kernel import fill_place_columns
 from sgm.evidence.question import Question
-from sgm.evidence.question_columns_kernel import fill_question_columns
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
 _LEAST = 1e-6  # of a belief
-_LIFT = QUESTION_COLUMNS.index("trust.prior_lift")
+
+# What computes the columns of each group of `sgm.evidence.columns`, by name: (Q, F) each, whatever
+# it is where a home has no place, or (Q,). What a group leaves out is zero.
+PLACE_GROUPS: Mapping[str, Callable[[Question], Mapping[str, np.ndarray]]] = {
+    "sightings": sighting_columns.compute_sightings,
+    "looks": sighting_columns.compute_looks,
+    "times": sighting_columns.compute_times,
+    "stays": sighting_columns.compute_stays,
+    "prior": expected_columns.compute_prior,
+    "words": expected_columns.compute_words,
+    "filters": expected_columns.compute_filters,
+    "places": home_columns.compute_places,
+    "others": home_columns.compute_others,
+    "rooms": home_columns.compute_rooms,
+    "hours": sighting_columns.compute_hours,
+}
+QUESTION_GROUPS: Mapping[str, Callable[[Question], Mapping[str, np.ndarray]]] = {
+    "size": question_columns.compute_size,
+    "movement": question_columns.compute_movement,
+    "stays": question_columns.compute_stays,
+    "trust": question_columns.compute_trust,
+    "words": question_columns.compute_words,
+    "object": question_columns.compute_object,
+    "hour": question_columns.compute_hour,
+}
+_PLACE_NUMBER = {name: number for number, name in enumerate(PLACE_COLUMNS)}
+_QUESTION_NUMBER = {name: number for number, name in enumerate(QUESTION_COLUMNS)}
+_LIFT = _QUESTION_NUMBER["trust.prior_lift"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,37 +125,16 @@ def compute_features(
     `asks_moved` is the share of the questions that are about what has just moved: the filters that
     reckon with it, and `movement.any_moved`, say which kind of question it is.
     """
-    question = Question.gather(memory, queries, asks_moved)
-    num_queries, num_places = question.arrays.is_place.shape
-    place = np.zeros((num_queries, num_places, len(PLACE_COLUMNS)), dtype=np.float32)
-    fill_place_features({name: place[..., own] for name, own in PLACE_SLICES.items()}, question)
-    # Each group by itself, so that kernels are given contiguous arrays whatever Q is.
-    groups = {
-        name: np.empty((num_queries, len(names)), dtype=np.float32)
-        for name, names in QUESTION_GROUP_COLUMNS.items()
-    }
-    fill_question_features(groups, question)
-    return Features(place, np.concatenate([*groups.values()], axis=1), question)
-
-
-def fill_place_features(out: Mapping[str, np.ndarray], asked: Question) -> None:
-    """Fill the columns of every group, float32 (Q, F, columns of the group), zeros at first.
-
-    The hours stay 0 where the time is unknown.
-    """
-    fill_place_columns(
-        tuple(out.values()), asked.arrays, asked.counts, asked.rates, asked.expected,
-        asked.companions, asked.sums,
-    )  # fmt: skip
-
-
-def fill_question_features(out: Mapping[str, np.ndarray], asked: Question) -> None:
-    """Fill the columns of every group, float32 (Q, columns of the group).
-
-    `movement.any_moved` is zero where what has just moved is not asked for more often than other
-    things.
-    """
-    fill_question_columns(
-        tuple(out.values()), asked.arrays, asked.counters, asked.counts, asked.rates,
-        asked.expected, asked.companions, asked.sums,
-    )  # fmt: skip
+    asked = Question.gather(memory, queries, asks_moved)
+    shape = asked.arrays.is_place.shape
+    place = np.zeros((*shape, len(PLACE_COLUMNS)), dtype=np.float32)
+    question = np.zeros((shape[0], len(QUESTION_COLUMNS)), dtype=np.float32)
+    with np.errstate(divide="ignore", invalid="ignore"):  # where a home has no place
+        for group, compute in PLACE_GROUPS.items():
+            for name, column in compute(asked).items():
+                place[..., _PLACE_NUMBER[f"{group}.{name}"]] = column
+    place[~asked.arrays.is_place] = 0
+    for group, compute in QUESTION_GROUPS.items():
+        for name, column in compute(asked).items():
+            question[:, _QUESTION_NUMBER[f"{group}.{name}"]] = column
+    return Features(place, question, asked)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from sgm.kernel import kernel
 from sgm.memory.memory_batch import MemoryBatch
 
 
@@ -56,80 +54,49 @@ class HomeSums(NamedTuple):
     @classmethod
     def _compute(cls, memory: MemoryBatch) -> HomeSums:
         objects, edges, history = memory.objects, memory.edges, memory.history
-        num_crossing = np.zeros(memory.num_homes, dtype=np.int64)
-        if history.counts_moves:
-            room = memory.furniture_room
-            crosses = room[:, :, None] != room[:, None, :]
-            num_crossing = (history.moves * crosses).sum(axis=(1, 2))
-        of_objects = _sum_objects(
-            memory.num_homes, memory.num_furniture, objects["home"], objects["type"],
-            objects["num_observed"], objects["last_furniture"],
-        )  # fmt: skip
-        of_edges = _sum_edges(
-            memory.home_num_furniture, objects["type"], edges["home"], edges["object"],
-            edges["prior"], edges["num_true"], edges["num_changed"], edges["is_true"],
-            edges["time_true"],
-        )  # fmt: skip
-        return cls(*(*of_objects, *of_edges, history.moves.sum(axis=1), num_crossing))
-
-
-@kernel
-def _sum_objects(
-    num_homes: int,
-    num_places: int,
-    home: np.ndarray,
-    kind: np.ndarray,
-    num_observed: np.ndarray,
-    last_place: np.ndarray,
-) -> tuple[np.ndarray, ...]:
-    """Return `num_seen` to `popularity` of columns of objects, (O,); `kind` is their type."""
-    num_seen = np.zeros(num_homes, dtype=np.int64)
-    sightings = np.zeros(num_homes, dtype=np.int64)
-    num_typed = np.zeros(num_homes, dtype=np.int64)
-    num_known = np.zeros(num_homes, dtype=np.int64)
-    popularity = np.zeros((num_homes, num_places))
-    for row in range(len(home)):
-        own = home[row]
-        sightings[own] += num_observed[row]
-        if num_observed[row] > 0:
-            num_seen[own] += 1
-            if kind[row] >= 0:
-                num_typed[own] += 1
-        if last_place[row] >= 0:
-            num_known[own] += 1
-            popularity[own, last_place[row]] += 1
-    return num_seen, sightings, num_typed, num_known, popularity
-
-
-@kernel
-def _sum_edges(
-    num_places: np.ndarray,
-    object_kind: np.ndarray,
-    home: np.ndarray,
-    object_row: np.ndarray,
-    prior: np.ndarray,
-    num_true: np.ndarray,
-    num_changed: np.ndarray,
-    is_true: np.ndarray,
-    time_true: np.ndarray,
-) -> tuple[np.ndarray, ...]:
-    """Return `num_edges` to `lift` of columns of edges, (E,), and one of objects, (O,).
-
-    `num_places` is of each home, (H,).
-    """
-    num_homes = len(num_places)
-    num_edges = np.zeros(num_homes, dtype=np.int64)
-    num_left = np.zeros(num_homes, dtype=np.int64)
-    time = np.zeros(num_homes, dtype=np.int64)
-    num_placed = np.zeros(num_homes, dtype=np.int64)
-    lift = np.zeros(num_homes)
-    for edge in range(len(home)):
-        own = home[edge]
-        num_edges[own] += 1
+        home, was_seen = objects["home"], objects["num_observed"] > 0
+        is_typed, is_known = objects["type"] >= 0, objects["last_furniture"] >= 0
+        shape = memory.num_homes, memory.num_furniture
+        last_place = (
+            home[is_known].astype(np.int64) * shape[1] + objects["last_furniture"][is_known]
+        )
+        popularity = np.bincount(last_place, minlength=shape[0] * shape[1]).reshape(shape)
+        placed = (edges["num_true"] > 0) & is_typed[edges["object"]]
         # Edges become true and false in turn: half of their changes were of this kind.
-        num_left[own] += (num_changed[edge] + (not is_true[edge])) // 2
-        time[own] += time_true[edge]
-        if num_true[edge] > 0 and object_kind[object_row[edge]] >= 0:
-            num_placed[own] += 1
-            lift[own] += math.log(prior[edge] * num_places[own] * 0.9 + 0.1)
-    return num_edges, num_left, time, num_placed, lift
+        num_left = (edges["num_changed"] + ~edges["is_true"]) // 2
+
+        def count(homes: np.ndarray, number: np.ndarray | None = None) -> np.ndarray:
+            """Sum whole numbers by home, (n,), (n,) -> (H,)."""
+            return np.bincount(homes, number, minlength=shape[0]).astype(np.int64)
+
+        return cls(
+            num_seen=count(home[was_seen]),
+            sightings=count(home, objects["num_observed"]),
+            num_typed=count(home[was_seen & is_typed]),
+            num_known=count(home[is_known]),
+            popularity=popularity.astype(float),
+            num_edges=count(edges["home"]),
+            num_left=count(edges["home"], num_left),
+            time_true=count(edges["home"], edges["time_true"]),
+            num_placed=count(edges["home"][placed]),
+            lift=_sum_lift(memory, np.flatnonzero(placed)),
+            arrivals=history.moves.sum(axis=1),
+            num_crossing=_count_crossing(memory),
+        )
+
+
+def _sum_lift(memory: MemoryBatch, placed: np.ndarray) -> np.ndarray:
+    """Return `HomeSums.lift`; `placed` are the edges that count, (k,)."""
+    home = memory.edges["home"][placed]
+    even = memory.edges["prior"][placed].astype(float) * memory.home_num_furniture[home]
+    return np.bincount(home, np.log(even * 0.9 + 0.1), minlength=memory.num_homes)
+
+
+def _count_crossing(memory: MemoryBatch) -> np.ndarray:
+    """Return `HomeSums.num_crossing`."""
+    if not memory.history.counts_moves:
+        return np.zeros(memory.num_homes, dtype=np.int64)
+    room = memory.furniture_room
+    crosses = room[:, :, None] != room[:, None, :]
+    num_crossing: np.ndarray = (memory.history.moves * crosses).sum(axis=(1, 2))
+    return num_crossing

@@ -11,7 +11,7 @@ from sgm.evidence.adaptive_filter import (
     compute_own_rates,
     list_look_times,
 )
-from sgm.evidence.adaptive_filter_kernel import follow_left
+from sgm.evidence.look_filter import follow_left
 from sgm.evidence.object_counts import compute_hours_per_step, count_sightings
 from sgm.memory.home_history import NUM_LOOKS_KEPT
 from sgm.memory.memory_batch import MemoryBatch
@@ -101,15 +101,11 @@ def _follow(memory: MemoryBatch, things: Queries) -> tuple[np.ndarray, np.ndarra
     the home's own rates says if it stayed, and certain if it left. What is in the home, at a place
     that is not known, is as good as gone.
     """
-    objects, home, row, edges = memory.objects, things.home, things.object, memory.edges
-    seen = count_sightings(
-        row.astype(np.int64), len(objects), memory.num_furniture,
-        edges["object"], edges["furniture"], edges["num_true"],
-    )  # fmt: skip
+    objects, home, row = memory.objects, things.home, things.object
     hours, _, own = compute_own_rates(memory, home, row)
     leaving = own[:, None] * _SHARES
     left = follow_left(
-        seen, sum_relations(things.prior), memory.furniture_room[home],
+        count_sightings(memory, row), sum_relations(things.prior), memory.furniture_room[home],
         memory.room_label.shape[1], *list_look_times(memory, things),
         objects["last_furniture"][row], objects["last_observed"][row], memory.time, hours, own,
         compute_crossing(memory)[home], memory.history.compute_miss_rate()[home], leaving,

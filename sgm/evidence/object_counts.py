@@ -6,12 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sgm.kernel import kernel
+from sgm.arrays.grouped import join_groups
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-
-_NO_HOURS = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
 
 
 class ObjectCounts(NamedTuple):
@@ -43,21 +41,51 @@ class ObjectCounts(NamedTuple):
 
     @classmethod
     def gather(cls, memory: MemoryBatch, queries: Queries) -> ObjectCounts:
-        """Gather the counters of the query objects."""
-        edges, has_hours = memory.edges, memory.clock is not None
-        *counts, missed, is_true, hours = _gather_counts(
-            queries.object.astype(np.int64), len(memory.objects), memory.num_furniture,
-            edges["object"], edges["furniture"], edges["num_true"], edges["num_changed"],
-            edges["is_true"], edges["time_true"], edges["num_observed"], edges["last_true"],
-            edges["last_observed"], edges["missed"],
-            memory.history.edge_hours if has_hours else _NO_HOURS, NUM_HOURS if has_hours else 0,
-        )  # fmt: skip
-        num_true, last_true, num_left, time_true, num_known, last_known = counts
-        num_looks = memory.furniture_num_observed[queries.home]
+        """Gather the counters of the query objects, which may be asked for twice."""
+        shape = len(queries.object), memory.num_furniture
+        edges = memory.edges
+        query, edge = join_groups(queries.object, edges["object"], len(memory.objects))
+        was_true = edges["num_true"][edge] > 0
+        query, edge = query[was_true], edge[was_true]
+        at = query * shape[1] + edges["furniture"][edge]
+        is_true = edges["is_true"][edge]
+
+        def gather(ufunc: np.ufunc, value: np.ndarray, empty: float = 0) -> np.ndarray:
+            """Reduce the values of edges by place, (k,) -> (Q, F)."""
+            reduced = np.full(shape[0] * shape[1], empty, dtype=value.dtype)
+            ufunc.at(reduced, at, value)
+            return reduced.reshape(shape)
+
+        # Edges become true and false in turn: half of their changes were of this kind.
+        num_left = (edges["num_changed"][edge] + ~is_true) // 2
+        num_missed = gather(np.minimum, edges["missed"][edge].astype(float), np.inf)
         return cls(
-            num_true, last_true, np.minimum(missed, num_looks), num_left, time_true, num_known,
-            last_known, is_true, hours,
-        )  # fmt: skip
+            num_true=gather(np.add, edges["num_true"][edge]),
+            last_true=gather(np.maximum, edges["last_true"][edge], -1),
+            num_absent=np.minimum(num_missed, memory.furniture_num_observed[queries.home]),
+            num_left=gather(np.add, num_left),
+            time_true=gather(np.add, edges["time_true"][edge]),
+            num_known=gather(np.maximum, edges["num_observed"][edge]),
+            last_known=gather(np.maximum, edges["last_observed"][edge], -1),
+            is_true=gather(np.logical_or, is_true, False),
+            hours=_gather_hours(memory, edge, at, shape),
+        )
+
+
+def _gather_hours(
+    memory: MemoryBatch, edge: np.ndarray, at: np.ndarray, shape: tuple[int, int]
+) -> np.ndarray:
+    """Return `ObjectCounts.hours` of edges, (k,), that belong to so many questions and places.
+
+    `at` is the number of question and place of each, in 0..Q F - 1, (k,).
+    """
+    if memory.clock is None:
+        return np.zeros((2, *shape, 0), dtype=np.float32)
+    hours = np.zeros((2, shape[0] * shape[1], NUM_HOURS), dtype=np.float32)
+    seen, gone = memory.history.get_edge_hours(edge)
+    np.add.at(hours[0], at, seen)
+    np.maximum.at(hours[1], at, gone)
+    return hours.reshape(2, *shape, NUM_HOURS)
 
 
 def compute_hours_per_step(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
@@ -75,142 +103,28 @@ def compute_hour(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
     return np.mod(memory.clock[home, 0] / 3600 + memory.time * memory.clock[home, 1] / 3600, 24)
 
 
-@kernel
-def _gather_counts(
-    query_object: np.ndarray,
-    num_objects: int,
-    num_places: int,
-    edge_object: np.ndarray,
-    edge_place: np.ndarray,
-    edge_num_true: np.ndarray,
-    edge_num_changed: np.ndarray,
-    edge_is_true: np.ndarray,
-    edge_time_true: np.ndarray,
-    edge_num_observed: np.ndarray,
-    edge_last_true: np.ndarray,
-    edge_last_observed: np.ndarray,
-    edge_missed: np.ndarray,
-    edge_hours: np.ndarray,
-    num_hours: int,
-) -> tuple[np.ndarray, ...]:
-    """Gather the counters of rows of objects, which may be asked for twice, int64 (Q,).
-
-    What begins with `edge` are columns of edges, (E,). `edge_hours` has the first of them by hour
-    of day: sightings, and looks that did not show what had been seen there, uint16 (2, E', bins);
-    none in homes without a clock. `num_hours` is 0 to leave hours out.
-
-    Returns:
-        num_true, last_true, num_left, time_true, num_known, last_known, int32 (Q, F) each; parts of
-        looks that missed it, infinite where it was never seen, float64 (Q, F); whether it is true,
-        bool (Q, F); hours, float32 (2, Q, F, num_hours).
-    """
-    num_queries = len(query_object)
-    num_true = np.zeros((num_queries, num_places), dtype=np.int32)
-    last_true = np.full((num_queries, num_places), -1, dtype=np.int32)
-    num_left = np.zeros((num_queries, num_places), dtype=np.int32)
-    time_true = np.zeros((num_queries, num_places), dtype=np.int32)
-    num_known = np.zeros((num_queries, num_places), dtype=np.int32)
-    last_known = np.full((num_queries, num_places), -1, dtype=np.int32)
-    missed = np.full((num_queries, num_places), np.inf)
-    is_true = np.zeros((num_queries, num_places), dtype=np.bool_)
-    hours = np.zeros((2, num_queries, num_places, num_hours), dtype=np.float32)
-    latest, before = _chain_queries(query_object, num_objects)
-    for edge in range(len(edge_object)):
-        query = latest[edge_object[edge]]
-        if query < 0 or edge_num_true[edge] == 0:
-            continue
-        place = edge_place[edge]
-        counted = min(edge, edge_hours.shape[1] - 1)
-        while query >= 0:
-            num_true[query, place] += edge_num_true[edge]
-            time_true[query, place] += edge_time_true[edge]
-            # Edges become true and false in turn: half of their changes were of this kind.
-            num_left[query, place] += (edge_num_changed[edge] + (not edge_is_true[edge])) // 2
-            last_true[query, place] = max(last_true[query, place], edge_last_true[edge])
-            num_known[query, place] = max(num_known[query, place], edge_num_observed[edge])
-            last_known[query, place] = max(last_known[query, place], edge_last_observed[edge])
-            missed[query, place] = min(missed[query, place], edge_missed[edge])
-            if edge_is_true[edge]:
-                is_true[query, place] = True
-            if counted >= 0:
-                for hour in range(num_hours):
-                    hours[0, query, place, hour] += edge_hours[0, counted, hour]
-                    hours[1, query, place, hour] = max(
-                        hours[1, query, place, hour], edge_hours[1, counted, hour]
-                    )
-            query = before[query]
-    return (
-        num_true, last_true, num_left, time_true, num_known, last_known, missed, is_true, hours,
-    )  # fmt: skip
+def count_sightings(memory: MemoryBatch, rows: np.ndarray) -> np.ndarray:
+    """Count the sightings of Q rows of objects at F places: `ObjectCounts.num_true` alone."""
+    edges, shape = memory.edges, (len(rows), memory.num_furniture)
+    query, edge = join_groups(rows, edges["object"], len(memory.objects))
+    at = query * shape[1] + edges["furniture"][edge]
+    count = np.bincount(at, edges["num_true"][edge], minlength=shape[0] * shape[1])
+    return count.reshape(shape)
 
 
-@kernel
-def count_sightings(
-    query_object: np.ndarray,
-    num_objects: int,
-    num_places: int,
-    edge_object: np.ndarray,
-    edge_place: np.ndarray,
-    edge_num_true: np.ndarray,
-) -> np.ndarray:
-    """Count the sightings of Q objects at F places: `ObjectCounts.num_true` alone."""
-    num_true = np.zeros((len(query_object), num_places), dtype=np.int32)
-    latest, before = _chain_queries(query_object, num_objects)
-    for edge in range(len(edge_object)):
-        query = latest[edge_object[edge]]
-        while query >= 0:
-            num_true[query, edge_place[edge]] += edge_num_true[edge]
-            query = before[query]
-    return num_true
-
-
-@kernel
-def choose_edges(
-    query_object: np.ndarray,
-    num_objects: int,
-    query_prior: np.ndarray,
-    edge_object: np.ndarray,
-    edge_place: np.ndarray,
-    edge_relation: np.ndarray,
-    edge_num_true: np.ndarray,
-    edge_prior: np.ndarray,
-) -> np.ndarray:
+def choose_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """Choose a relation for Q objects at each of F places: seen most often so, else likelier.
-
-    `query_object` are rows of objects, which may be asked for twice, int64 (Q,), `query_prior` the
-    prior weight of both relations, (Q, F, 2); what begins with `edge` are columns of edges, (E,).
 
     Returns:
         Prior weight in it, and the relation, float32 (Q, F, 2).
     """
-    num_queries, num_places = query_prior.shape[:2]
-    num_true = np.full((num_queries, num_places, 2), -1, dtype=np.int32)
-    prior = query_prior.copy()
-    latest, before = _chain_queries(query_object, num_objects)
-    for edge in range(len(edge_object)):
-        query = latest[edge_object[edge]]
-        while query >= 0:
-            num_true[query, edge_place[edge], edge_relation[edge]] = edge_num_true[edge]
-            prior[query, edge_place[edge], edge_relation[edge]] = edge_prior[edge]
-            query = before[query]
-    chosen = np.empty((num_queries, num_places, 2), dtype=np.float32)
-    for query in range(num_queries):
-        for place in range(num_places):
-            inside, on_top = num_true[query, place]
-            is_on_top = on_top > inside
-            if inside < 0 and on_top < 0:
-                is_on_top = query_prior[query, place, 0] <= query_prior[query, place, 1]
-            chosen[query, place, 0] = prior[query, place, 1 if is_on_top else 0]
-            chosen[query, place, 1] = is_on_top
-    return chosen
-
-
-@kernel
-def _chain_queries(query_object: np.ndarray, num_objects: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the last query for each object, (O,), and the one before each, -1 for none, (Q,)."""
-    latest = np.full(num_objects, -1, dtype=np.int64)
-    before = np.empty(len(query_object), dtype=np.int64)
-    for query in range(len(query_object)):
-        before[query] = latest[query_object[query]]
-        latest[query_object[query]] = query
-    return latest, before
+    edges, prior = memory.edges, queries.prior.copy()
+    num_true = np.full(prior.shape, -1, dtype=np.int32)
+    query, edge = join_groups(queries.object, edges["object"], len(memory.objects))
+    at = query, edges["furniture"][edge], edges["relation"][edge]
+    num_true[at], prior[at] = edges["num_true"][edge], edges["prior"][edge]
+    is_on_top = num_true[..., 1] > num_true[..., 0]
+    is_likelier = queries.prior[..., 0] <= queries.prior[..., 1]
+    is_on_top = np.where((num_true < 0).all(axis=2), is_likelier, is_on_top)
+    weight = np.where(is_on_top, prior[..., 1], prior[..., 0])
+    return np.stack([weight, is_on_top], axis=2).astype(np.float32)

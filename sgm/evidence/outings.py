@@ -10,7 +10,7 @@ from sgm.arrays.grouped import join_groups
 from sgm.evidence.adaptive_filter import compute_own_rates
 from sgm.evidence.leaving import spread_things
 from sgm.evidence.object_counts import compute_hours_per_step
-from sgm.evidence.outings_kernel import follow_outings
+from sgm.evidence.outings_filter import follow_outings
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.memory.week_hours import NUM_WEEK_HOURS

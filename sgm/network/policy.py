@@ -105,12 +105,8 @@ class NetworkPolicy(StepPolicy):
         learns = self.network.learns_asked
         asked = self._asks_moved if learns else TASKS_ASK_MOVED
         evidence = compute_features(memory, queries, asked)
-        is_place, edges = evidence.is_place, memory.edges
         # Prior weight of each place, and relation in which it was seen there the most often.
-        edge = choose_edges(
-            queries.object.astype(np.int64), len(memory.objects), queries.prior, edges["object"],
-            edges["furniture"], edges["relation"], edges["num_true"], edges["prior"],
-        )  # fmt: skip
+        edge, is_place = choose_edges(memory, queries), evidence.is_place
         logits = self.network.compute_logits(evidence.place, evidence.question, edge, is_place)
         scores = np.where(is_place, logits.round(CORRECTIONS.decimals), -np.inf)
         corrected = TASKS_ASK_MOVED if learns else self._asks_moved

@@ -109,10 +109,9 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def warm_up(finder: Finder) -> None:
-    """Load and compile what the first question would wait for, longer than a call may take.
+    """Load what the first question would wait for.
 
-    The home may be new and empty, so that another one is asked. It has two places: arrays of one
-    have another layout, for which loops would be compiled that no other home uses.
+    The home may be new and empty, so that another one is asked.
     """
     memory = SceneGraphMemory(clock=Clock(datetime(2026, 1, 1), 600))
     kitchen = memory.add_room("kitchen")

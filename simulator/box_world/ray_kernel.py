@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sgm.kernel import kernel
 from sgm.layout.box import Box
+from simulator.kernel import kernel
 
 _NEAR = 0.02  # metres in front of the camera, where nothing is seen
 _FLAT = 1e-30  # a direction that stands for 0

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sgm.kernel import kernel
+from simulator.kernel import kernel
 
 # No single look and no number of them rules out a place for good: the densities are approximate.
 MOST_CERTAIN = 0.95  # a look is no more certain to find an object than this

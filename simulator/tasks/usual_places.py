@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.kernel import kernel
+from simulator.kernel import kernel
 from simulator.world.homes import Homes
 
 # Description of the object that a slot held, where it was, -1 for nowhere, `num_counted` when it

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.kernel import kernel
+from simulator.kernel import kernel
 
 NUMBERS_AT_ONCE = 1 << 20  # random numbers of noise worked on together: 8 MB
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sgm.kernel import kernel
+from simulator.kernel import kernel
 from simulator.world.dynamics import Dynamics, Life
 from simulator.world.sampled_state import SampledState
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sgm.checks import check_choice, check_seed
-from sgm.kernel import kernel
+from simulator.kernel import kernel
 
 # Homes of different splits never share a stream, whatever their index.
 SPLITS = ("train", "val", "test")

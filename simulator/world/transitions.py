@@ -6,7 +6,7 @@ import numpy as np
 
 from sgm.arrays.grouped import concatenate_ranges
 from sgm.arrays.table import Table
-from sgm.kernel import kernel
+from simulator.kernel import kernel
 
 # A weight and where it leads: eight bytes, so that a block is one or two lines of the cache.
 _ENTRY = np.dtype([("place", np.int32), ("weight", np.float32)])

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
-from sgm.kernel import kernel
+from simulator.kernel import kernel
 from simulator.world.dynamics import Life
 from simulator.world.routine.activity_kinds import (
     compute_object_weights,

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sgm.kernel import kernel
+from simulator.kernel import kernel
 from simulator.world.routine.rules import RoutineRules
 
 DAY = 86_400.0

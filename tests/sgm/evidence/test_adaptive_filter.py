@@ -11,8 +11,8 @@ from sgm.evidence.adaptive_filter import (
     follow_prior,
     trust_prior,
 )
-from sgm.evidence.adaptive_filter_kernel import follow_looks
 from sgm.evidence.expected_places import Expected
+from sgm.evidence.look_filter import follow_looks
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.evidence.question import FILTERS
 from sgm.policies.adaptive import Adaptive

@@ -6,17 +6,13 @@ import numpy as np
 import pytest
 
 from sgm.evidence.columns import (
+    CLOCK_GROUPS,
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,
     QUESTION_COLUMNS,
     QUESTION_GROUP_COLUMNS,
 )
-from sgm.evidence.evidence_features import (
-    compute_features,
-    fill_place_features,
-    fill_question_features,
-)
-from sgm.evidence.place_columns_kernel import rank_row
+from sgm.evidence.evidence_features import PLACE_GROUPS, QUESTION_GROUPS, compute_features
 from sgm.evidence.question import Question
 from sgm.policies.adaptive import Adaptive
 from sgm.text.vectors import Alike
@@ -217,12 +213,6 @@ def test_beliefs_are_those_of_the_policy(memory, columns):
     assert columns["object.elsewhere"] == pytest.approx(expected[-1], rel=1e-5)
 
 
-def test_rank_counts_from_the_highest():
-    found = np.empty(4)
-    rank_row(np.array([3.0, 7.0, 3.0, 1.0]), found)
-    np.testing.assert_allclose(found, [1 / 2, 1, 1 / 3, 1 / 4])
-
-
 @pytest.fixture(scope="module")
 def rollout(make_tiny_homes):
     rollout = Rollout(make_tiny_homes(3), Adaptive())
@@ -232,28 +222,21 @@ def rollout(make_tiny_homes):
     return rollout
 
 
-def test_columns_are_named_and_filled(rollout):
-    """Every group fills its own columns, all of them, at every place."""
-    question = Question.gather(rollout.memory, ask(rollout.memory))
-    for fill, names, shape in (
-        (fill_place_features, PLACE_GROUP_COLUMNS, (1, 6)),
-        (fill_question_features, QUESTION_GROUP_COLUMNS, (1,)),
-    ):
-        found = []
-        for before in (0, -7):
-            out = {
-                name: np.full((*shape, len(own) + 1), before, dtype=np.float32)
-                for name, own in names.items()
-            }
-            fill({name: columns[..., :-1] for name, columns in out.items()}, question)
-            assert all((columns[..., -1] == before).all() for columns in out.values())
-            found.append({name: columns[..., :-1] for name, columns in out.items()})
-        for name in names:
-            if name in ("hours", "hour"):  # nobody knows what time it is
-                continue
-            empty, full = (one[name] for one in found)
-            assert ((empty == full) | (full == -7)).all(), name
-            assert (full != -7).any(axis=tuple(range(len(shape)))).all(), name
+def test_every_group_computes_its_columns_in_their_order(make_tiny_memory, memory):
+    """All of them, at every place; those of the hours where it is known what time it is."""
+    with_clock = make_tiny_memory()
+    with_clock.clock = np.array([[0.0, 3600.0]])  # seconds of the week at step 0, and of a step
+    for own, without in ((with_clock, set()), (memory, set(CLOCK_GROUPS))):
+        asked = Question.gather(own, ask(own))
+        for groups, names, shape in (
+            (PLACE_GROUPS, PLACE_GROUP_COLUMNS, (1, 6)),
+            (QUESTION_GROUPS, QUESTION_GROUP_COLUMNS, (1,)),
+        ):
+            assert list(groups) == list(names)
+            for group, compute in groups.items():
+                columns = compute(asked)
+                assert tuple(columns) == (() if group in without else names[group])
+                assert {np.shape(column) for column in columns.values()} <= {shape}
     assert len(set(PLACE_COLUMNS)) == len(PLACE_COLUMNS)
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sgm.evidence.adaptive_filter_kernel import follow_left
 from sgm.evidence.leaving import Leaving
+from sgm.evidence.look_filter import follow_left
 from sgm.policies.adaptive import Adaptive
 from simulator import SceneGraphMemory, Sighting
 from simulator.tasks.predict_location import predict_locations

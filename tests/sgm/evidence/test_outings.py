@@ -7,7 +7,7 @@ import pytest
 
 from sgm.evidence.leaving import Leaving
 from sgm.evidence.outings import Outings, join_left
-from sgm.evidence.outings_kernel import follow_outings
+from sgm.evidence.outings_filter import follow_outings
 from sgm.finder.finder import Finder
 from sgm.finder.object_finder import ObjectFinder
 from sgm.memory.clock import Clock

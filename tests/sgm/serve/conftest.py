@@ -15,7 +15,6 @@ from sgm.memory.clock import Clock
 from sgm.memory.kept_home import KeptHome
 from sgm.memory.sighting import Sighting
 from sgm.policies import Bayesian
-from sgm.serve.__main__ import warm_up
 from sgm.serve.caller import Caller
 from sgm.serve.guard import Guard
 
@@ -24,12 +23,6 @@ ALIASES = {
     "scissors": ["thing to cut paper", "thing to cut with"],
     "paper knife": {"aliases": ["thing to cut paper"]},
 }
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _compiled():
-    """All is compiled before a call has ten seconds, as by the command."""
-    warm_up(Finder(Bayesian()))
 
 
 def open_service(path, aliases=ALIASES):

@@ -6,8 +6,6 @@ import math
 
 import numpy as np
 
-from sgm.kernel import kernel
-
 _SAME = 0.97  # probability that what was seen is the object that is asked for
 _TICK = 0.5  # hours: in between, the share of the time at home is taken for linear
 _LONGEST = 168.0  # hours of what is followed: a week later nothing is left of a sighting
@@ -17,7 +15,6 @@ _LEAST = 1e-6
 _LOOKS_COUNTED = 0.85
 
 
-@kernel
 def follow_outings(
     home_share: np.ndarray,
     usual: np.ndarray,
@@ -135,7 +132,6 @@ def follow_outings(
     return out_share, gain
 
 
-@kernel
 def _read_share(share: np.ndarray, clock: np.ndarray, step: float) -> float:
     """Return a share of (48,) at a time step, linear between the middles of hours."""
     hour = ((clock[0] + step * clock[1]) / 3600.0 - 0.5) % 168.0
@@ -145,7 +141,6 @@ def _read_share(share: np.ndarray, clock: np.ndarray, step: float) -> float:
     return min(max(found, _LEAST), 1 - _LEAST)
 
 
-@kernel
 def _find_bin(hour: int) -> int:
     """Return which of the 48 an hour of the week is."""
     return hour % 24 + (24 if hour >= 120 else 0)

@@ -1,0 +1,33 @@
+"""Sums and ranks of the rows of a matrix, the same whatever stands beside or behind them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def add_in_order(values: np.ndarray) -> np.ndarray:
+    """Sum along the last axis, (..., F) -> (..., 1), from first to last.
+
+    Zeros behind the end of a row change no bit of its sum, so that it does not depend on the
+    longest row beside it. `sum` adds in pairs and is rounded by the number of columns.
+    """
+    return np.add.accumulate(values, axis=-1)[..., -1:]
+
+
+def sum_equal(key: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Sum the values of a row that have the same key, at each of them, (Q, F), (Q, F) -> (Q, F).
+
+    Keys are whole numbers of at least -1.
+    """
+    first_key = np.arange(len(key))[:, None] * (int(key.max(initial=0)) + 2)
+    _, number = np.unique(key + first_key, return_inverse=True)
+    number = number.ravel()
+    return np.bincount(number, values.ravel())[number].reshape(key.shape)
+
+
+def rank_rows(values: np.ndarray) -> np.ndarray:
+    """Return 1 / rank within rows, the highest value 1, ties in order, (Q, F) -> (Q, F)."""
+    order = np.argsort(-values, axis=-1, kind="stable")
+    ranks = np.empty(values.shape)
+    np.put_along_axis(ranks, order, 1 / np.arange(1.0, values.shape[-1] + 1), axis=-1)
+    return ranks
