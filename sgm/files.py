@@ -31,6 +31,8 @@ except ModuleNotFoundError:  # Windows
 LOCK = ".lock"  # name of the file by which a folder is locked
 MOST_BYTES = 1 << 30  # of a file that is read at once
 MOST_LEVELS = 100  # of lists and objects in each other, in JSON and YAML
+_NO_PATH = (errno.EISDIR, errno.EINVAL, errno.ELOOP, errno.ENOTDIR, errno.ENAMETOOLONG)
+_KEPT = "what was finished is kept"
 _NO_FILE = "a pipe, socket or device instead of a file"
 
 
@@ -52,6 +54,20 @@ def make_read_error(error: OSError, rule: str, where: str) -> ValueError:
     message = f"{rule}, got {shorten(error.strerror)} {where}"
     is_missing = isinstance(error, FileNotFoundError)
     return MissingFileError(message) if is_missing else ValueError(message)
+
+
+def make_write_error(error: OSError, path: str | Path, size: int) -> OSError:
+    """Return the error of a file that cannot be written: which rule it breaks, and what to do."""
+    got = f"got {shorten(error.strerror)} for {path}."
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        line = f"folder must be writable, {got} Choose another one, or change its permissions."
+    elif error.errno == errno.ENOENT:
+        line = f"folder of a file must exist, {got} Make it, or check the path."
+    elif error.errno in _NO_PATH:
+        line = f"path must be one of a file, {got} Choose another one."
+    else:
+        line = f"disk must take {size} bytes, {got} Free some space and try again: {_KEPT}."
+    return OSError(error.errno, line)
 
 
 def open_file(path: str | Path) -> BinaryIO:
@@ -130,7 +146,7 @@ def write_whole(path: str | Path, content: bytes) -> None:
             partial.unlink(missing_ok=True)
             raise
     except OSError as error:
-        raise OSError(error.errno, _explain(error, path, len(content))) from error
+        raise make_write_error(error, path, len(content)) from error
 
 
 @contextmanager
@@ -275,21 +291,6 @@ def lock_file(file: BinaryIO) -> bool | None:
     except OSError:  # a disk without locks
         return None
     return True
-
-
-def _explain(error: OSError, path: str | Path, size: int) -> str:
-    """Say which rule a file that cannot be written breaks, and what to do."""
-    got = f"got {shorten(error.strerror)} for {path}."
-    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-        return f"folder must be writable, {got} Choose another one, or change its permissions."
-    if error.errno == errno.ENOENT:
-        return f"folder of a file must exist, {got} Make it, or check the path."
-    if error.errno in (errno.EISDIR, errno.EINVAL, errno.ELOOP, errno.ENOTDIR, errno.ENAMETOOLONG):
-        return f"path must be one of a file, {got} Choose another one."
-    return (
-        f"disk must take {size} bytes, {got} Free some space and run the same command again: "
-        "finished files are kept."
-    )
 
 
 def _is_deep(text: str) -> bool:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +29,8 @@ class KeptHome:
 
     Beside "home.sgm" lies "home.sgm.log", which has a line for every change, written before the
     change is made. `open` makes these changes again: the memory is what it was, to the bit. One
-    process at a time has the log, and so the memory.
+    process at a time has file and log, by whatever names and links it came to them; in it, no other
+    memory is saved to the file.
 
     Example:
         >>> home = KeptHome.open("home.sgm")
@@ -35,8 +38,8 @@ class KeptHome:
         >>> home.snapshot()
 
     Attributes:
-        path: of the snapshot.
-        log: the log that is written.
+        path: of the snapshot, without links.
+        log: the log that is written, beside it.
         memory: what is remembered; it writes the log.
     """
 
@@ -70,40 +73,75 @@ class KeptHome:
                 the snapshot that the log goes on from.
             OSError: if a file cannot be read or written.
         """
-        path = Path(path)
+        path = Path(os.path.realpath(path))  # of a link, the log lies beside what it leads to
         log = _name_log(path)
         # First of all, so that no process writes while the files are read; the memory has it later.
         lock = LogLock.of(log)
         lines = _read_latest(log)
+        num_names = path.stat().st_nlink if path.exists() else 1
+        if num_names > 1:
+            warnings.warn(
+                f"memory file has {num_names} names (hard links): snapshots are written at {path} "
+                "alone, and the others stay as they are",
+                stacklevel=2,
+            )
         if lines:
-            memory = replay_latest(lines, aliases)
-            content = memory._state.get_content_to_save()
-            if path.exists():
-                _check_same(path, content, log, lines)
-            own = _begin_before(clock, content)
-            if own is not None:
-                memory._go_on_from(replace(content, clock=own), memory._state.prior)
-            memory._start_log(log, goes_on=True)
-            home = cls(path, memory)
-            home.snapshot()  # so that the next start reads one memory and what came since
-            return home
+            home = cls(path, replay_latest(lines, aliases))
+            home._go_on(clock, lines)
         elif path.exists():
             own = _begin_before(clock, load_content(path))
-            memory = SceneGraphMemory.load(path, clock=own, log=log, aliases=aliases)
+            home = cls(path, SceneGraphMemory.load(path, clock=own, aliases=aliases))
+            home.memory._keep(path)
+            home.memory._start_log(log, goes_on=True)
         elif is_new:
-            memory = SceneGraphMemory(clock=clock, log=log, aliases=aliases)
+            home = cls(path, SceneGraphMemory(clock=clock, aliases=aliases))
+            home.memory.save(path)  # so that there is a file to have
+            home.memory._keep(path)
+            home.memory._start_log(log, goes_on=True)
         else:
             raise FileNotFoundError(
                 f"home must be a memory file or its log, got neither at {path}. Check the path, or "
                 "begin a new home."
             )
         del lock
-        return cls(path, memory)
+        return home
+
+    def _go_on(self, clock: Clock | None, lines: Sequence[LogLine]) -> None:
+        """Write where the lines of the log end, and have next starts read what comes from now on.
+
+        On a full disk the log is gone on with, so that what is known can be asked for.
+        """
+        memory = self.memory
+        content = memory._state.get_content_to_save()
+        if self.path.exists():
+            _check_same(self.path, content, self.log, lines)
+        memory._keep(self.path)
+        own = _begin_before(clock, content)
+        if own is not None:
+            memory._begin(replace(content, clock=own), memory._state.prior)
+        if self.log_bytes:
+            memory._go_on_in(self.log)
+        else:  # it ended between the old log and the new one
+            memory._start_log(self.log, goes_on=True)
+        try:
+            self.snapshot()
+        except OSError as error:
+            if own is not None:  # the log does not say so yet
+                raise
+            warnings.warn(f"no snapshot was written at the start: {error.args[-1]}", stacklevel=3)
+
+    @property
+    def log_bytes(self) -> int:
+        """Size of the log; 0 where it was moved or removed, until the next change."""
+        try:
+            return self.log.stat().st_size
+        except OSError:
+            return 0
 
     @property
     def is_log_long(self) -> bool:
         """Whether it is time for a snapshot."""
-        return self.log.stat().st_size >= MOST_LOG_BYTES
+        return self.log_bytes >= MOST_LOG_BYTES
 
     def snapshot(self) -> None:
         """Write the memory to its file, whole or not at all, and begin the log anew.

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sgm.files import make_read_error, parse_json, read_file
+from sgm.files import make_read_error, make_write_error, parse_json, read_file
 from sgm.layout.box import Box
 from sgm.layout.furniture import read_open_cost
 from sgm.layout.layout import Layout, read_map_id
@@ -88,7 +88,8 @@ class LookLog:
     then. One memory at a time writes it (`LogLock`).
 
     Attributes:
-        path: of the file.
+        path: of the file, without links: the log stays where it is, whatever the process's folder
+            is and a link leads to later.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -98,8 +99,8 @@ class LookLog:
             ValueError: if the file is no log, or another process writes it.
             OSError: if the folder does not exist, or the file cannot be read or written.
         """
-        self.path = Path(path)
-        self._lock = LogLock.of(self.path)
+        self._lock = LogLock.of(Path(path))
+        self.path = self._lock.path
         self._turn = object()  # the one whose turn it is to write
         with self._lock.turns:
             if self.path.exists():
@@ -112,6 +113,20 @@ class LookLog:
     def start(self, content: MemoryContent, *, is_new: bool) -> None:
         """Note what a memory holds that begins (`is_new`), or goes on; now it has the log."""
         self._write(_write_start(content, is_new=is_new), is_new=True)
+
+    def go_on(self) -> None:
+        """Have the log for a memory that is what its last line left."""
+        with self._lock.take(self._turn, is_new=True):
+            self._lock.take_file()
+
+    def is_lost(self) -> bool:
+        """Tell whether the file was moved or removed since the last line.
+
+        Raises:
+            FileExistsError: if another file lies in its place.
+        """
+        with self._lock.turns:
+            return self._lock.is_lost()
 
     def rotate(self, old: Path, content: MemoryContent) -> None:
         """Keep the log so far under another name, and begin anew with what the memory holds.
@@ -129,6 +144,7 @@ class LookLog:
             except BaseException:
                 old.replace(self.path)
                 raise
+            self._lock.take_file()
 
     def sync(self) -> None:
         """Have the disk take all lines written so far; raises OSError if it does not."""
@@ -156,6 +172,8 @@ class LookLog:
     def _write(self, line: bytes, *, is_new: bool = False) -> None:
         with self._lock.take(self._turn, is_new=is_new):
             _append(self.path, line)
+            if is_new:
+                self._lock.take_file()
 
 
 def read_log(path: str | Path) -> list[LogLine]:
@@ -204,14 +222,18 @@ def _write_line(kind: str, time: int, clock: Clock | None, values: Mapping[str, 
 
 def _append(path: Path, content: bytes) -> None:
     """Append all of a content to a file, or, on a disk that is full, nothing."""
-    with path.open("ab", buffering=0) as file:
-        size = file.seek(0, os.SEEK_END)
-        try:
-            while content:
-                content = content[file.write(content) :]
-        except OSError:
-            file.truncate(size)
-            raise
+    left = content
+    try:
+        with path.open("ab", buffering=0) as file:
+            size = file.seek(0, os.SEEK_END)
+            try:
+                while left:
+                    left = left[file.write(left) :]
+            except OSError:
+                file.truncate(size)
+                raise
+    except OSError as error:
+        raise make_write_error(error, path, len(content)) from error
 
 
 def _cut_torn_line(path: Path) -> bytes:

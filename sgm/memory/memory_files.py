@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import warnings
 from pathlib import Path
 from threading import Lock, RLock
 from typing import Any
@@ -102,6 +103,7 @@ class MemoryFiles:
     _state: MemoryState
     _log: LookLog | None
     _save_lock: SaveLock | None  # of the file saved last, as long as the memory lives
+    _kept_lock: SaveLock | None  # of the file in which a `KeptHome` keeps it
     _saving: Lock  # never waited for while the lock of the state is held
 
     def save(self, path: str | Path) -> None:
@@ -134,10 +136,11 @@ class MemoryFiles:
 
     def _save(self, path: str | Path, old_log: Path | None = None) -> None:
         # Of two saves the later one lasts; no other call waits for the disk.
-        with self._saving, SaveLock.hold(path) as lock:
+        with self._saving, SaveLock.hold(path, self) as lock:
             with self._lock:
                 content = self._state.get_content_to_save().copy()
                 if self._log is not None and old_log is not None:
+                    self._renew_lost_log(self._log)
                     self._log.rotate(old_log, content)
             save_content(path, content.to_json())
             self._save_lock = lock
@@ -157,8 +160,31 @@ class MemoryFiles:
         if self._log is not None:
             self._log.start(self._state.get_content_to_save(), is_new=not goes_on)
 
+    def _go_on_in(self, log: Path) -> None:
+        """Write into a log whose last line left the memory as it is."""
+        self._log = LookLog(log)
+        self._log.go_on()
+
+    def _keep(self, path: Path) -> None:
+        """Have a file in which no other memory is saved, while this one lives."""
+        self._kept_lock = SaveLock.keep(path, self)
+
     def _write(self, kind: str, time: int | None = None, **values: Any) -> None:
         """Append a change (`LogLine`) to the log, if there is one, before it is made."""
         if self._log is not None:
+            self._renew_lost_log(self._log)
             time = self._state.time if time is None else time
             self._log.write(kind, time, self._state.clock, values)
+
+    def _renew_lost_log(self, log: LookLog) -> None:
+        """Begin the log anew if it was moved or removed: with the file that it goes on from, too.
+
+        Raises:
+            OSError: if another file lies in its place, or it cannot be written.
+        """
+        if not log.is_lost():
+            return
+        warnings.warn(f"the log was moved or removed: it is begun anew at {log.path}", stacklevel=4)
+        if self._kept_lock is not None and self._kept_lock.path.exists():
+            log.start(load_content(self._kept_lock.path), is_new=False)
+        log.start(self._state.get_content_to_save(), is_new=False)

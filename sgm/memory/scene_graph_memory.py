@@ -98,7 +98,7 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
         ):
             read_optional(name, value, kind, "Leave it out for the default.")
         self._lock, self._saving, self._naming = RLock(), Lock(), Lock()
-        self._save_lock = self._log = None
+        self._save_lock = self._kept_lock = self._log = None
         self._aliases, self._own_encode = aliases, encoder  # for copies
         self._table = AliasTable.household(aliases)
         self._encoder = None if encoder is None else NameEncoder(encoder, self._table)

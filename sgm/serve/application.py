@@ -154,7 +154,10 @@ class Application:
         except (ValueError, TypeError) as error:
             await _send(count, 400, _JSON, _write_error(str(error)))
         except OSError as error:
-            await _send(count, 507, _JSON, _write_error(f"disk must take the change, got {error}"))
+            line = str(error.args[-1] if error.args else error)
+            if " must " not in line:
+                line = f"disk must take the change, got {error}"
+            await _send(count, 507, _JSON, _write_error(line))
         finally:
             self.metrics.count(name, status, time.perf_counter() - begin)
 
@@ -210,7 +213,7 @@ class Application:
             "sgm_places": memory.num_furniture,
             "sgm_time_step": memory.time,
             "sgm_feed_listeners": 0 if self.feed is None else self.feed.num_listeners,
-            "sgm_log_bytes": 0 if home is None else home.log.stat().st_size,
+            "sgm_log_bytes": 0 if home is None else home.log_bytes,
         }
 
     async def _read(

@@ -157,7 +157,7 @@ def test_threads_that_write_one_file_leave_a_whole_one(tmp_path):
     [
         (errno.EACCES, "folder must be writable, got .* change its permissions"),
         (errno.EROFS, "folder must be writable, got .*Read-only"),
-        (errno.ENOSPC, r"disk must take 3 bytes, got .*Free some space and run"),
+        (errno.ENOSPC, r"disk must take 3 bytes, got .*Free some space and try"),
     ],
 )
 def test_what_hinders_a_save_is_said(number, message, tmp_path, monkeypatch):

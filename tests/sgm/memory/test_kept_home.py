@@ -137,6 +137,7 @@ def test_another_file_beside_a_log_is_refused(tmp_path):
     home.snapshot()
     other = SceneGraphMemory(clock=CLOCK)
     other.add_room("bath")
+    del home
     other.save(tmp_path / "home.sgm")
     with pytest.raises(ValueError, match=r"home must be the memory that its log goes on from"):
         KeptHome.open(tmp_path / "home.sgm")

@@ -1,4 +1,4 @@
-"""ONNX Runtime starts without its telemetry; tests/test_layers.py holds that one file imports it."""
+"""ONNX Runtime starts without its telemetry; that one file imports it stands in test_layers.py."""
 
 import os
 import subprocess
