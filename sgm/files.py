@@ -28,6 +28,7 @@ try:
 except ModuleNotFoundError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
+VERSION = 1  # of every kind of file that is written
 LOCK = ".lock"  # name of the file by which a folder is locked
 MOST_BYTES = 1 << 30  # of a file that is read at once
 MOST_LEVELS = 100  # of lists and objects in each other, in JSON and YAML
@@ -47,6 +48,10 @@ class MissingFileError(FileNotFoundError, ValueError):
         """Say which rule is broken, and what to do."""
         super().__init__(message)
         self.strerror = message
+
+
+class VersionError(ValueError):
+    """A file is of another version than the one that is read."""
 
 
 def make_read_error(error: OSError, rule: str, where: str) -> ValueError:
@@ -216,6 +221,15 @@ def parse_json(content: str | bytes, *, allow_nan: bool = False) -> Any:
         parse_float=None if allow_nan else _read_float,
         parse_constant=None if allow_nan else _refuse_constant,
     )
+
+
+def check_version(what: str, found: object, where: str | Path) -> None:
+    """Raise VersionError unless a file is of the one version that there is."""
+    if type(found) is not int or found != VERSION:
+        raise VersionError(
+            f"{what} version must be {VERSION}, got {shorten(found)} in {where}. Make it again, or "
+            "use the version of the package that wrote it."
+        )
 
 
 def _check_regular(status: os.stat_result, path: str | Path) -> None:

@@ -245,8 +245,7 @@ def _list_sure(lines: Sequence[LogLine]) -> list[list[str]]:
     calibration = None
     for line in lines:
         if line.kind == "start":
-            memory = line.values["memory"]
-            calibration = None if memory is None else memory.score_calibration
+            calibration = line.values["memory"].score_calibration
         names = (
             about[1] if about and about[1] else read_words("description", name)
             for name, _, score, *about in (line.values["seen"] if line.kind == "look" else ())

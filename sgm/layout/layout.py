@@ -87,12 +87,12 @@ class Layout:
     def to_json(self) -> dict[str, Any]:
         """Return JSON values: rows of rooms and of furniture, each with its id first, and the map.
 
-        Empty where no map was named.
+        The map is empty where none was named.
         """
         return {
             "rooms": [[number, room.label] for number, room in self.rooms.items()],
             "furniture": [[number, *row.to_row()] for number, row in self.furniture.items()],
-            **({"map": self.map_id} if self.map_id else {}),
+            "map": self.map_id,
         }
 
     @classmethod
@@ -108,7 +108,7 @@ class Layout:
         for row in furniture.values():
             if row.room not in rooms:
                 raise ValueError(f"there is no room {shorten(row.room)}")
-        return cls(rooms, furniture, num_rooms, num_furniture, read_map_id(data.get("map", "")))
+        return cls(rooms, furniture, num_rooms, num_furniture, read_map_id(data["map"]))
 
     def transform(self, angle: float, shift: tuple[float, float], map_id: str = "") -> Layout:
         """Return the layout in the frame of another map; see `SceneGraphMemory.transform`."""

@@ -1,7 +1,7 @@
 """The columns of a memory's tables, declared once: what they are, and how they stand in files.
 
-Everything that goes over all columns follows from this: tables, copies, files, what is read of
-files of earlier versions, the check of what was read, and what is left when rows are removed.
+Everything that goes over all columns follows from this: tables, copies, files, the check of what
+was read, and what is left when rows are removed.
 """
 
 from __future__ import annotations
@@ -30,17 +30,15 @@ class Column:
     Attributes:
         name: within its table.
         dtype: in memory; in files whole numbers are whole, and others are numbers.
-        default: of new rows, and of all rows of files of versions before `since`.
+        default: of new rows.
         low, high: what it may be; `NOW` for the time step of the memory.
         refers_to: table whose rows it names by position, within bounds of their own; low is -1
             where it may name none.
-        since: version of memory files that first has it.
-        guess: what stands for it where a file does not have it, of the columns declared before it
-            and the table of objects; a column that is as guessed is in no file. None for the
-            default, which a column of version 1 must be without.
+        guess: what it is in most homes, of the columns declared before it and the table of objects;
+            None for the default. A column that is as guessed is left out of a file, which is a
+            quarter smaller so; the first of a table is always there.
         is_counter: whether it is one of the paper's, which snapshots and shards have, too.
         is_derived: whether it is looked up: it is in no file.
-        part: of a file that it stands in, where that is not its table's.
     """
 
     name: str
@@ -49,16 +47,9 @@ class Column:
     low: float = 0
     high: float = MAX_TIME
     refers_to: str = ""
-    since: int = 1
     guess: Callable[[Columns, Columns], np.ndarray] | None = None
     is_counter: bool = False
     is_derived: bool = False
-    part: str = ""
-
-    @property
-    def is_optional(self) -> bool:
-        """Whether files need not have it."""
-        return self.since > 1 or self.guess is not None
 
     @property
     def is_whole(self) -> bool:
@@ -82,6 +73,11 @@ _count = partial(Column, is_counter=True)
 _stamp = partial(Column, default=NEVER, low=NEVER, high=NOW)  # a time step, `NEVER` at first
 
 
+def _guess_first_observed(own: Columns, objects: Columns) -> np.ndarray:
+    """The start stands for the first of several sightings."""
+    return np.where(own["num_observed"] < 2, own["last_observed"], 0)
+
+
 def _guess_true(own: Columns, objects: Columns) -> np.ndarray:
     """An edge is true if the last look found it so."""
     is_last = own["last_observed"] == own["last_true"]
@@ -95,6 +91,11 @@ def _guess_time_true(own: Columns, objects: Columns) -> np.ndarray:
     return np.where(own["num_true"], share, 0)
 
 
+def _guess_absent(own: Columns, objects: Columns) -> np.ndarray:
+    """All looks that did not show it came after those that did."""
+    return np.where(own["is_true"], 0, own["num_observed"] - own["num_true"])
+
+
 # `Remembered` says what each column holds.
 FURNITURE = (_count("num_observed"), _stamp("last_observed", is_counter=True))
 OBJECTS = (
@@ -105,15 +106,13 @@ OBJECTS = (
     _count("num_moved"),
     _stamp("last_moved", is_counter=True),
     Column("last_furniture", default=NEVER, low=NEVER, refers_to="furniture"),
-    # The start stands for the first of several sightings; of everything one was seen at once.
-    _stamp("first_observed", since=3,
-           guess=lambda own, _: np.where(own["num_observed"] < 2, own["last_observed"], 0)),
-    Column("num_at_once", since=3, guess=lambda own, _: np.minimum(own["num_observed"], 1)),
-    Column("num_sought", since=4),
-    Column("num_still", since=4),
-    _stamp("carried_since", since=5),
-    Column("same_as", default=-1, low=-1, refers_to="objects", since=5),
-)  # fmt: skip
+    _stamp("first_observed", guess=_guess_first_observed),
+    Column("num_at_once", guess=lambda own, _: np.minimum(own["num_observed"], 1)),
+    Column("num_sought"),
+    Column("num_still"),
+    _stamp("carried_since"),
+    Column("same_as", default=-1, low=-1, refers_to="objects"),
+)
 EDGES = (
     Column("home", is_derived=True),
     Column("object", refers_to="objects"),
@@ -127,18 +126,20 @@ EDGES = (
     _stamp("last_changed", is_counter=True),
     _stamp("last_true", is_counter=True),
     _count("is_true", dtype=np.bool_, high=1, guess=_guess_true),
-    # All false looks stand for the last ones, all looks were whole ones, and all sightings sure.
-    Column("num_absent", since=3,
-           guess=lambda own, _: np.where(own["is_true"], 0, own["num_observed"] - own["num_true"])),
-    Column("time_true", since=4, guess=_guess_time_true),
-    Column("missed", np.float32, since=3, part="edge_measures",
-           guess=lambda own, _: own["num_absent"].astype(float)),
-    Column("confidence", np.float32, high=1, since=3, part="edge_measures",
-           guess=lambda own, _: (own["num_true"] > 0).astype(float)),
-)  # fmt: skip
-# One row for each home; `HomeHistory` says what each holds. Its files have all of them, or none.
+    Column("num_absent", guess=_guess_absent),
+    Column("time_true", guess=_guess_time_true),
+    # All looks were whole ones, and all sightings sure.
+    Column("missed", np.float32, guess=lambda own, _: own["num_absent"].astype(float)),
+    Column(
+        "confidence",
+        np.float32,
+        high=1,
+        guess=lambda own, _: (own["num_true"] > 0).astype(float),
+    ),
+)
+# One row for each home; `HomeHistory` says what each holds.
 HOME = tuple(
-    Column(name, np.float64, high=np.inf, since=3)
+    Column(name, np.float64, high=np.inf)
     for name in (
         "num_asked", "num_found", "num_last_right", "num_common_right", "num_prior_right",
         "num_moved", "time_followed", "num_missed", "num_refound",
@@ -151,7 +152,10 @@ FURNITURE_COUNTERS, OBJECT_COUNTERS, EDGE_COUNTERS = (
 )
 Tables = Mapping[str, Columns]  # columns by table and name, one number per row
 
-_PART = {"furniture": "furniture_counters"}  # of a file; "furniture" are the nodes themselves
+
+def _get_part(table: str) -> str:
+    """Return how a file calls a table; its "furniture" are the nodes themselves."""
+    return "furniture_counters" if table == "furniture" else table
 
 
 def list_written(table: str) -> tuple[Column, ...]:
@@ -207,39 +211,36 @@ def keep_rows(content: Tables, kept: Mapping[str, np.ndarray]) -> tuple[Tables, 
 
 
 def write_tables(content: Tables) -> dict[str, dict[str, list[float]]]:
-    """Return the tables as JSON values, without what is read so if it is not there."""
+    """Return the tables as JSON values, without the columns that are as guessed."""
     written: dict[str, dict[str, list[float]]] = {}
     objects = _widen("objects", content["objects"])
     for table in TABLES:
-        columns = _widen(table, content[table])
+        columns, part = _widen(table, content[table]), written.setdefault(_get_part(table), {})
         for column in list_written(table):
             values = columns[column.name]
-            part = written.setdefault(column.part or _PART.get(table, table), {})
-            guess = column.make_guess(columns, objects, len(values))
-            if not column.is_optional or not np.array_equal(values, guess):
+            guess = column.make_guess(columns, objects, len(values)) if part else None
+            if guess is None or not np.array_equal(values, guess):
                 part[column.name] = values.tolist()
     return written
 
 
-def read_tables(data: Mapping[str, Any], num_furniture: int) -> Tables:
-    """Read what `write_tables` returned, or an earlier version.
+def read_tables(data: Mapping[str, Any]) -> Tables:
+    """Read what `write_tables` returned.
 
-    Missing columns raise KeyError or TypeError, and those of another kind ValueError.
+    A missing part raises KeyError or TypeError, and columns of another kind ValueError.
     """
     content: dict[str, dict[str, np.ndarray]] = {}
     for table in TABLES:
-        columns = content[table] = {}
-        num_rows = num_furniture
-        for column in list_written(table):
-            part = data[_PART.get(table, table)]
-            if column.part:
-                part = data.get(column.part, {})
-            if column.name in part or not column.is_optional:
-                columns[column.name] = _read_column(column, part[column.name])
-                num_rows = len(columns[column.name])
-            else:
-                objects = content.get("objects", {})
-                columns[column.name] = column.make_guess(columns, objects, num_rows)
+        columns, part = content.setdefault(table, {}), data[_get_part(table)]
+        first, *others = list_written(table)
+        columns[first.name] = _read_column(first, part[first.name])
+        num_rows = len(columns[first.name])
+        for column in others:
+            columns[column.name] = (
+                _read_column(column, part[column.name])
+                if column.name in part
+                else column.make_guess(columns, content.get("objects", {}), num_rows)
+            )
     return content
 
 
@@ -248,7 +249,7 @@ def check_tables(content: Tables, num_rows: Mapping[str, int], time: int) -> Non
     for table, columns in content.items():
         for column in list_written(table):
             values = columns[column.name]
-            what = f"{_PART.get(table, table)} {column.name}"
+            what = f"{_get_part(table)} {column.name}"
             if len(values) != num_rows[table]:
                 raise ValueError(f"{what}: {len(values)} rows instead of {num_rows[table]}")
             high = time if column.high == NOW else column.high

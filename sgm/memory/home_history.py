@@ -259,9 +259,7 @@ class HomeHistory:
                 raise ValueError(f"{column.name} must be a number, 0 or more, got {value}")
             history.counters[column.name][0] = value
         for which, name in enumerate(_EDGE_HOURS):
-            # Only sightings were counted at first.
-            values = data[name] if which == 0 else data.get(name, [])
-            edge, hour, count = read_sparse(name, values, (num_edges, NUM_HOURS, 2**16))
+            edge, hour, count = read_sparse(name, data[name], (num_edges, NUM_HOURS, 2**16))
             if len(edge) and history.edge_hours.shape[1] == 0:
                 history.edge_hours = np.zeros((2, num_edges, NUM_HOURS), dtype=np.uint16)
             history.edge_hours[which, edge, hour] = count

@@ -169,7 +169,7 @@ def replay_latest(lines: Sequence[LogLine], aliases: Aliases | None = None) -> S
     """
     first = 0
     for number, line in enumerate(lines):
-        if line.kind == "start" and line.values["memory"] is not None:
+        if line.kind == "start":
             first = number
     lines = lines[first:]
     replayer = Replayer(SceneGraphMemory(clock=lines[0].values["clock"], aliases=aliases))
@@ -225,8 +225,7 @@ def _check_same(path: Path, latest: MemoryContent, log: Path, lines: Sequence[Lo
 
 
 def _list_started(lines: Sequence[LogLine]) -> list[str]:
-    memories = (line.values["memory"] for line in lines if line.kind == "start")
-    return [_write(memory) for memory in memories if memory is not None]
+    return [_write(line.values["memory"]) for line in lines if line.kind == "start"]
 
 
 def _write(content: MemoryContent) -> str:

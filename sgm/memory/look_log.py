@@ -10,7 +10,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sgm.files import make_read_error, make_write_error, parse_json, read_file
+from sgm.files import (
+    VERSION,
+    VersionError,
+    check_version,
+    make_read_error,
+    make_write_error,
+    parse_json,
+    read_file,
+)
 from sgm.layout.box import Box
 from sgm.layout.furniture import read_open_cost
 from sgm.layout.layout import Layout, read_map_id
@@ -23,14 +31,10 @@ from sgm.memory.thing import LEAST_CONFIDENCE, STATEMENTS, ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
-LOG_VERSION = 4
-# Without the memory that goes on, and without questions; 2 without what people say, 3 without
-# from where was looked.
-_FIRST_VERSION = 1
 MOST_LOG_BYTES = 1 << 34
 # What the values of a line must name, by kind.
 _FIELDS: Mapping[str, tuple[str, ...]] = {
-    "start": ("version", "clock", "rooms", "furniture"),
+    "start": ("version", "prior", "clock", "rooms", "furniture", "map", "memory"),
     "room": ("room", "label"),
     "furniture": ("furniture", "label", "room", "description", "position"),
     "move": ("furniture", "room", "position"),
@@ -61,11 +65,11 @@ class LogLine:
 
     Attributes:
         kind: "start": a memory begins, or goes on after it was loaded, with this `layout` and this
-            clock; `memory` is all that it holds then, a `MemoryContent`, None in logs of version 1,
-            which do not say. "room", "furniture", "move", "remove_room", "remove_furniture",
-            "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down",
-            "rename", "merge", "split", "split_off", "transform": what was called, with its
-            arguments as values; a thing is named by its description and, where it has one, its id.
+            clock; `memory` is all that it holds then, a `MemoryContent`. "room", "furniture",
+            "move", "remove_room", "remove_furniture", "remove_object", "look", "absent", "query",
+            "step", "moved", "picked_up", "put_down", "rename", "merge", "split", "split_off",
+            "transform": what was called, with its arguments as values; a thing is named by its
+            description and, where it has one, its id.
             `seen` of a look holds the arguments of each sighting: description, relation, confidence
             (a score where the memory calibrates it) and, of some, owner, id and embedding;
             `coverage` is one share or those of "in" and "onTop", `viewpoint` of a look is None or
@@ -201,7 +205,7 @@ def read_log(path: str | Path) -> list[LogLine]:
 def _write_start(content: MemoryContent, *, is_new: bool) -> bytes:
     clock = content.clock
     values = {
-        "version": LOG_VERSION,
+        "version": VERSION,
         "prior": content.prior,
         "clock": None if clock is None else clock.to_json(),
         **content.layout.to_json(),
@@ -253,9 +257,11 @@ def _read_lines(content: bytes, path: Path) -> list[LogLine]:
     lines = []
     for number, text in enumerate(content.splitlines(), 1):
         try:
-            lines.append(_read_line(parse_json(text)))
+            lines.append(_read_line(parse_json(text), path))
             if number == 1 and lines[0].kind != "start":
                 raise ValueError(f"{shorten(lines[0].kind)} before any start")
+        except VersionError:
+            raise
         except (ValueError, TypeError, KeyError, OverflowError) as error:
             raise ValueError(
                 f"line {number} of a log must be one that SceneGraphMemory wrote, got "
@@ -265,8 +271,10 @@ def _read_lines(content: bytes, path: Path) -> list[LogLine]:
     return lines
 
 
-def _read_line(data: Any) -> LogLine:
+def _read_line(data: Any, path: Path) -> LogLine:
     kind, time = data["kind"], data["time"]
+    if kind == "start":
+        check_version("log", data.get("version"), path)
     if kind not in _FIELDS or not _is_time(time):
         raise ValueError(f"kind {shorten(kind)} at time {shorten(time)}")
     values = {name: data[name] for name in _FIELDS[kind]}
@@ -274,13 +282,9 @@ def _read_line(data: Any) -> LogLine:
     if kind == "step" and not _is_time(values["num_steps"]):
         raise ValueError(f"{shorten(values['num_steps'])} steps")
     if kind == "start":
-        if values["version"] not in range(_FIRST_VERSION, LOG_VERSION + 1):
-            raise ValueError(
-                f"version {shorten(values['version'])} instead of {_FIRST_VERSION} to {LOG_VERSION}"
-            )
         clock = values["clock"]
         values["clock"] = None if clock is None else Clock.from_json(clock)
-        values["memory"] = None if values["version"] == 1 else _read_memory(data, values["clock"])
+        values["memory"] = _read_memory(data, values["clock"])
         rooms, furniture = values.pop("rooms"), values.pop("furniture")
         values["layout"] = Layout.from_json(data, len(rooms), len(furniture))
     elif kind == "look":
@@ -324,7 +328,7 @@ def _read_memory(data: Any, clock: Clock | None) -> MemoryContent:
     """Read what the memory of a "start" line holds, nothing where a new one begins."""
     if data["memory"] is None:
         content = MemoryContent.empty(str(data["prior"]), clock)
-        return replace(content, layout=Layout(map_id=read_map_id(data.get("map", ""))))
+        return replace(content, layout=Layout(map_id=read_map_id(data["map"])))
     content = MemoryContent.from_json(data["memory"])
     if (content.time, content.clock) != (data["time"], clock):
         raise ValueError("a memory of another time or clock")

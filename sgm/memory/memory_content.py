@@ -132,8 +132,7 @@ class MemoryContent:
 
     def to_json(self) -> dict[str, Any]:
         """Return JSON values, from which `from_json` makes the same content."""
-        week, scores = self.history.week.to_json(), self.score_calibration
-        queries = [list(query) for query in self.queries]
+        scores = self.score_calibration
         return {
             "time": self.time,
             "prior": self.prior,
@@ -145,31 +144,29 @@ class MemoryContent:
             **write_things(self.things),
             **write_tables(self.tables),
             "history": self.history.to_json(),
-            **({"week": week} if week else {}),
+            "week": self.history.week.to_json(),
             "asked": self.asked,
             "clock": None if self.clock is None else self.clock.to_json(),
             "looks": [look.to_json() for look in self.looks],
-            **({"queries": queries} if queries else {}),
-            **({} if scores is None else {"score_calibration": scores.to_json()}),
+            "queries": [list(query) for query in self.queries],
+            "score_calibration": None if scores is None else scores.to_json(),
             "sought": [[*key, *value] for key, value in self.sought.items()],
         }
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> MemoryContent:
-        """Read JSON values; what was saved before there were clocks or a history has none.
+        """Read what `to_json` returned.
 
         Raises:
             ValueError: if a part is missing, of the wrong kind, or does not fit the others.
         """
         try:
-            clock, scores = data.get("clock"), data.get("score_calibration")
+            clock, scores = data["clock"], data["score_calibration"]
             num_furniture = len(data["furniture"])
-            tables, history = read_tables(data, num_furniture), HomeHistory(1, num_furniture)
-            if "history" in data:
-                own, num_edges = data["history"], len(tables["edges"]["object"])
-                history = HomeHistory.from_json(own, num_furniture, num_edges, data["time"])
-            week, num_objects = data.get("week", {}), len(data["descriptions"])
-            history.week = WeekHours.from_json(week, num_furniture, num_objects)
+            tables, num_objects = read_tables(data), len(data["descriptions"])
+            num_edges = len(tables["edges"]["object"])
+            history = HomeHistory.from_json(data["history"], num_furniture, num_edges, data["time"])
+            history.week = WeekHours.from_json(data["week"], num_furniture, num_objects)
             content = cls(
                 time=data["time"],
                 prior=data["prior"],
@@ -181,11 +178,11 @@ class MemoryContent:
                 asked=data["asked"],
                 clock=None if clock is None else Clock.from_json(clock),
                 score_calibration=None if scores is None else ScoreCalibration.from_json(scores),
-                looks=tuple(StepLook.from_json(look) for look in data.get("looks", ())),
-                queries=tuple((number, words) for number, words in data.get("queries", ())),
+                looks=tuple(StepLook.from_json(look) for look in data["looks"]),
+                queries=tuple((number, words) for number, words in data["queries"]),
                 sought={
                     (str(words), furniture): (float(count), time)
-                    for words, furniture, count, time in data.get("sought", ())
+                    for words, furniture, count, time in data["sought"]
                 },
             )
             content._check()

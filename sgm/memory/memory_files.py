@@ -12,7 +12,7 @@ from pathlib import Path
 from threading import Lock, RLock
 from typing import Any
 
-from sgm.files import make_read_error, read_json, write_whole
+from sgm.files import VERSION, check_version, make_read_error, read_json, write_whole
 from sgm.memory.locks import SaveLock
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_content import MemoryContent
@@ -20,10 +20,6 @@ from sgm.memory.memory_state import MemoryState
 from sgm.messages import shorten
 
 FORMAT = "scene graph memory"
-FORMAT_VERSION = 5
-# Without a clock; 2 without a history and partial looks; 3 without time at places; 4 without
-# statements and ids of things.
-_FIRST_VERSION = 1
 
 
 def save_content(path: str | Path, data: dict[str, Any]) -> None:
@@ -40,8 +36,8 @@ def save_content(path: str | Path, data: dict[str, Any]) -> None:
             f"folder of a memory file must exist, got {shorten(str(path.parent))} for {path}. Make "
             "it."
         )
-    checksum = _compute_checksum(FORMAT_VERSION, data)
-    head = {"format": FORMAT, "version": FORMAT_VERSION, "checksum": checksum}
+    checksum = _compute_checksum(data)
+    head = {"format": FORMAT, "version": VERSION, "checksum": checksum}
     text = json.dumps({**head, "content": data}, ensure_ascii=False, separators=(",", ":"))
     write_whole(path, f"{text}\n".encode())
 
@@ -51,7 +47,7 @@ def load_content(path: str | Path) -> MemoryContent:
 
     Raises:
         FileNotFoundError: if there is no such file; it is a `ValueError`, too.
-        ValueError: if it is none of ours, comes from a newer version of the
+        ValueError: if it is none of ours, comes from another version of the
             package, or was altered or cut short.
     """
     try:
@@ -69,14 +65,9 @@ def load_content(path: str | Path) -> MemoryContent:
             f"memory file must be one that SceneGraphMemory.save wrote, got another file at {path}."
             " Check the path."
         )
-    if file.get("version") not in range(_FIRST_VERSION, FORMAT_VERSION + 1):
-        raise ValueError(
-            f"memory file must have version {_FIRST_VERSION} to {FORMAT_VERSION}, got "
-            f"{shorten(file.get('version'))} for {path}. Install the version of the package that "
-            "wrote it."
-        )
+    check_version("memory file's", file.get("version"), path)
     try:
-        if file.get("checksum") != _compute_checksum(file["version"], file.get("content")):
+        if file.get("checksum") != _compute_checksum(file.get("content")):
             raise ValueError("another checksum than the one it states")
         return MemoryContent.from_json(file["content"])
     except ValueError as error:
@@ -86,10 +77,9 @@ def load_content(path: str | Path) -> MemoryContent:
         ) from error
 
 
-def _compute_checksum(version: int, data: Any) -> str:
-    """Return the checksum of a content; since version 3 it covers the version, too."""
-    covered = data if version < 3 else [version, data]
-    return hashlib.sha256(json.dumps(covered, sort_keys=True).encode()).hexdigest()
+def _compute_checksum(data: Any) -> str:
+    """Return the checksum of a content and its version."""
+    return hashlib.sha256(json.dumps([VERSION, data], sort_keys=True).encode()).hexdigest()
 
 
 class MemoryFiles:

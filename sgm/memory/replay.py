@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -25,8 +24,7 @@ def replay(
     The ids are those of the memory, by those of the log.
 
     Questions of `ask`, `rank` and finders change no memory and are in no log. Where a memory was
-    started again, it is that one from then on. A log of version 1 does not say what that one held:
-    there the memory goes on with what it knows.
+    started again, it is that one from then on.
 
     Args:
         lines: from `read_log`, the first a "start".
@@ -113,8 +111,7 @@ class Replayer:
         elif kind == "remove_furniture":
             memory._remove_furniture(self.furniture.pop(values["furniture"]), values.get("by"))
         elif kind == "remove_object":
-            with suppress(KeyError):  # in version 1: it was asked for, and never seen
-                memory._remove_object(values["description"], values.get("id", ""), values.get("by"))
+            memory._remove_object(values["description"], values.get("id", ""), values.get("by"))
         elif kind == "look":
             seen = [Sighting(*one) for one in values["seen"]]
             coverage = values["coverage"]
@@ -148,10 +145,7 @@ class Replayer:
         return None if number is None else self.furniture[number]
 
     def _start(self, line: LogLine) -> None:
-        content: MemoryContent | None = line.values.get("memory")
-        if content is None:
-            self._join(line)
-            return
+        content: MemoryContent = line.values["memory"]
         prior = self._prior or find_shipped(content.prior) or PriorGraph.household()
         if self._clock is not None:
             content = replace(content, clock=self._clock)
@@ -164,22 +158,6 @@ class Replayer:
         self._rooms = {number: number for number in content.layout.rooms}
         self.furniture.clear()
         self.furniture.update((number, number) for number in content.layout.furniture)
-
-    def _join(self, line: LogLine) -> None:
-        """Go on in the home of a line that does not say what the memory held."""
-        rooms, furniture = line.values["layout"].rooms, line.values["layout"].furniture
-        for number in [number for number in self.furniture if number not in furniture]:
-            self.memory.remove_furniture(self.furniture.pop(number))
-        for number in [number for number in self._rooms if number not in rooms]:
-            self._remove_room(number)
-        for number, room in rooms.items():
-            if number not in self._rooms:
-                self._rooms[number] = self.memory.add_room(room.label)
-        for number, row in furniture.items():
-            if number not in self.furniture:
-                about = row.description, row.position, row.box, row.open_cost
-                self._add(number, row.label, row.room, *about)
-        self.memory.step(max(line.time - self.memory.time, 0))
 
     def _add(self, number: int, label: str, room: int, *about: Any) -> None:
         self.furniture[number] = self.memory.add_furniture(label, self._rooms[room], *about)

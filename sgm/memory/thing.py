@@ -232,26 +232,25 @@ class ThingRows:
 
 
 def write_things(things: tuple[Thing, ...]) -> dict[str, Any]:
-    """Return JSON values of things beside their descriptions, where there are any, by position."""
+    """Return JSON values of things beside their descriptions, each by position."""
     columns: dict[str, list[Any]] = {
         "ids": [thing.id for thing in things],
         "embeddings": [list(thing.embedding) for thing in things],
         "statements": [[said.to_json() for said in thing.statements] for thing in things],
     }
-    written = {
+    return {
         name: [[number, own] for number, own in enumerate(column) if own]
         for name, column in columns.items()
     }
-    return {name: rows for name, rows in written.items() if rows}
 
 
 def read_things(data: Mapping[str, Any]) -> tuple[Thing, ...]:
     """Read things; parts that do not fit raise ValueError, missing ones KeyError or TypeError."""
     furniture = {number for number, *_ in data["furniture"]}
-    ids, embeddings = dict(data.get("ids", ())), dict(data.get("embeddings", ()))
+    ids, embeddings = dict(data["ids"]), dict(data["embeddings"])
     statements = {
         number: tuple(Statement.from_json(one, furniture, data["time"]) for one in own)
-        for number, own in data.get("statements", ())
+        for number, own in data["statements"]
     }
     if not {*ids, *embeddings, *statements} <= set(range(len(data["descriptions"]))):
         raise ValueError("ids, embeddings or statements of a thing that is not there")

@@ -94,16 +94,15 @@ class WeekHours:
         return {
             name: write_sparse(counts)
             for name, counts in (("looks", self.looks[0]), ("seen", self.seen))
-            if counts.any()
         }
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any], num_furniture: int, num_objects: int) -> WeekHours:
-        """Read JSON values; raises ValueError or TypeError if they fit no such home."""
+        """Read JSON values; raises ValueError, KeyError or TypeError if they fit no such home."""
         hours, read = cls(1, num_furniture), []
         for name, num_rows in (("looks", num_furniture), ("seen", num_objects)):
             limits = (num_rows, NUM_WEEK_HOURS, _MOST + 1)
-            row, hour, count = read_sparse(f"week hours {name}", data.get(name, []), limits)
+            row, hour, count = read_sparse(f"week hours {name}", data[name], limits)
             read.append(np.zeros(limits[:2], dtype=np.uint16))
             read[-1][row, hour] = count
         if any(counts.any() for counts in read):

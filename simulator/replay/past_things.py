@@ -50,7 +50,7 @@ class PastThings:
         """
         values, time = line.values, line.time
         if line.kind == "start":
-            self._start(time, values.get("memory"))
+            self._start(time, values["memory"])
         elif line.kind in ("rename", "merge", "split", "split_off", "remove_object"):
             own = ThingName.from_json(values)
             number = self._find(time, own.description, own.id)
@@ -104,10 +104,8 @@ class PastThings:
             self._names.append([(time, description)])
         return self._number_of[key]
 
-    def _start(self, time: int, content: MemoryContent | None) -> None:
+    def _start(self, time: int, content: MemoryContent) -> None:
         """Go on with a memory, which says itself what is one."""
-        if content is None:
-            return
         same_as = np.asarray(content.tables["objects"]["same_as"]).tolist()
         numbers = [self._find(time, thing.description, thing.id) for thing in content.things]
         self._same_as = {numbers[row]: numbers[root]

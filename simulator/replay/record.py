@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.layout.furniture import Furniture, Room
-from sgm.layout.layout import Layout
-from sgm.memory.look_log import LOG_VERSION, LogLine
+from sgm.files import VERSION
+from sgm.memory.look_log import LogLine
+from sgm.memory.memory_content import MemoryContent
 from sgm.memory.sighting import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import make_policy
@@ -37,7 +37,7 @@ class RunRecorder:
                 f"a run must be in one home, got {self._homes.num_homes}. Play one of them."
             )
         self._rollout = task.rollout
-        self._lines = [_describe_start(self._homes)]
+        self._lines = _describe_start(self._homes)
         self._questions: list[PastQuestion] = []
         self._furniture: list[np.ndarray] = []
         self._code: list[np.ndarray] = []
@@ -121,16 +121,19 @@ def record_run(
     return recorder.finish(f"{about.get('source') or about.get('homes')} home {home}")
 
 
-def _describe_start(homes: Homes) -> LogLine:
-    """Return the line with which a memory of the home begins."""
+def _describe_start(homes: Homes) -> list[LogLine]:
+    """Return the lines with which a memory of the home begins: its start, rooms and furniture."""
+    clock = homes.make_clock()
+    content = MemoryContent.empty(homes.prior.checksum, clock)
+    start = {"version": VERSION, "clock": clock, "layout": content.layout, "memory": content}
+    lines = [LogLine("start", 0, start)]
     rooms = number_names([label for label in homes.room_labels[0] if label])
-    labels = [label for label in homes.furniture_labels[0] if label]
-    names = number_names(labels)
-    furniture = [
-        Furniture(label, int(homes.furniture_room[0, node]), name)
-        for node, (label, name) in enumerate(zip(labels, names, strict=True))
+    lines += [
+        LogLine("room", 0, {"room": number, "label": label}) for number, label in enumerate(rooms)
     ]
-    layout = Layout.of(map(Room, rooms), furniture)
-    return LogLine(
-        "start", 0, {"version": LOG_VERSION, "clock": homes.make_clock(), "layout": layout}
-    )
+    labels = [label for label in homes.furniture_labels[0] if label]
+    for node, (label, name) in enumerate(zip(labels, number_names(labels), strict=True)):
+        room = int(homes.furniture_room[0, node])
+        values = {"furniture": node, "label": label, "room": room, "description": name}
+        lines.append(LogLine("furniture", 0, values))
+    return lines

@@ -219,8 +219,7 @@ def _follow_time(lines: Sequence[LogLine]) -> Iterator[LogLine]:
                 seconds = (clock.start - first_clock.start).total_seconds()
                 steps = seconds / first_clock.step_seconds
                 shift = round(min(max(steps, -MAX_TIME), MAX_TIME + 1))
-                if line.values.get("memory") is not None:
-                    shift = max(shift, 0)  # it knows what time it is
+                shift = max(shift, 0)  # the memory knows what time it is
             if line.time + shift < last:
                 shift = last + 1 - line.time
         last = max(last, line.time + shift)

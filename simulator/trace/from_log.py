@@ -228,8 +228,7 @@ class _LogReader:
         elif self._shift_s + line.time * self._step_seconds < self._time_s:
             # a new memory, an unknown time later: one step
             self._shift_s = self._time_s + self._step_seconds * (1 - line.time)
-        memory = line.values.get("memory")
-        self._calibration = None if memory is None else memory.score_calibration
+        self._calibration = line.values["memory"].score_calibration
         self._rooms, self._places = {}, {}
         layout: Layout = line.values["layout"]
         for number, room in layout.rooms.items():

@@ -99,7 +99,7 @@ def change_memory(folder: Path, rng: Rng) -> None:
         return
     file = json.loads(path.read_bytes())
     file["content"] = mutate.mutate_json(file["content"], rng)
-    file["checksum"] = memory_files._compute_checksum(file["version"], file["content"])
+    file["checksum"] = memory_files._compute_checksum(file["content"])
     path.write_text(json.dumps(file))
 
 

@@ -88,21 +88,6 @@ def test_a_memory_keeps_its_clock(memory, tmp_path):
     assert SceneGraphMemory().batch.clock is None
 
 
-def test_a_file_from_before_there_were_clocks(memory, tmp_path):
-    """Version 1 has no clock; one can be given."""
-    path = tmp_path / "old.sgm"
-    SceneGraphMemory().save(path)
-    file = json.loads(path.read_text())
-    del file["content"]["clock"]
-    text = json.dumps(file["content"], sort_keys=True)
-    file |= {"version": 1, "checksum": hashlib.sha256(text.encode()).hexdigest()}
-    path.write_text(json.dumps(file))
-    assert SceneGraphMemory.load(path).clock is None
-    assert SceneGraphMemory.load(path, clock=Clock(MONDAY)).batch.clock.tolist() == [[27_000, 3600]]
-    memory.save(path)
-    assert SceneGraphMemory.load(path, clock=Clock(MONDAY, 60)).clock.step_seconds == 60
-
-
 @pytest.mark.parametrize(
     "clock",
     [7, {}, {"start": "noon", "step_seconds": 60}, {"start": "2026-11-16", "step_seconds": -1},

@@ -15,17 +15,15 @@ from sgm.memory.columns import (
     read_tables,
     write_tables,
 )
-from sgm.memory.memory_files import FORMAT_VERSION
 from simulator import SceneGraphMemory, Sighting
 
-BESIDE = Column("beside", default=-1, low=-1, refers_to="furniture", since=FORMAT_VERSION + 1)
+BESIDE = Column("beside", default=-1, low=-1, refers_to="furniture")
 
 
 @pytest.mark.parametrize("columns", [*TABLES.values(), HOME], ids=[*TABLES, "home"])
 def test_declarations_hold_together(columns):
     assert len({column.name for column in columns}) == len(columns)
     for number, column in enumerate(columns):
-        assert 1 <= column.since <= FORMAT_VERSION
         assert column.low <= column.default
         assert column.high == NOW or column.default <= column.high
         assert column.refers_to in ("", *TABLES)
@@ -51,21 +49,21 @@ def content(monkeypatch):
 def test_a_new_column_is_written_and_read(content):
     data = write_tables(content)
     assert data["objects"]["beside"] == [-1, 1]
-    again = read_tables(data, 2)
+    again = read_tables(data)
     for table, columns in content.items():
         for name, values in columns.items():
             assert again[table][name].tolist() == values.tolist(), (table, name)
     check_tables(again, {"furniture": 2, "objects": 2, "edges": 3}, 1)
 
 
-def test_what_is_as_by_default_is_in_no_file_and_read_so(content):
+def test_what_is_as_guessed_is_in_no_file_and_read_so(content):
     content["objects"]["beside"] = np.array([-1, -1])
     data = write_tables(content)
     assert "beside" not in data["objects"]
-    assert read_tables(data, 2)["objects"]["beside"].tolist() == [-1, -1]
-    del data["objects"]["last_furniture"]  # of version 1: it must be there
-    with pytest.raises(KeyError, match="last_furniture"):
-        read_tables(data, 2)
+    assert read_tables(data)["objects"]["beside"].tolist() == [-1, -1]
+    del data["objects"]["num_observed"]  # the first: it says how many there are
+    with pytest.raises(KeyError, match="num_observed"):
+        read_tables(data)
 
 
 def test_positions_follow_when_rows_are_left_out(content):
@@ -103,4 +101,4 @@ def test_no_rows():
     assert {name: list(columns) for name, columns in empty.items()} == {
         name: [column.name for column in list_written(name)] for name in TABLES
     }
-    check_tables(read_tables(write_tables(empty), 0), dict.fromkeys(TABLES, 0), 0)
+    check_tables(read_tables(write_tables(empty)), dict.fromkeys(TABLES, 0), 0)

@@ -9,7 +9,7 @@ import pytest
 
 from sgm.evidence.home_sums import HomeSums
 from sgm.memory.clock import HOUR_SECONDS, Clock
-from sgm.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT, HomeHistory
+from sgm.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT
 from sgm.policies.adaptive import Adaptive
 from simulator import SceneGraphMemory, Sighting
 from simulator.policies import Bayesian
@@ -187,22 +187,6 @@ def test_is_saved_and_goes_on(lived_in, tmp_path):
         for name in lived_in.batch.objects.names if table == "objects" else EDGE_HISTORY:
             column = getattr(lived_in.batch, table)[name]
             assert column.tolist() == getattr(copy.batch, table)[name].tolist()
-
-
-def test_a_file_from_before_is_read(lived_in):
-    content = lived_in._state.get_content()
-    data = content.to_json()
-    del data["history"], data["objects"]["first_observed"]
-    for name in EDGE_HISTORY:
-        data["edges"].pop(name, None)  # what is as it would be guessed is not there
-    old = type(content).from_json(data)
-    assert old.history.to_json() == HomeHistory(1, 2).to_json()
-    edges = content.tables["edges"]
-    absent = np.where(edges["is_true"], 0, edges["num_observed"] - edges["num_true"])
-    assert old.tables["edges"]["num_absent"].tolist() == absent.tolist()
-    known = edges["last_observed"] - old.tables["objects"]["first_observed"][edges["object"]]
-    expected = np.where(edges["num_true"], known * edges["num_true"] // edges["num_observed"], 0)
-    assert old.tables["edges"]["time_true"].tolist() == expected.tolist()
 
 
 @pytest.mark.parametrize(

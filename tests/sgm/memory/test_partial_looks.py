@@ -1,8 +1,5 @@
 """Looks that had a part of the furniture in view, and sightings that may be wrong."""
 
-import hashlib
-import json
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -124,25 +121,6 @@ def test_partial_looks_survive_a_file(memory, tmp_path):
         assert read_edge(copy, row) == read_edge(memory, row)
     assert look(copy, 0.25) == look(memory, 0.25)
     assert not read_edge(copy)["is_true"]
-
-
-@pytest.mark.parametrize("version", [1, 2])
-def test_older_files_had_whole_looks_and_sure_sightings(memory, tmp_path, version):
-    look(memory, 1.0)
-    look(memory, 1.0)
-    expected = read_edge(memory)
-    path = tmp_path / "home.sgm"
-    memory.save(path)
-    file = json.loads(path.read_text())
-    content = file["content"]
-    for name in ("history", "edge_measures", *(["clock"] if version == 1 else [])):
-        del content[name]
-    content["objects"].pop("first_observed", None)
-    text = json.dumps(content, sort_keys=True)
-    file |= {"version": version, "checksum": hashlib.sha256(text.encode()).hexdigest()}
-    path.write_text(json.dumps(file))
-    assert read_edge(SceneGraphMemory.load(path)) == expected
-    assert expected["missed"] == 2
 
 
 @pytest.mark.parametrize("coverage", [0, -0.5, 1.5, float("nan")])

@@ -112,20 +112,6 @@ def test_a_room_with_furniture_that_was_removed(tmp_path):
     assert dump(make_again(log)) == dump(memory)
 
 
-def test_a_log_of_version_1_with_such_a_room_replays(tmp_path):
-    log = tmp_path / "looks.jsonl"
-    log.write_text(
-        '{"kind":"start","time":0,"version":1,"clock":null,"rooms":[],"furniture":[]}\n'
-        '{"kind":"room","time":0,"room":0,"label":"study"}\n'
-        '{"kind":"furniture","time":0,"furniture":0,"label":"desk","room":0,'
-        '"description":"desk","position":null}\n'
-        '{"kind":"remove_room","time":0,"room":0}\n'
-        '{"kind":"start","time":4,"version":1,"clock":null,"rooms":[],"furniture":[]}\n'
-    )
-    memory = make_again(log)
-    assert (memory.time, memory.num_furniture) == (4, 0)
-
-
 def test_a_question_between_looks_is_saved(tmp_path):
     memory = SceneGraphMemory()
     desk = memory.add_furniture("desk", memory.add_room("study"))

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.layout.furniture import Room
-from sgm.layout.layout import Layout
 from sgm.memory.look_log import LogLine, read_log
+from sgm.memory.memory_content import MemoryContent
 from sgm.memory.replay import replay as make_again
 from simulator import (
     Bayesian,
@@ -243,7 +242,9 @@ def test_work_and_memory_follow_the_lines_not_the_steps(log, monkeypatch):
 
 def test_a_robot_that_steps_every_second(log, monkeypatch):
     """Lines that let time pass alone cost nothing; of the others every 64th memory is kept."""
-    lines = [LogLine("start", 0, {"clock": None, "layout": Layout.of([Room("hall")], [])})]
+    content = MemoryContent.empty(PriorGraph.household().checksum)
+    lines = [LogLine("start", 0, {"clock": None, "layout": content.layout, "memory": content})]
+    lines.append(LogLine("room", 0, {"room": 0, "label": "hall"}))
     lines.append(LogLine("furniture", 0, dict.fromkeys(("position", "description"), None)
                          | {"furniture": 0, "room": 0, "label": "shelf"}))  # fmt: skip
     for second in range(1, 30_001):
@@ -256,7 +257,7 @@ def test_a_robot_that_steps_every_second(log, monkeypatch):
     monkeypatch.setattr(SceneGraphMemory, "copy", lambda own: copied.append(own) or copy(own))
     replay = Replay(lines, "home")
     assert replay.memory_at(30_000).last_seen("mug 5").time == 30_000
-    assert len(copied) == 302 // 64
+    assert len(copied) == 303 // 64
     assert replay.memory_at(29_999).last_seen("mug 5").time == 29_300
     assert len(copied) == 302 // 64 + 1
 

@@ -43,8 +43,6 @@ def test_bad_input_is_one_line(arguments, message, capsys):
     assert error.count("\n") == 1
 
 
-def test_help_names_the_command_and_measure_says_where_it_went(capsys):
+def test_help_names_the_command(capsys):
     assert main(["--help"]) == 0
     assert "play" in capsys.readouterr().out
-    assert main(["measure"]) == 2
-    assert "Run python -m tools.eyes, in a checkout." in capsys.readouterr().err
