@@ -2,6 +2,7 @@
 
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.detection import Detection
+from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.look_builder import BuiltLook, LookBuilder
 from sgm.eyes.look_rules import Gate, LookRules
 from sgm.eyes.placing import Unassigned
@@ -15,6 +16,7 @@ __all__ = [
     "Box",
     "BuiltLook",
     "Detection",
+    "FurnitureLabels",
     "Gate",
     "Intrinsics",
     "LookBuilder",

@@ -207,6 +207,19 @@ class CameraView:
             return np.full(len(boxes), np.nan), np.zeros(len(boxes))
         return self._depth.measure_boxes(boxes, self._reach[1])
 
+    def measure_points(self, pixels: np.ndarray) -> np.ndarray:
+        """Return the points in the map that pixels (n, 2) have measured in reach, (m, 3).
+
+        None without a depth image.
+        """
+        if self._depth is None:
+            return np.empty((0, 3))
+        depth = self._depth.read(pixels)
+        is_known = (depth > 0) & np.isfinite(depth)
+        camera = self.intrinsics.unproject(pixels[is_known], depth[is_known])
+        camera = camera[np.linalg.norm(camera, axis=1) <= self._reach[1]]
+        return self.pose.to_map(camera)
+
     def _project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return pixels (n, 2), and z (n,), -1 for what is not in the image or in reach."""
         camera = self.pose.to_camera(points)

@@ -13,6 +13,8 @@ from sgm.checks import is_number, read_all
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.camera_view import CameraView, DepthImage
 from sgm.eyes.detection import Detection
+from sgm.eyes.furniture_labels import FurnitureLabels
+from sgm.eyes.known_furniture import KnownFurniture
 from sgm.eyes.look_rules import Gate, LookRules
 from sgm.eyes.placing import OnDetection, Placing, Unassigned
 from sgm.eyes.scene import Scene
@@ -20,6 +22,7 @@ from sgm.eyes.spots import Spots
 from sgm.eyes.tracks import Tracks
 from sgm.eyes.visits import Visit, Visits
 from sgm.layout.box import Box
+from sgm.layout.furniture import Furniture
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
@@ -77,40 +80,49 @@ class LookBuilder:
 
     def __init__(
         self,
-        boxes: Mapping[int, Box],
+        furniture: Mapping[int, Furniture | Box],
         *,
         rules: LookRules | None = None,
         gate: Gate | None = None,
+        ignore: Iterable[str] = (),
+        labels: FurnitureLabels | None = None,
         on_look: Callable[[BuiltLook], None] | None = None,
         on_detection: OnDetection | None = None,
     ) -> None:
         """Begin without a frame.
 
         Args:
-            boxes: of the furniture, by id; floors of rooms, too (`Box.of_floor`).
+            furniture: by id, as `memory.layout.furniture` has it; floors of rooms, too
+                (`Box.of_floor`). A box alone will do: then detections of the furniture itself are
+                not known as such.
             rules: what counts as in view, as seen and as one visit; None for the defaults.
             gate: which frames are good enough; None for the defaults.
+            ignore: names of what is no thing, such as "person", "wall" and "ceiling".
+            labels: what furniture may be called; None for those of the household.
             on_look: is given every look when it is ready; None to keep them for `looks`.
             on_detection: is given every detection that counts, with the furniture and the relation
                 that it was assigned to in its frame, both None for no known place.
 
         Raises:
-            TypeError: if the boxes are none.
+            TypeError: if the furniture is none, or `ignore` a text.
+            ValueError: if a name to ignore is none.
         """
         self.gate = Gate() if gate is None else gate
         self._rules = LookRules() if rules is None else rules
         self._on_look = on_look
         self._ready: deque[BuiltLook] = deque()
         self._counts: Counter[str] = Counter()
-        self._placing = Placing(self.gate, self._rules.dilation, self._counts, on_detection)
+        self._placing = Placing(self.gate, self._rules.dilation, ignore, self._counts, on_detection)
+        self._labels = FurnitureLabels() if labels is None else labels
         self._before: tuple[float, Pose] | None = None
         self._time = -math.inf
         self._frame = 0
         self._spots = Spots()
-        self._begin(boxes)
+        self._begin(furniture)
 
-    def _begin(self, boxes: Mapping[int, Box]) -> None:
-        self._scene = Scene(boxes, self._rules.num_points)
+    def _begin(self, furniture: Mapping[int, Furniture | Box]) -> None:
+        self._scene = Scene(furniture, self._rules.num_points)
+        self._known = KnownFurniture(self._labels, self._scene)
         self._visits, self._tracks = Visits(self._scene), Tracks()
 
     @property
@@ -123,15 +135,15 @@ class LookBuilder:
         """The latest thousand detections that are at no known place."""
         return self._placing.unassigned
 
-    def set_boxes(self, boxes: Mapping[int, Box]) -> None:
+    def set_furniture(self, furniture: Mapping[int, Furniture | Box]) -> None:
         """Go on with other furniture: all visits end, and doors stay as they are.
 
         Raises:
-            TypeError: if the boxes are none.
+            TypeError: if the furniture is none.
         """
         self._end(self._visits.take_ended())
         ids, was_open = self._scene.ids, self._scene.is_open
-        self._begin(boxes)
+        self._begin(furniture)
         for number, is_open in zip(ids, was_open, strict=True):
             place = self._scene.index.get(number)
             if place is not None and self._scene.has_door[place]:
@@ -189,7 +201,9 @@ class LookBuilder:
         known = self._visits.list_known(volumes)
         volumes, share = view.find_seen_points(volumes, self._rules.margin, known)
         shown = self._visits.note_points(time, volumes, share, view)
-        for detection, volume, at in self._placing.place(self._scene, time, view, detections):
+        for detection, volume, at in self._placing.place(
+            self._scene, self._known, time, view, detections
+        ):
             self._tracks.add(detection, self._frame, volume, at)
             shown.add(volume // 2)
         self._tracks.note_view(view, self._frame, self._rules.through_margin)

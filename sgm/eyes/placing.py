@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection, Located, Measured, locate
+from sgm.eyes.known_furniture import KnownFurniture
 from sgm.eyes.look_rules import Gate
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP
 from sgm.layout.outline import compute_outline_distance
 from sgm.memory.sighting import RELATIONS
+from sgm.names.ignored import IgnoredNames
 
 NOWHERE = -1
 _IN_SIGHT = 2.0  # standard deviations of the pose by which volumes are dilated
@@ -47,24 +49,47 @@ class Placing:
     """
 
     def __init__(
-        self, gate: Gate, dilation: float, counts: Counter[str], on_detection: OnDetection | None
+        self,
+        gate: Gate,
+        dilation: float,
+        ignore: Iterable[str],
+        counts: Counter[str],
+        on_detection: OnDetection | None,
     ) -> None:
-        """Begin without a detection; `counts` are kept up, `on_detection` is as in `LookBuilder`.
+        """Begin without a detection.
 
-        Volumes are larger by `dilation` in metres, beside the uncertainty of the pose.
+        Args:
+            gate: of detections.
+            dilation: by which volumes are larger, metres, beside the uncertainty of the pose.
+            ignore: names of what is no thing.
+            counts: are kept up.
+            on_detection: as in `LookBuilder`.
         """
         self.unassigned: deque[Unassigned] = deque(maxlen=_MOST_UNASSIGNED)
         self._gate, self._dilation = gate, dilation
+        self._ignored = IgnoredNames(ignore)
         self._counts, self._on_detection = counts, on_detection
 
     def place(
-        self, scene: Scene, time: float, view: CameraView, detections: Sequence[Detection]
+        self,
+        scene: Scene,
+        known: KnownFurniture,
+        time: float,
+        view: CameraView,
+        detections: Sequence[Detection],
     ) -> Iterator[tuple[Detection, int, Measured]]:
-        """Yield detections of a frame that are at a place, their volumes, and where they are."""
+        """Yield detections of a frame that are at a place, their volumes, and where they are.
+
+        Those of furniture itself are left out.
+        """
         self._counts["detections"] += len(detections)
-        sure = [one for one in detections if one.score >= self._gate.least_score]
-        self._counts["detections of low score"] += len(detections) - len(sure)
-        for detection, volume, at in self._assign(scene, view, sure):
+        wanted = [one for one in detections if one.name not in self._ignored]
+        self._count("detections ignored", len(detections) - len(wanted))
+        sure = [one for one in wanted if one.score >= self._gate.least_score]
+        self._counts["detections of low score"] += len(wanted) - len(sure)
+        things = [one for one in sure if known.find(view, one, self._dilation) < 0]
+        self._count("detections of furniture", len(sure) - len(things))
+        for detection, volume, at in self._assign(scene, view, things):
             is_known = volume != NOWHERE
             if self._on_detection is not None:
                 self._on_detection(
@@ -78,6 +103,10 @@ class Placing:
             self._counts["detections at no place"] += 1
             center = tuple(at.center.tolist()) if np.isfinite(at.center).all() else None
             self.unassigned.append(Unassigned(detection, time, center))
+
+    def _count(self, what: str, number: int) -> None:
+        if number:
+            self._counts[what] += number
 
     def _assign(
         self, scene: Scene, view: CameraView, detections: Sequence[Detection]

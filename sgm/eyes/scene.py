@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from sgm.layout.box import Box, read_box, sample_volume
+from sgm.layout.furniture import Furniture
 from sgm.layout.outline import compute_prism_entries
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
@@ -21,6 +22,7 @@ class Scene:
 
     Attributes:
         ids: furniture ids, (P,).
+        names: of each: its label and its description; none where they are unknown, (P,).
         center, half: of the boxes, their middles and half their sides, (P, 3).
         rotation: from the own axes of each box to the map, (P, 3, 3).
         radius: half the diagonal of each box, (P,).
@@ -33,16 +35,23 @@ class Scene:
         volume_radius: half their diagonals, (2 P,).
     """
 
-    def __init__(self, boxes: Mapping[int, Box], num_points: int = 128) -> None:
-        """Take over boxes by furniture id; raises TypeError for anything else."""
-        if not isinstance(boxes, Mapping):
+    def __init__(self, furniture: Mapping[int, Furniture | Box], num_points: int = 128) -> None:
+        """Take over furniture, or boxes alone, by id; raises TypeError for anything else.
+
+        Furniture without a box is left out.
+        """
+        if not isinstance(furniture, Mapping):
             raise TypeError(
-                f"boxes must be a mapping, got {shorten(boxes)}. Give boxes by furniture id."
+                f"furniture must be a mapping, got {shorten(furniture)}. Give furniture by id."
             )
-        known = {number: read_box(box) for number, box in boxes.items()}
+        known = {
+            number: one.box if isinstance(one, Furniture) else read_box(one)
+            for number, one in furniture.items()
+        }
         rows = [box for box in known.values() if box is not None]
         self.boxes = rows
         self.ids = [number for number, box in known.items() if box is not None]
+        self.names = [_list_names(furniture[number]) for number in self.ids]
         self.index = {number: place for place, number in enumerate(self.ids)}
         self.center = np.array([box.center for box in rows]).reshape(-1, 3)
         self.half = np.array([box.size for box in rows]).reshape(-1, 3) / 2
@@ -102,6 +111,13 @@ class Scene:
         """Turn points (n, 3) of the map into the axes of places (k,), (n, k, 3)."""
         offset = points[:, None] - self.center[places]
         return np.einsum("nki,kij->nkj", offset, self.rotation[places])
+
+
+def _list_names(furniture: Furniture | Box) -> tuple[str, ...]:
+    """Return what furniture is called; nothing where only its box is known."""
+    if isinstance(furniture, Furniture):
+        return tuple(dict.fromkeys((furniture.label, furniture.description)))
+    return ()
 
 
 def _make_rotation(yaw: float) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import secrets
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import wraps
@@ -29,6 +29,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
+from sgm.names.ignored import IgnoredNames
 
 MOST_SEARCHES = 100  # at once; the one that was not used for longest ends
 
@@ -98,6 +99,7 @@ class MemoryService(ReadCalls):
         now: Callable[[], datetime] | None = datetime.now,
         *,
         accept_jump: bool = False,
+        ignore: Iterable[str] = (),
     ) -> None:
         """Serve a memory.
 
@@ -106,11 +108,14 @@ class MemoryService(ReadCalls):
             finder: such as `ObjectFinder.load()`.
             now: tells the local time; None where the caller itself calls `memory.step`.
             accept_jump: whether the first time is right, however far ahead of the memory's.
+            ignore: names of what is no thing, such as "person" and "wall": `observe` leaves it out.
 
         Raises:
-            ValueError: if that time is more than a month ahead.
+            TypeError: if `ignore` is a text.
+            ValueError: if that time is more than a month ahead, or a name to ignore is none.
         """
         super().__init__(memory, finder)
+        self._ignored = IgnoredNames(ignore)
         self._now = now
         self._writing = RLock()
         self._searches: OrderedDict[str, ObjectSearch] = OrderedDict()
@@ -266,6 +271,7 @@ class MemoryService(ReadCalls):
         """
         here = find_place(self.memory, place)
         self.let_time_pass()
+        seen = [one for one in seen if one.description not in self._ignored]
         self.memory.observe(here, seen, coverage)
         things = "1 thing" if len(seen) == 1 else f"{len(seen)} things"
         return self._note("observe", "", here, f"{things} seen at {self._tell_name(here)}")

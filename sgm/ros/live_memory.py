@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,6 +70,7 @@ class LiveMemory:
         finder: Finder,
         *,
         step_seconds: float = 600.0,
+        ignore: Iterable[str] = (),
         on_look: Callable[[BuiltLook], None] = lambda look: None,
         **feed: Any,
     ) -> None:
@@ -79,6 +80,7 @@ class LiveMemory:
             memory: with rooms and furniture (`HomeMap.add_to`), new or loaded.
             finder: who is asked.
             step_seconds: length of a time step of the memory.
+            ignore: as in `LookBuilder`.
             on_look: is given every look after it was folded in.
             feed: of `CameraFeed`.
 
@@ -97,7 +99,7 @@ class LiveMemory:
         self._step_seconds = step_seconds
         self._began: float | None = None  # seconds of the messages at time step `_first`
         self._first = memory.time
-        self.builder = LookBuilder(boxes, on_look=self._tell)
+        self.builder = LookBuilder(memory.layout.furniture, ignore=ignore, on_look=self._tell)
         self.feed = CameraFeed(self.builder, **feed)
 
     def finish(self) -> None:

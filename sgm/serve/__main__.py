@@ -43,6 +43,8 @@ def make_parser() -> argparse.ArgumentParser:
     add("--token_file", type=Path, help=f"file of the token; or the variable {TOKEN_VARIABLE}")
     add("--finder", default="any_home", help="any_home, bayesian, adaptive, or an exported folder")
     add("--aliases", type=Path, help="CSV file of what things are called besides")
+    add("--ignore", nargs="+", default=[], metavar="NAME",
+        help="names of what is no thing, such as person and wall: observe leaves it out")  # fmt: skip
     add("--step_seconds", type=float, default=600.0, help="of a clock, for a home without one")
     add("--accept_jump", action="store_true", help="the time is right, however long it was off")
     add("--sync", choices=("answer", "second", "never"), default="second",
@@ -89,7 +91,9 @@ def _run(options: argparse.Namespace) -> None:
     clock = Clock(datetime.now().replace(microsecond=0), options.step_seconds)
     home = KeptHome.open(options.home, clock, options.aliases, is_new=options.new)
     finder = _make_finder(options.finder)
-    service = MemoryService(home.memory, finder, accept_jump=options.accept_jump)
+    service = MemoryService(
+        home.memory, finder, accept_jump=options.accept_jump, ignore=options.ignore
+    )
     caller = Caller(service, home, options.sync, options.timeout)
     own = tools.MCPTools(caller)
     try:

@@ -123,9 +123,7 @@ def test_bad_heads_are_named():
 def test_without_dgl_its_encoders_say_what_to_do(monkeypatch):
     monkeypatch.setitem(sys.modules, "dgl", None)
     for encoder in (DGLHGT, MeanOfNeighbours):
-        with pytest.raises(
-            ModuleNotFoundError, match=f"{encoder.__name__} must have DGL, got"
-        ):
+        with pytest.raises(ModuleNotFoundError, match=f"{encoder.__name__} must have DGL, got"):
             encoder(16)
 
 

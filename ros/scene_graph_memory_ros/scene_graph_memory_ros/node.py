@@ -31,6 +31,7 @@ PARAMETERS: dict[str, Any] = {
     "network": "",  # "any_home", or a folder; heuristics if empty
     "map_frame": "map",
     "base_frame": "base_link",
+    "ignore": [""],  # names of what is no thing, such as person and wall
     "camera_frame": "",  # that of the detections if empty
     "detections_type": "Detection2DArray",  # or another one of `DETECTIONS`
     "uses_depth": True,
@@ -62,6 +63,7 @@ class MemoryNode(Node):
             self._make_memory(read["map_file"], read["log_file"] or None),
             finder,
             step_seconds=read["step_seconds"],
+            ignore=[name for name in read["ignore"] if name],  # ROS has no list without a value
             on_look=lambda look: self.get_logger().info(
                 f"looked at {self._live.memory.describe(look.furniture)}: {len(look.seen)} things"
             ),

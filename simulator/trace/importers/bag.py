@@ -55,6 +55,7 @@ class BagOptions:
         class_names: file with a name a line, where class ids are numbers.
         position_sd: how well the robot knows its position, metres, where no pose says.
         angle_sd: likewise its yaw, radians.
+        ignore: names of what is no thing, such as person and wall.
         step_seconds: length of a time step of the memory.
         utc_hours: of the home's local time; 2 means UTC+2.
     """
@@ -69,6 +70,7 @@ class BagOptions:
     class_names: Path | None = None
     position_sd: float = 0.05
     angle_sd: float = 0.02
+    ignore: tuple[str, ...] = ()
     step_seconds: float = 600.0
     utc_hours: float = 0.0
 
@@ -163,6 +165,7 @@ def read_bag(
                 home.add_to(memory)
                 live = LiveMemory(
                     memory, Finder(Bayesian()), step_seconds=options.step_seconds,
+                    ignore=options.ignore,
                     on_look=lambda look: looks.update(("looks",)),
                     map_frame=home.frame, camera_frame=options.camera_frame, names=names,
                     pose_sd=(options.position_sd, options.angle_sd),

@@ -72,7 +72,9 @@ def test_the_page_names_what_there_is():
         assert f"`{name}" in PAGE, name
     folder = Path(inspect.getfile(LookBuilder)).parent
     code = "".join(file.read_text("utf-8") for file in folder.glob("*.py"))
-    reasons = re.findall(r'return "([a-z ]+)"', code) + re.findall(r'_counts\["([a-z ]+)"\]', code)
+    reasons = re.findall(r'return "([a-z ]+)"', code) + re.findall(
+        r'_counts?(?:\[|\()"([a-z ]+)"', code
+    )
     reasons += re.findall(r'else "(frame came twice)"', code)
     for reason in {*reasons} - {"frames", "detections", "looks"}:
         assert f'"{reason}"' in PAGE, reason

@@ -403,9 +403,9 @@ def test_furniture_may_change():
     poses, mug = look_around(TABLE.center, turn=0.2), put_on(TABLE, 0.1, 0.0)
     walk(builder, poses, [TABLE], [("mug", mug)])
     door = Box((5, 5, 1), (1, 1, 2), 0.0, "door")
-    builder.set_boxes({2: door, 7: TABLE})
+    builder.set_furniture({2: door, 7: TABLE})
     builder.set_open(2)
-    builder.set_boxes({2: door, 7: TABLE})
+    builder.set_furniture({2: door, 7: TABLE})
     assert builder._scene.is_open.tolist() == [True, True]
     screen = Box((1.75, 0.0, 0.9), (0.02, 0.4, 0.4))
     assert walk(builder, poses, [TABLE, screen], start=100.0)[7].hidden == ("mug",)
@@ -423,8 +423,8 @@ def test_furniture_may_change():
         (lambda b, at: b.frame(0.0, at, CAMERA, (), "depth"), ValueError, "depth"),
         (lambda b, at: b.set_open(1), KeyError, "furniture must be the id of one with"),
         (lambda b, at: b.set_open(7), ValueError, "furniture must have a door"),
-        (lambda b, at: b.set_boxes({1: "box"}), TypeError, "box must be a Box"),
-        (lambda b, at: b.set_boxes([]), TypeError, "boxes must be a mapping"),
+        (lambda b, at: b.set_furniture({1: "box"}), TypeError, "box must be a Box"),
+        (lambda b, at: b.set_furniture([]), TypeError, "furniture must be a mapping"),
         (lambda b, at: LookRules(margin=-1), ValueError, "margin must be at least 0"),
         (lambda b, at: LookRules(most_blind=2), ValueError, "most_blind must lie in"),
         (lambda b, at: Gate(farthest=0.1), ValueError, "farthest must be beyond nearest"),

@@ -1,0 +1,96 @@
+"""Which labels of a detector are of furniture, and which of them mean the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from sgm.files import read_table
+from sgm.messages import shorten
+from sgm.names.aliases import AliasTable
+from sgm.names.words import make_key, read_words, split_words
+
+# What is no piece of furniture by itself, though things lie there.
+_SURFACES = frozenset(("balcony", "floor", "wall"))
+
+
+class FurnitureLabels:
+    """Labels of furniture with their aliases: those of the household prior, and one's own.
+
+    Case, plural, hyphens and a number behind the name make no difference: "Couches", "sofa 2".
+    """
+
+    def __init__(self, own: Iterable[str] | Mapping[str, Iterable[str]] = ()) -> None:
+        """Take the household's labels and add some.
+
+        Args:
+            own: further labels, or their aliases by label.
+
+        Raises:
+            TypeError: if they are one text.
+            ValueError: if a label or an alias is no name.
+        """
+        if isinstance(own, str):
+            raise TypeError(
+                f"labels of furniture must be a list, got {shorten(own)}. Write ['workbench']."
+            )
+        self._meanings: dict[str, dict[str, None]] = {}
+        table = AliasTable.household()
+        for row in read_table("sgm.prior", "household_furniture.csv"):
+            label = row["label"]
+            aliases = [*filter(None, row["also"].split("|"))]
+            for name in (label, *aliases):
+                for thing in table.find(split_words(name)):
+                    aliases += table.list_names(thing)
+            self._add(label, aliases)
+        rows = own if isinstance(own, Mapping) else dict.fromkeys(own, ())
+        for label, aliases in rows.items():
+            self._add(label, list(aliases))
+        for label in [*self._labels]:  # a label means itself before all else
+            key = _make_key(label)
+            self._meanings[key] = {label: None} | self._meanings[key]
+
+    def _add(self, label: str, aliases: Iterable[str]) -> None:
+        label = read_words("label of furniture", label)
+        for name in (label, *aliases):
+            key = _make_key(read_words("alias of furniture", name))
+            self._meanings.setdefault(key, {})[label] = None
+
+    @property
+    def _labels(self) -> dict[str, None]:
+        return {label: None for labels in self._meanings.values() for label in labels}
+
+    def find(self, name: str) -> tuple[str, ...]:
+        """Return the labels that a name may mean, the likeliest first; none for a thing."""
+        return tuple(self._meanings.get(_make_key(name), ()))
+
+    def find_label(self, name: str) -> str | None:
+        """Return the label of a piece of furniture that may be found; None for anything else."""
+        found = self.find(name)
+        return None if not found or set(found) <= _SURFACES else found[0]
+
+    def are_same(self, name: str, other: str) -> bool:
+        """Tell whether two names may be of one piece of furniture.
+
+        They have a meaning in common, or are furniture of one last word: a "coffee table" may be
+        called a "table", or a "dining table" by a detector that knows no other.
+        """
+        ones, others = self.find(name), self.find(other)
+        if set(ones) & set(others) or _make_key(name) == _make_key(other):
+            return True
+        return bool(ones and others) and _get_head(name) == _get_head(other)
+
+
+def _make_key(name: str) -> str:
+    return make_key(_list_words(name))
+
+
+def _get_head(name: str) -> str:
+    return make_key(_list_words(name)[-1:])
+
+
+def _list_words(name: str) -> tuple[str, ...]:
+    """Return the words of a name without a number behind them."""
+    words = split_words(name)
+    while len(words) > 1 and words[-1].isdecimal():
+        words = words[:-1]
+    return words
