@@ -17,7 +17,6 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from nep.encoders import HEAT
 from sgm.files import read_file
 from sgm.messages import shorten
 from simulator.yaml_text import MOST_BYTES, read_yaml
@@ -91,7 +90,6 @@ def _list_names() -> str:
     return ", ".join(sorted(path.name for path in CONFIG_FOLDER.glob("*.yaml")))
 
 
-_JOINED = {"nep.encoders.HEAT": HEAT.joined, "nep.encoders.heat.HEAT": HEAT.joined}
 _UNGROUPED = ("features",)  # it was a group before there were any
 _OF_HOMES = ("dynamics", "sensing", "rooms", "dynamic_nodes", "looks", "looks_per_step")
 
@@ -147,19 +145,7 @@ def _name_in_config(text: str, groups: Mapping[str, Mapping[str, str]]) -> str:
     for part, own in groups.items():
         if isinstance(changed.get(part), dict):
             changed[part] = _group(changed[part], own, text)
-    _join_arguments(changed.get("model"))
     return text if changed == config else json.dumps(changed)
-
-
-def _join_arguments(model: Any) -> None:
-    """Join what arguments of an encoder were one by one in version 0.1, in place."""
-    encoder = model.get("encoder") if isinstance(model, dict) else None
-    if not isinstance(encoder, dict) or encoder.get("class_path") not in _JOINED:
-        return
-    arguments = encoder.get("init_args")
-    for name, parts in _JOINED[encoder["class_path"]].items():
-        if isinstance(arguments, dict) and all(part in arguments for part in parts):
-            arguments[name] = [arguments.pop(part) for part in parts]
 
 
 def _group(settings: Mapping[str, Any], groups: Mapping[str, str], where: str) -> dict[str, Any]:

@@ -40,7 +40,6 @@ from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
 from nep.robot.fine_tuning import compare_in_log, make_settings, take_weights
 from sgm.memory.look_log import read_log
 from sgm.messages import shorten, shorten_text
-from sgm.network.shipped import RETIRED, drop_retired
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors, use_plain_yaml
 from simulator.process import run_main
 
@@ -113,8 +112,6 @@ class FitCLI(LightningCLI):
         parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
-        for name in sorted(RETIRED):  # configs of earlier versions have them
-            parser.add_argument(f"--model.{name}", type=float | None, help=argparse.SUPPRESS)
         parser.add_lightning_class_args(OnlineEvaluation, "online")
         parser.link_arguments("data.features", "model.reads", compute_fn=_list_groups)
         parser.link_arguments("model.num_hops", "data.num_hops", apply_on="instantiate")
@@ -130,11 +127,7 @@ class FitCLI(LightningCLI):
                 args = [*_list_settings(args), *args]
                 self.config = parser.parse_args(args)
                 self.config.pop("base")  # what it says has been taken over
-                model, seed = self.config.model, self.config.seed_everything
-                # what earlier versions set is left out, and said
-                drop_retired(
-                    {name: model.pop(name) for name in RETIRED if name in model}, "the config"
-                )
+                seed = self.config.seed_everything
                 # numpy takes no other seed; True and False choose one or none
                 if not isinstance(seed, bool) and not 0 <= seed < 2**32:
                     raise ValueError(

@@ -12,10 +12,15 @@ from typing import Any
 
 from filelock import FileLock
 
-from sgm.files import MissingFileError, read_json, write_whole
+from sgm.files import (
+    VERSION,
+    MissingFileError,
+    VersionError,
+    check_version,
+    read_json,
+    write_whole,
+)
 from sgm.messages import shorten
-
-_NEWER = ("about", "made", "code")  # parts that older files lack
 
 
 def find_scores(table: Path) -> Path:
@@ -44,7 +49,7 @@ class ScoreCache:
         scores: of each game and player; players called "NAME" or "NAME more" are network NAME's.
         about: title of each game, and what each of its scores is of (`Game.tell`), by name.
         made: version of the package and commit that each game was last played with, by name.
-        code: checksum of the code that scores each game, by name; none in older files.
+        code: checksum of the code that scores each game, by name.
     """
 
     path: Path
@@ -167,8 +172,8 @@ class ScoreCache:
     def _read(cls, path: Path, may_be_missing: bool = False) -> ScoreCache:
         try:
             found = read_json(path, allow_nan=True)
-            parts = [found[name] for name in ("games", "networks", "scores")]
-            parts += [found.get(name, {}) for name in _NEWER]
+            check_version("scores", found["version"], path)
+            parts = [found[row.name] for row in fields(cls)[1:]]
             if not all(isinstance(part, dict) for part in (*parts, *parts[2].values())):
                 raise ValueError("something else")
         except FileNotFoundError as error:
@@ -177,6 +182,8 @@ class ScoreCache:
             raise MissingFileError(
                 f"scores must be a file, got none at {path}. Play first."
             ) from error
+        except VersionError:
+            raise
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(
                 f"scores must be a JSON object of games, networks and scores, got {error} in "
@@ -189,8 +196,8 @@ class ScoreCache:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with FileLock(self.path.with_name(f".{self.path.name}.lock")):
             self._take_in(self._read(self.path, may_be_missing=True))
-            parts = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
-            content = f"{_lay_out(parts)}\n".encode()
+            parts = {row.name: getattr(self, row.name) for row in fields(self)[1:]}
+            content = f"{_lay_out({'version': VERSION, **parts})}\n".encode()
             if not self.path.exists() or self.path.read_bytes() != content:
                 write_whole(self.path, content)
 

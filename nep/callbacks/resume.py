@@ -21,8 +21,7 @@ class RandomStates(pl.Callback):
     """Lets a training that goes on from a checkpoint draw what it would have drawn unbroken.
 
     Checkpoints hold the states of Python, numpy and torch on the CPU, as plain numbers and tensors.
-    The order of the batches is kept by the data module. Checkpoints without such states, of earlier
-    versions, are gone on from as they were: with fresh generators.
+    The order of the batches is kept by the data module.
 
     Attributes:
         has_begun: whether the training has: its checkpoint, if it had one, was restored.

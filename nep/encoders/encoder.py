@@ -45,17 +45,11 @@ class Encoder(nn.Module, ABC):
         has_equal_rows: whether it computes with `nep.layers.equal_rows` alone, so that its answers
             in float32 are the same to the last bit whatever else is in the batch. Any other
             encoder plays in float64, which takes longer.
-        implied: arguments that files from before they existed do not say, and what they were then;
-            only where that is not the default.
-        joined: arguments that files of earlier versions have one by one, by the name of the one
-            that holds them all.
     """
 
     num_hops: int
     uses_edges: bool
     has_equal_rows: ClassVar[bool] = False
-    implied: ClassVar[Mapping[str, Any]] = {}
-    joined: ClassVar[Mapping[str, tuple[str, ...]]] = {}
 
     def __init__(self, units: int, members: int = 1) -> None:
         super().__init__()
@@ -79,16 +73,10 @@ class Encoder(nn.Module, ABC):
 
     @classmethod
     def read_arguments(cls, arguments: Mapping[str, Any]) -> dict[str, Any]:
-        """Return arguments of the constructor as a file has them, of this version or an earlier."""
-        known = inspect.signature(cls).parameters
-        found = {name: value for name, value in cls.implied.items() if name in known}
-        found |= arguments
-        for name, parts in cls.joined.items():
-            if name in known and all(part in found for part in parts):
-                found[name] = [found.pop(part) for part in parts]
+        """Return arguments of the constructor, of which a file has tuples as lists."""
         return {
             name: tuple(value) if isinstance(value, list) else value
-            for name, value in found.items()
+            for name, value in arguments.items()
         }
 
     def config(self) -> dict[str, Any]:

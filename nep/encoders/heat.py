@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import ClassVar, Literal, get_args
+from typing import Literal, get_args
 
 import torch
 from torch import Tensor, nn
@@ -173,8 +173,6 @@ class HEAT(ConvolvingEncoder):
     uses_edges = True
     has_relu = True
     has_equal_rows = True
-    implied: ClassVar = {"root_weight": False}
-    joined: ClassVar = {"edge_units": ("edge_type_units", "edge_attribute_units")}
 
     def __init__(
         self,

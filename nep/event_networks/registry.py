@@ -16,7 +16,7 @@ from nep.event_networks.network import TemporalNetwork
 from nep.event_networks.recurrent import RecurrentPerThing
 from nep.event_networks.tgn import TGN
 from nep.tensor_file import read_tensors
-from sgm.files import write_whole
+from sgm.files import VERSION, VersionError, check_version, write_whole
 from sgm.messages import shorten
 
 NETWORKS: Mapping[str, type[TemporalNetwork]] = {
@@ -25,7 +25,7 @@ NETWORKS: Mapping[str, type[TemporalNetwork]] = {
     "dygformer": DyGFormer,
     "recurrent": RecurrentPerThing,
 }
-FORMAT, VERSION = "event network", 1
+FORMAT = "event network"
 _MOST_UNITS = 4096  # of any setting: more is no network of ours
 
 
@@ -79,8 +79,9 @@ class TrainedNetwork:
         """
         try:
             content = read_tensors(path)
-            if content["format"] != FORMAT or content["version"] != VERSION:
-                raise ValueError(f"{shorten(content['format'])} {shorten(content['version'])}")
+            if content["format"] != FORMAT:
+                raise ValueError(f"{shorten(content['format'])}")
+            check_version("network", content["version"], path)
             name, settings = content["name"], content["settings"]
             if name not in NETWORKS or any(
                 isinstance(value, bool) or not 0 <= value <= _MOST_UNITS
@@ -90,6 +91,8 @@ class TrainedNetwork:
             network = make_network(name, settings)
             load_parameters(network, content["parameters"])
             return cls(name, network, bool(content["sightings_alone"]), dict(content["training"]))
+        except VersionError:
+            raise
         except OSError as error:
             raise ValueError(
                 f"network must be a file that can be read, got {shorten(error.strerror)} for "

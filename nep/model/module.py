@@ -130,7 +130,7 @@ class NEPModule(pl.LightningModule):
 
     @classmethod
     def load_from_checkpoint(cls, checkpoint_path: Any, *args: Any, **kwargs: Any) -> NEPModule:
-        """Load a checkpoint as Lightning does, of version 0.1 too."""
+        """Load a checkpoint as Lightning does."""
         content = torch.load(checkpoint_path, "cpu", weights_only=True)
         settings = group_settings(content[cls.CHECKPOINT_HYPER_PARAMS_KEY])
         encoder = settings["encoder"]

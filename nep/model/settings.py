@@ -102,7 +102,6 @@ GROUPS: Mapping[str, type[Any]] = {
     "optimiser": OptimiserConfig,
     "playing": PlayingConfig,
 }
-_FLAGS = ("belief", "clock", "evidence")  # what files of version 0.1 say instead of `reads`
 
 
 def flatten_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -116,15 +115,11 @@ def flatten_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
 def group_settings(flat: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a file says as arguments of `NEPModule`, those of a group as a dictionary.
 
-    Files of version 0.1 have a flag for each group of features beyond the paper's.
-
     Raises:
-        TypeError: if a flag is none, or `reads` is no list.
+        TypeError: if `reads` is no list.
     """
     rest = dict(flat)
-    flags = {name: rest.pop(name) for name in _FLAGS if name in rest}
-    reads = rest.setdefault("reads", [name for name, is_on in flags.items() if is_on])
-    if not isinstance(reads, list) or {type(flag) for flag in flags.values()} - {bool}:
+    if not isinstance(rest["reads"], list):
         raise TypeError("groups of features are no names")
     for group, cls in GROUPS.items():
         names = [field.name for field in fields(cls) if field.name in rest]

@@ -32,6 +32,8 @@ from nep.players.stored_network import (
 )
 from nep.tensor_file import read_tensors
 from sgm.files import (
+    VERSION,
+    check_version,
     compute_checksum,
     find_target,
     make_read_error,
@@ -44,8 +46,6 @@ from sgm.network.network import ONNX, describe_onnx
 from sgm.network.shipped import CONFIG, NEW, find_part, find_trained
 
 FORMAT = "node edge predictor"
-FORMAT_VERSION = 3
-_READABLE = (2, 3)  # version 2 says how its probabilities are calibrated, which nothing reads
 WEIGHTS = "weights.safetensors"
 _Errors = tuple[type[Exception], ...]
 _DAMAGED: _Errors = (
@@ -64,10 +64,9 @@ class TrainedModel:
         module: the network.
         builder: makes its batches, with the features that it was trained on.
         training: what a checkpoint was trained on, as JSON values: `homes`, `steps`, `task`,
-            `policy` and `seed` of the collection, whether its homes were recorded (`is_recorded`;
-            left out by checkpoints from before it could be), and how many `snapshots` of it, None
-            for all; or None for a checkpoint from before this was written down, and for an
-            exported folder, whose notes have it.
+            `policy` and `seed` of the collection, whether its homes were recorded (`is_recorded`),
+            and how many `snapshots` of it, None for all; None for an exported folder, whose notes
+            have it.
     """
 
     module: NEPModule
@@ -118,16 +117,11 @@ def load_checkpoint(path: Path) -> TrainedModel:
     with _name_faults(_READ, advice, _MADE, "Train again, or check the path.", f"for {path}"):
         content = _load_content(path)
         data = content["datamodule_hyper_parameters"]
-        # Checkpoints from before the schema was written down have the first one.
-        check_feature_schema(data.get("feature_schema", 1), path)
+        check_feature_schema(data["feature_schema"], path)
         features = read_features(data["features"])
         module = build_network(content["hyper_parameters"], content["state_dict"], path)
-        text, training = data["text"], data.get("training")
-        if training is not None:
-            training = {**training}
+        text, training = data["text"], {**data["training"]}
     builder = _make_builder(features, module, text, path)
-    if training is not None and "houses" in training:  # as it was called once
-        training = {"num_homes": training["houses"], **training}
     return TrainedModel(module, builder, training=training)
 
 
@@ -162,7 +156,7 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
     weights = save_tensors(tensors)
     config: dict[str, Any] = {
         "format": FORMAT,
-        "version": FORMAT_VERSION,
+        "version": VERSION,
         "weights_sha256": hashlib.sha256(weights).hexdigest(),
         "schema": make_schema(model.builder),
         "features": asdict(model.builder.config),
@@ -200,7 +194,7 @@ def load_exported(folder: Path) -> TrainedModel:
         weights = read_file(find_weights(folder, config))
         tensors = load_tensors(weights)
         checksum = hashlib.sha256(weights).hexdigest()
-        if config.get("weights_sha256", checksum) != checksum:  # older exports do not name it
+        if config["weights_sha256"] != checksum:
             raise ValueError(
                 f"{WEIGHTS} must be those of {CONFIG}, got others in {folder}: the export was "
                 "interrupted, or files of two were mixed. Export again."
@@ -217,7 +211,7 @@ def find_weights(folder: Path, config: dict[str, Any]) -> Path:
     Raises:
         OSError: if new ones cannot be read.
     """
-    return find_part(folder, WEIGHTS, config.get("weights_sha256"))
+    return find_part(folder, WEIGHTS, config["weights_sha256"])
 
 
 def _finish_export(folder: Path) -> None:
@@ -248,12 +242,10 @@ def load_config(folder: Path) -> dict[str, Any]:
     with _name_faults(there, advice, whole, _EXPORT, f"in {folder}", (*_DAMAGED, ValueError)):
         config = read_json(folder / CONFIG, allow_nan=True)
         version, schema = config["version"], dict(config["schema"])
-    if config.get("format") != FORMAT or version not in _READABLE:
-        raise ValueError(
-            f"exported folder must have version {' or '.join(map(str, _READABLE))}, got "
-            f"{shorten(version)} in {folder}. Install the version of the package that wrote it, or "
-            "export again."
-        )
+        config["weights_sha256"]
+        if config["format"] != FORMAT:
+            raise ValueError(f"format {shorten(config['format'])}")
+    check_version("exported folder's", version, folder)
     check_feature_schema(schema.get("feature_schema"), folder)
     for name, expected in make_schema().items():
         if schema.get(name) != expected:

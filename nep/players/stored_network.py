@@ -18,7 +18,6 @@ from nep.encoders import Encoder
 from nep.model.module import NEPModule
 from nep.model.settings import GROUPS, group_settings
 from sgm.messages import shorten, shorten_text
-from sgm.network.shipped import drop_retired
 from sgm.text import PAPER_PIPELINE, is_text_known
 
 # A number of units or layers may be above the axes of the weights only where nothing is sized by
@@ -38,7 +37,7 @@ def build_network(
         ValueError: if they are of the wrong kind, the encoder's class is not loaded, or the
             weights are those of another network.
     """
-    arguments = drop_retired({**hyperparameters}, where)
+    arguments = dict(hyperparameters)
     arguments.pop("_instantiator", None)  # names a function that would import the encoder
     encoder = arguments.pop("encoder")
     is_named = isinstance(encoder, Mapping) and "class_path" in encoder

@@ -18,13 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from sgm.files import read_json, write_whole
+from sgm.files import VERSION, check_version, read_json, write_whole
 from sgm.messages import shorten
 from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores
 
-RESULTS_VERSION = 2
 _DIGITS = 6  # of the scores of single steps
 _PACKAGE = "scene-graph-memory"
 _DEPENDENCIES = ("numpy", "scipy", "torch", "dgl")
@@ -118,7 +117,7 @@ class Results:
     def save(self, path: Path) -> None:
         """Write the file, whole or not at all; its folder is made if needed."""
         content = {
-            "results_version": RESULTS_VERSION,
+            "version": VERSION,
             "command": self.command,
             "config": self.config,
             "versions": self.versions,
@@ -148,13 +147,8 @@ class Results:
                 f"results must be a file that can be read as JSON, got {shorten(str(error))} for "
                 f"{path}. Name a results.json."
             ) from error
-        found = content.get("results_version") if isinstance(content, dict) else None
-        if found != RESULTS_VERSION:
-            raise ValueError(
-                f"results must have results_version {RESULTS_VERSION}, got {shorten(found)} in "
-                f"{path}. Make them again with the command in the file, or use the version of the "
-                "package that wrote them."
-            )
+        found = content.get("version") if isinstance(content, dict) else None
+        check_version("results", found, path)
         try:
             tasks = {
                 task: {name: unpack_summary(packed) for name, packed in entry["policies"].items()}

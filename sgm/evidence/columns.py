@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-EVIDENCE_VERSION = 3  # raised with every change of the columns or of what they mean
+EVIDENCE_VERSION = 1  # raised with every change of the columns or of what they mean
 
 PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
     "sightings": (

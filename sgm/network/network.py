@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from sgm.evidence.columns import EVIDENCE_VERSION, PLACE_COLUMNS, QUESTION_COLUMNS
-from sgm.files import make_read_error, open_file, read_json
+from sgm.files import check_version, make_read_error, open_file, read_json
 from sgm.messages import shorten, shorten_text
 from sgm.network.onnx_check import check_onnx
 from sgm.network.onnx_runtime import import_onnx_runtime
-from sgm.network.shipped import CONFIG, drop_retired, find_part
+from sgm.network.shipped import CONFIG, find_part
 from sgm.text import load_text
 
 ONNX = "network.onnx"
@@ -27,7 +27,6 @@ INPUTS: dict[str, list[int | str]] = {  # axes of each; a text stands for any nu
     "is_place": ["questions", "places", 1],
 }
 
-_BUT_BAKED = f", but for the part of filter_share that {ONNX} holds till then"
 _MOST_BYTES = 64 * 2**20  # of network.onnx; the one that ships has less than one MB
 
 
@@ -61,10 +60,9 @@ class Network:
         """
         try:
             config = read_json(folder / CONFIG, allow_nan=True)
-            about = config["onnx"]
-            model = drop_retired(config["model"], folder, but=_BUT_BAKED)
-            prior_share = model.get("prior_share", 0.0)
-            learns_asked = model.get("learns_asked", False)
+            check_version("exported folder's", config["version"], folder)
+            about, model = config["onnx"], config["model"]
+            prior_share, learns_asked = model["prior_share"], model["learns_asked"]
             if type(prior_share) not in (int, float) or type(learns_asked) is not bool:
                 raise TypeError("prior_share must be a number, learns_asked true or false")
             if not 0 <= prior_share <= 1:

@@ -6,8 +6,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-from sgm.files import read_table
-from sgm.prior.prior_check import VERSION
+from sgm.files import VERSION, read_table
 
 ROOMS = ("kitchen", "living room", "bedroom", "bathroom", "hallway")
 _ANY_ROOM = "*"

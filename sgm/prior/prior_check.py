@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from sgm.files import VERSION
 from sgm.messages import shorten
 
-VERSION = 1
 RELATIONS = ("in", "onTop")
 MOST_DESCRIPTIONS = 100_000  # of a type: every combination of its adjectives is one
 MOST_DESCRIPTIONS_OF_ALL = 1_000_000

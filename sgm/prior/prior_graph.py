@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgm.files import make_read_error, parse_json, read_file, write_whole
+from sgm.files import VERSION, make_read_error, parse_json, read_file, write_whole
 from sgm.prior.household import build_household
-from sgm.prior.prior_check import PARTS, RELATIONS, VERSION, check_prior
+from sgm.prior.prior_check import PARTS, RELATIONS, check_prior
 
 Adjectives = tuple[tuple[str, ...], ...]
 

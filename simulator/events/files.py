@@ -14,14 +14,20 @@ from typing import Any
 
 import numpy as np
 
-from sgm.files import read_file, read_json, write_whole
+from sgm.files import (
+    VERSION,
+    VersionError,
+    check_version,
+    read_file,
+    read_json,
+    write_whole,
+)
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten, shorten_text
 from simulator.events.table import KINDS, EventQuestions, Events, EventTable, Nodes, Rows
 
 MANIFEST = "events.json"
 EVENTS, NODES, QUESTIONS = "events.csv", "nodes.csv", "questions.csv"
-VERSION = 1
 _MOST_BYTES = 1 << 32  # of a file
 # What columns hold, by name: shares in [0, 1], names of numbers, texts, ids of nodes; others hold
 # whole numbers.
@@ -98,13 +104,14 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     path = folder / MANIFEST
     try:
         found = read_json(path)
-        version, seconds = found["version"], found["step_seconds"]
+        check_version("events", found["version"], path)
+        seconds = found["step_seconds"]
         if not isinstance(found["settings"], dict) or isinstance(seconds, (str, list, dict)):
             raise TypeError("settings or step_seconds of another kind")
+    except VersionError:
+        raise
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise _make_error("events must have a manifest that can be read", error, path) from None
-    if version != VERSION:
-        raise _make_error(f"version of events must be {VERSION}", version, path)
     return dict(found)
 
 

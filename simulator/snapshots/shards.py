@@ -13,12 +13,20 @@ import numpy as np
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
-from sgm.files import MissingFileError, make_read_error, read_file, read_json, write_whole
+from sgm.files import (
+    VERSION,
+    MissingFileError,
+    VersionError,
+    check_version,
+    make_read_error,
+    read_file,
+    read_json,
+    write_whole,
+)
 from sgm.memory.columns import EDGES, FURNITURE, NOW, OBJECTS
 from sgm.messages import shorten
 from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
 
-SCHEMA_VERSION = 2
 MANIFEST = "manifest.json"
 
 
@@ -65,8 +73,8 @@ def load_shard(path: Path, checksum: str | None = None) -> dict[str, np.ndarray]
 
 
 def save_manifest(folder: Path, settings: Mapping[str, Any], shards: Mapping[str, str]) -> None:
-    """Write the manifest: schema version, settings and the checksum of every finished shard."""
-    content = {"schema_version": SCHEMA_VERSION, "settings": settings, "shards": shards}
+    """Write the manifest: version, settings and the checksum of every finished shard."""
+    content = {"version": VERSION, "settings": settings, "shards": shards}
     write_whole(folder / MANIFEST, (json.dumps(content, indent=1) + "\n").encode())
 
 
@@ -74,12 +82,12 @@ def load_manifest(folder: Path) -> dict[str, Any]:
     """Read the manifest of a collection.
 
     Raises:
-        ValueError: if there is none, it is damaged, or of another schema version.
+        ValueError: if there is none, it is damaged, or of another version.
     """
     path = folder / MANIFEST
     try:
         manifest = read_json(path)
-        version = manifest["schema_version"]
+        check_version("manifest", manifest["version"], path)
         if not {"settings", "shards"} <= manifest.keys():
             raise KeyError("settings, shards")
     except FileNotFoundError as error:
@@ -87,16 +95,13 @@ def load_manifest(folder: Path) -> dict[str, Any]:
             f"collection must have a {MANIFEST}, got none in {folder}. "
             "Run `python -m simulator.collect --out` on that folder."
         ) from error
+    except VersionError:
+        raise
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(
             f"manifest must be whole, got {shorten(error)} in {path}. Delete the folder and "
             "collect again."
         ) from error
-    if version != SCHEMA_VERSION:
-        raise ValueError(
-            f"manifest must have schema version {SCHEMA_VERSION}, got {shorten(version)} in "
-            f"{path}. Collect again with this version of the package."
-        )
     return manifest
 
 

@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from sgm.checks import is_number
-from sgm.files import make_read_error, parse_json, read_file
+from sgm.files import (
+    VERSION,
+    VersionError,
+    check_version,
+    make_read_error,
+    parse_json,
+    read_file,
+)
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
 from sgm.layout.layout import Layout
@@ -20,7 +27,6 @@ from sgm.messages import shorten
 from sgm.names.words import read_words
 
 LAYOUT_FILE = "layout.json"
-LAYOUT_VERSION = 1
 _FIELDS = ("version", "rooms", "furniture", "start", "end_s")
 _ROOM_FIELDS = ("name", "label")
 _FURNITURE_FIELDS = ("name", "room", "label", "description", "position", "box", "open_cost")
@@ -82,7 +88,9 @@ def load_layout(path: Path) -> tuple[Layout, datetime | None, float | None]:
     except ValueError as error:
         raise ValueError(f"layout must be JSON in UTF-8, got {error} in {path}. Mend it.") from None
     try:
-        return _read_layout(data)
+        return _read_layout(data, path)
+    except VersionError:
+        raise
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
@@ -112,7 +120,7 @@ def make_layout_json(layout: Layout, start: datetime | None, until_s: float | No
             entry["open_cost"] = row.open_cost
         furniture.append(entry)
     parts = [
-        f'"version": {LAYOUT_VERSION}',
+        f'"version": {VERSION}',
         f'"rooms": {json.dumps(rooms, ensure_ascii=False)}',
         '"furniture": [\n  '
         + ",\n  ".join(json.dumps(entry, ensure_ascii=False) for entry in furniture)
@@ -125,16 +133,12 @@ def make_layout_json(layout: Layout, start: datetime | None, until_s: float | No
     return "{\n " + ",\n ".join(parts) + "\n}\n"
 
 
-def _read_layout(data: Any) -> tuple[Layout, datetime | None, float | None]:
+def _read_layout(data: Any, path: Path) -> tuple[Layout, datetime | None, float | None]:
     if not isinstance(data, Mapping):
         raise ValueError(
             f"layout must be a JSON object, got {shorten(data, 60)}. See docs/traces.md."
         )
-    if data.get("version", LAYOUT_VERSION) != LAYOUT_VERSION:
-        raise ValueError(
-            f"version must be {LAYOUT_VERSION}, got {shorten(data['version'])}. Install the "
-            "version of the package that wrote it."
-        )
+    check_version("layout", data.get("version", VERSION), path)
     _check_fields("layout", data, _FIELDS)
     rooms = tuple(_read_rooms(data.get("rooms")))
     start, end_s = data.get("start"), data.get("end_s")

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS
-from sgm.files import read_json, write_whole
+from sgm.files import VERSION, VersionError, check_version, read_json, write_whole
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -34,7 +34,6 @@ from simulator.trace.layout import LAYOUT_FILE, load_layout, make_layout_json
 from simulator.world.config import HomeConfig
 
 TRUTH_FILE = "simulation.json"
-TRUTH_VERSION = 1
 MAX_SLOTS = 100_000  # of a home
 _BROKEN = (
     OSError, ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError,
@@ -79,7 +78,7 @@ def fill_row(weights: Mapping[int, float], num_places: int) -> np.ndarray:
 def make_truth_json(truth: Truth) -> str:
     """Write the text of a `simulation.json`; numbers come back as the same float32."""
     data = {
-        "version": TRUTH_VERSION,
+        "version": VERSION,
         "step_seconds": truth.step_seconds,
         "num_slots": truth.num_slots,
         "rules": truth.config.describe(),
@@ -99,8 +98,7 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
         return None
     try:
         data = read_json(path)
-        if data["version"] != TRUTH_VERSION:
-            raise ValueError(f"version {shorten(data['version'])} instead of {TRUTH_VERSION}")
+        check_version("simulation", data["version"], path)
         truth = Truth(
             HomeConfig.from_json(data["rules"]),
             float(data["step_seconds"]),
@@ -114,6 +112,8 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
             raise ValueError(
                 f"num_slots {shorten(truth.num_slots)}, which must lie in 1 to {MAX_SLOTS}"
             )
+    except VersionError:
+        raise
     except _BROKEN as error:
         raise ValueError(
             f"{path}: simulation must be whole, got {type(error).__name__}: "

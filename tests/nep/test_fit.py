@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import json
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -215,18 +214,6 @@ def test_bad_input_ends_with_a_message(args, message, folder, capsys):
     assert exit_info.value.code == 2
     assert message in capsys.readouterr().err
     assert not list(folder.iterdir())
-
-
-def test_settings_of_earlier_versions_are_ignored_and_named(folder):
-    (folder / "old.yaml").write_text("model:\n  filter_share: 0.3\n  hours_share: 0.8\n")
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        cli = FitCLI(["--config=any_home.yaml", "--config=old.yaml", "--model.hours_share=0.7"])
-    said = [str(one.message) for one in caught if one.category is UserWarning]
-    assert any("filter_share 0.3 and hours_share 0.7 in the config" in text for text in said)
-    assert cli.model.playing.prior_share == 0.05
-    assert "filter_share" not in cli.config.model
-    assert "hours_share" not in cli.model.hparams
 
 
 def test_people_of_the_trial_keep_things_at_new_places_and_all_else_is_as_ever(folder):

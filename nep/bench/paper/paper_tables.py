@@ -47,7 +47,7 @@ from nep.report.tables import (
     make_csv,
     make_markdown,
 )
-from sgm.files import read_json
+from sgm.files import VERSION, VersionError, check_version, read_json
 from sgm.messages import shorten
 from simulator.policies.registry import ORACLES, POLICIES
 from simulator.tasks.metrics import METRICS
@@ -87,7 +87,7 @@ class Provenance:
         num_trainings: of every network, the first one with this seed, too.
         title: of the page.
         beside: what to say of networks from elsewhere (`nep.bench.paper.beside`), a paragraph each.
-        played: version and commit that the homes were played with, each once; none in older files.
+        played: version and commit that the homes were played with, each once.
         versions: of packages.
         test_sets: names of the test homes (`simulator.test_sets`), those that have one.
         checkpoints: SHA-256 of the networks that played, by setting, title and training.
@@ -261,7 +261,7 @@ def make_table_1(
         *(make_markdown(TASKS[s.task], rows, s.title) for s, rows in tables.items()),
         provenance.make_footer(),
     ]
-    content = asdict(provenance)
+    content = {"version": VERSION, **asdict(provenance)}
     del content["configs"]
     content["settings"] = {
         setting.name: {row.policy: _pack(row, results[setting][row.policy]) for row in rows}
@@ -303,6 +303,7 @@ def load_table_1(path: Path) -> tuple[dict[Setting, Scores], Provenance]:
     """
     try:
         content = read_json(path)
+        check_version("table", content["version"], path)
         settings = {setting.name: setting for setting in SETTINGS}
         results: dict[Setting, Scores] = {
             settings[name]: {title: _unpack(row) for title, row in rows.items()}
@@ -310,8 +311,10 @@ def load_table_1(path: Path) -> tuple[dict[Setting, Scores], Provenance]:
         }
         titles = {title for scores in results.values() for title in scores}
         configs = {model.title: model.file for model in MODELS if model.title in titles}
-        known = {row.name: content[row.name] for row in fields(Provenance) if row.name in content}
+        known = {row.name: content[row.name] for row in fields(Provenance) if row.name != "configs"}
         provenance = Provenance(**known, configs=configs)
+    except VersionError:
+        raise
     except (OSError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise ValueError(
             f"stored must be a table_1.json of nep.reproduce, got {shorten(error)} in {path}. "

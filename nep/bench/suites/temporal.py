@@ -35,7 +35,7 @@ from nep.bench.temporal.report import (
 from nep.event_networks.registry import NETWORKS
 from nep.players.contestants import Checkpoint, list_contestants
 from nep.report.results import describe_code
-from sgm.files import write_whole
+from sgm.files import VERSION, write_whole
 from simulator.command_line import one_line_errors, pick
 from simulator.policies import find_policy
 from simulator.policies.registry import EVENT_RULES
@@ -103,7 +103,8 @@ def make_content(
         units = homes.list_units() if homes.is_recorded else None
         kinds[kind] = {"title": homes.title, "units": units, "rows": rows}
     return {
-        "command": command, "made": f"played with {'; '.join(made) or describe_code()}",
+        "version": VERSION, "command": command,
+        "made": f"played with {'; '.join(made) or describe_code()}",
         "sizes": asdict(workshop.sizes), "note": note, "missing": missing, "kinds": kinds,
     }  # fmt: skip
 

@@ -21,7 +21,7 @@ from nep.report.tables import (
     format_p,
     join_table,
 )
-from sgm.files import read_json
+from sgm.files import VersionError, check_version, read_json
 from sgm.messages import shorten
 
 SIGHTINGS, NEGATIVES = "sightings", "sightings and negative looks"
@@ -61,7 +61,7 @@ class TableRow:
         plays: what each of its trainings scored (`play_kind`); one for a rule.
         num_trainings: 0 for a rule.
         seconds: processor time of a training, nan for a rule.
-        checkpoints: SHA-256 of the network of each training; none in older files.
+        checkpoints: SHA-256 of the network of each training.
     """
 
     name: str
@@ -90,7 +90,10 @@ def read_scores(path: Path, what: str) -> dict[str, Any]:
     """
     try:
         content = read_json(path, allow_nan=True)
+        check_version("scores", content["version"], path)
         make_report(content)
+    except VersionError:
+        raise
     except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
         raise ValueError(
             f"{what} must be a {SCORES} of nep.temporal, got {type(error).__name__}: "

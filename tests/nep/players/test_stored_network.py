@@ -24,26 +24,6 @@ def test_a_network_comes_back(network):
         assert torch.equal(again.state_dict()[name], tensor)
 
 
-class NarrowHEAT(HEAT):
-    """An encoder of one's own, which never had the argument."""
-
-    def __init__(self, units=8):
-        super().__init__(units)
-
-
-def test_a_network_from_before_an_argument_is_what_it_was(network):
-    hyperparameters = dict(NEPModule(HEAT(units=8, root_weight=False)).hparams)
-    encoder = dict(hyperparameters["encoder"])
-    encoder["init_args"] = {**encoder["init_args"]}
-    del encoder["init_args"]["root_weight"]
-    again = build_network({**hyperparameters, "encoder": encoder}, network.state_dict(), "here")
-    assert again.predictor.encoder.config()["init_args"]["root_weight"] is False
-
-    own = NEPModule(NarrowHEAT())
-    again = build_network(dict(own.hparams), own.state_dict(), "here")
-    assert again.predictor.encoder.root_weight is True
-
-
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [

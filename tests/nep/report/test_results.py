@@ -10,7 +10,6 @@ import pytest
 
 from nep.report import results as results_file
 from nep.report.results import (
-    RESULTS_VERSION,
     Results,
     ScoreSummary,
     describe_code,
@@ -36,7 +35,7 @@ def test_what_is_saved_is_loaded(results, tmp_path):
     path = tmp_path / "new" / "results.json"
     results.save(path)
     content = json.loads(path.read_text())
-    assert content["results_version"] == RESULTS_VERSION
+    assert content["version"] == 1
     task = content["tasks"]["find_object"]
     assert task["metric"] == "looks"
     assert task["policies"]["p"]["values"] == [[1.0, 2.0], [4.0, 0.333333]]
@@ -54,8 +53,8 @@ def test_what_is_saved_is_loaded(results, tmp_path):
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        (lambda c: c | {"results_version": 1}, r"results_version 2, got 1 in .*\. Make them again"),
-        (lambda c: [c], r"results_version 2, got None"),
+        (lambda c: c | {"version": 2}, r"results version must be 1, got 2 in .*\. Make it again"),
+        (lambda c: [c], r"results version must be 1, got None"),
         (lambda c: c | {"tasks": {"find_object": {}}}, r"got KeyError\('policies'\) .* edited\?"),
         (
             lambda c: c | {"tasks": {"find_object": {"policies": {"p": {"values": [1.0]}}}}},

@@ -168,7 +168,7 @@ def change(one, other):
     ("name", "edit", "message"),
     [
         ("events.json", lambda text: "{", "events must have a manifest that can be read"),
-        ("events.json", change('"version": 1', '"version": 9'), "version of events must be 1, got"),
+        ("events.json", change('"version": 1', '"version": 9'), "events version must be 1, got 9"),
         ("events.csv", change("coverage", "cover"), "columns must be home, time"),
         ("events.csv", add("1,2,3"), "must have 10 cells, got 3"),
         ("events.csv", add("0,1,0,0,9999,1,in,1,1,1"), "thing must be a node id"),

@@ -67,7 +67,7 @@ def test_a_missing_shard_is_named(tmp_path):
 def test_a_manifest_comes_back(tmp_path):
     save_manifest(tmp_path, {"seed": 3, "rooms": ["kitchen"]}, {"house": "abc"})
     assert load_manifest(tmp_path) == {
-        "schema_version": 2, "settings": {"seed": 3, "rooms": ["kitchen"]},
+        "version": 1, "settings": {"seed": 3, "rooms": ["kitchen"]},
         "shards": {"house": "abc"},
     }  # fmt: skip
 
@@ -78,15 +78,15 @@ def test_a_manifest_comes_back(tmp_path):
         (None, r"collection must have a manifest\.json, got none in .*simulator\.collect --out"),
         ("{", r"manifest must be whole, .* in .*manifest\.json\. Delete the folder"),
         ("[]", r"manifest must be whole, .*manifest\.json"),
-        ("{}", r"manifest must be whole, .*schema_version.*manifest\.json"),
-        (json.dumps({"schema_version": 1}), r"manifest must be whole, .*settings, shards"),
+        ("{}", r"manifest must be whole, .*version.*manifest\.json"),
+        (json.dumps({"version": 1}), r"manifest must be whole, .*settings, shards"),
         (
-            json.dumps({"schema_version": 1, "settings": {}, "shards": {}}),
-            r"manifest must have schema version 2, got 1 in .*\. Collect again with this version",
+            json.dumps({"version": 2, "settings": {}, "shards": {}}),
+            r"^manifest version must be 1, got 2 in .*manifest\.json\. Make it again",
         ),
         (
-            json.dumps({"schema_version": "x" * 5000, "settings": {}, "shards": {}}),
-            r"manifest must have schema version 2, got 'x{190,200}\.\.\. in",
+            json.dumps({"version": "x" * 5000, "settings": {}, "shards": {}}),
+            r"manifest version must be 1, got 'x{190,200}\.\.\. in",
         ),
     ],
 )

@@ -150,7 +150,7 @@ def test_bad_layouts_name_the_entry(write_home, change, message):
     folder = write_home(**change)
     with pytest.raises(ValueError, match=message) as caught:
         load_trace(folder)
-    assert f"{folder}/layout.json: " in str(caught.value)
+    assert f"{folder}/layout.json" in str(caught.value)
 
 
 def test_bad_files(write_home, tmp_path):
