@@ -13,7 +13,7 @@ OUT = {
     r"in vain": "a negative look, which did not show it",
     r"believers?": "a policy or filter",
     r"heeds?|heeded": "uses, reads",
-    r"today's|of before": "previous; in version 0.1",
+    r"today's|of before": "previous",
     r"nobody|somebody|anybody|everybody|whoever": "no user, the user, a policy that",
     r"who (?:goes|go) by|who knows?": "a policy that uses or is given",
     r"goes by": "uses, follows",

@@ -198,12 +198,12 @@ def _describe_training(training: Mapping[str, Any] | None) -> str:
         chosen = f"{training['num_memories']:,} memories"
     elif training["snapshots"] is None:
         chosen = "all memories"
-    else:  # older checkpoints have the limit alone
+    else:
         chosen = f"at most {training['snapshots']:,} memories"
     text = (
         f"{chosen} of {training['num_homes']} homes x {training['steps']} time steps, with the\n"
         f"questions and looks of the task `{training['task']}`, collected by `{training['policy']}`"
     )
-    for policy in training.get("also_policies", ()):  # older checkpoints have none
+    for policy in training.get("also_policies", ()):
         text += f",\nand of as many others by `{policy}`"
     return text

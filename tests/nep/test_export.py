@@ -112,7 +112,6 @@ def test_the_card_of_a_network_from_recorded_homes_claims_no_simulated_ones():
     training = {**config["notes"]["training"], "is_recorded": True, "num_homes": 3, "steps": 80}
     config["notes"]["training"] = training
     card = " ".join(make_card("net", config).split())
-    # A checkpoint of before says how many it could have been at most.
     assert "Recorded homes (docs/traces.md): at most 40,000 memories of 3 homes" in card
     training["num_memories"] = 180  # the limit was 40,000, and there were 180
     card = " ".join(make_card("net", config).split())

@@ -182,15 +182,10 @@ def test_an_export_without_notes_is_not_exported_again(notes, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("stop", range(1, 7))
-@pytest.mark.parametrize("is_old", [False, True])
-def test_an_export_that_is_stopped_leaves_a_network_that_loads(is_old, stop, tmp_path, monkeypatch):
+def test_an_export_that_is_stopped_leaves_a_network_that_loads(stop, tmp_path, monkeypatch):
     """Stopped at the first, second, ... change of the folder: the old network, or the new one."""
     old, new = make_model(0), make_model(1)
     save_exported(tmp_path / "net", old, {})
-    config = json.loads((tmp_path / "net" / "config.json").read_text())
-    if is_old:  # from before configs named their weights
-        del config["weights_sha256"]
-        (tmp_path / "net" / "config.json").write_text(json.dumps(config))
     done = []
 
     def change(original):

@@ -1,4 +1,4 @@
-"""Options of all commands: old spellings, names, homes and policies of one's own."""
+"""Options of all commands: spellings, names, homes and policies of one's own."""
 
 import subprocess
 import sys

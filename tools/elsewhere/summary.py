@@ -107,8 +107,7 @@ def make_tables(scores: Mapping[str, Mapping[str, Summary]], without: str) -> st
     for who in players:
         values = {name: _gather(scores, who, name) for name in _COLUMNS}
         bins = [own[who]["bins"] for own in scores.values()]
-        # Scores from before it was counted have none.
-        all_bins = [own[who].get("all_bins", np.zeros((3, NUM_BINS))) for own in scores.values()]
+        all_bins = [own[who]["all_bins"] for own in scores.values()]
         errors = [
             compute_calibration_error(bins),
             compute_chance_error(bins),

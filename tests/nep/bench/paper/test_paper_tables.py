@@ -343,7 +343,8 @@ def write_beside(path, bayesian=(0.2, 0.3, 0.5), **changes):
     ]  # fmt: skip
     content = {
         "command": "python -m nep.temporal", "made": "played by hand", "note": "Ours is small.",
-        "version": 1, "sizes": {**asdict(Sizes()), "train_homes": 32, "train_steps": 50}, "missing": [],
+        "version": 1,
+        "sizes": {**asdict(Sizes()), "train_homes": 32, "train_steps": 50}, "missing": [],
         "kinds": {"paper_on": {"title": "on", "units": None, "rows": rows}}, **changes,
     }  # fmt: skip
     path.write_text(json.dumps(content), encoding="utf-8")
