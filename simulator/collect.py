@@ -280,7 +280,7 @@ def collect_homes(
             place, question = _compute_evidence(task.rollout.memory, answer.queries, asks_moved)
             extras["evidence"] = place.astype(np.float16)
             question_extras["evidence"] = question
-            question_extras["asks_moved"] = asks_moved[:, None]
+            question_extras["asks_moved"] = asks_moved[:, None].astype(np.float32)
         recorder.add_snapshot(answer.queries, answer.answers, extras, question_extras)
 
     def record_change(change: Change) -> None:

@@ -10,7 +10,7 @@ from datamodules.settings import CollectionConfig, HomesConfig
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.policies import Bayesian
 from simulator.collect import CollectConfig, collect
-from simulator.snapshots.shards import get_shard_name, load_manifest, load_shard
+from simulator.snapshots.shards import check_shard, get_shard_name, load_manifest, load_shard
 from simulator.tasks.ask_anything import AskAnything
 from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.registry import find_task
@@ -151,6 +151,7 @@ def test_a_collection_keeps_the_kind_of_each_question(tmp_path):
     for home in range(3):
         name = get_shard_name(home)
         own = load_shard(tmp_path / name, shards["shards"][name])
+        check_shard(own, len(shards["settings"]["labels"]), tmp_path / name)
         of_task = own["snapshot_question_asks_moved"][:, 0]
         moved = own["snapshot_question_evidence"][:, QUESTION_COLUMNS.index("movement.any_moved")]
         assert set(of_task) == {0, 1}
