@@ -110,13 +110,13 @@ class Finder:
 
     def resolve_among(
         self, memory: SceneGraphMemory, description: str, names: Sequence[str]
-    ) -> tuple[str, ...]:
-        """Return which of some names a question means, such as those that a look showed.
+    ) -> Resolution:
+        """Say which of some names a question means, such as those that a look showed.
 
         Raises:
             ValueError: if the description is no name (`read_words`).
         """
-        return memory.resolve(description, self._get_similarity(), among=names).matches
+        return memory.resolve(description, self._get_similarity(), among=names)
 
     def rank(
         self,

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
 
 from sgm.finder.answers import Status
-from sgm.finder.finder import Finder
+from sgm.layout.layout import Layout
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten, shorten_text
+from sgm.names.name import Name
 from sgm.names.name_matching import Resolution
 from sgm.names.words import read_words
 
 MOST_CANDIDATES = 5
+MayBeNew = Literal["never", "if_unlike", "always"]
 _NUMBERED = re.compile(r".*\(place (\d{1,9})\)")  # as candidates of one name are distinguished
 _MOST_NAME = 60  # characters of a name in a question
 
@@ -36,11 +38,20 @@ class Unclear(Exception):
         self.status, self.ask, self.candidates, self.thing = status, ask, candidates, thing
 
 
-def find_place(memory: SceneGraphMemory, place: int | str, thing: str = "") -> int:
+def find_place(
+    memory: SceneGraphMemory, place: int | str, thing: str = "", *, acts: bool = False
+) -> int:
     """Return the id of the place that is meant, by its id or by a name.
 
-    Names are read as "white fridge in kitchen", "white fridge", or as `find_furniture` does. What
-    is to be asked is about a thing, if one is given.
+    Names are read as "white fridge in kitchen", "kitchen fridge", "white fridge" or "fridge". For a
+    call that only reads, as `find_furniture` does, too. What is to be asked is about a thing, if
+    one is given.
+
+    Args:
+        memory: of the home.
+        place: id or name.
+        thing: what the call is about.
+        acts: whether the call writes: it goes by an exact name (`resolve_exact`).
 
     Raises:
         Unclear: if that is none, or several.
@@ -55,60 +66,98 @@ def find_place(memory: SceneGraphMemory, place: int | str, thing: str = "") -> i
     numbered = _NUMBERED.fullmatch(words)
     if numbered and int(numbered[1]) in names:
         return int(numbered[1])
-    for called in (names, {number: row.description for number, row in layout.furniture.items()}):
-        found = [number for number, name in called.items() if read_words("place", name) == words]
-        if found:
-            return _choose(found, names, thing)
-    found = list(memory.find_furniture(place))
-    if not found and " in " in words:
+    found = _find_called(layout, Name.read(place, "place"), names)
+    if found:
+        return _choose(found, names, thing)
+    likely = list(memory.find_furniture(place))
+    if not likely and " in " in words:
         what, _, room = words.rpartition(" in ")
         rooms = find_rooms(memory, room)
         among = memory.find_furniture(what)
-        found = [number for number in among if layout.furniture[number].room in rooms]
-    if found:
-        return _choose(found, names, thing)
-    rooms = [n for n, room in layout.rooms.items() if read_words("room", str(room)) == words]
+        likely = [number for number in among if layout.furniture[number].room in rooms]
+    if likely and not acts:
+        return _choose(likely, names, thing)
+    rooms = find_rooms(memory, place, acts=True)
     within = [names[number] for number in names if layout.furniture[number].room in rooms]
-    if within:
+    if within and not likely:
         ask = f"{shorten(place, _MOST_NAME)} is a room. {_ask(within)}"
         raise Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]), thing)
+    own = {names[number]: node.description for number, node in layout.furniture.items()}
+    resolution = memory.resolve_exact(place, among=list(own.values()))
+    near = [name for name, described in own.items() if described in resolution.doubtful]
+    candidates = list(dict.fromkeys([*(names[number] for number in likely), *near]))
+    if candidates:
+        told = tuple(candidates[:MOST_CANDIDATES])
+        raise Unclear("ambiguous", _ask_unknown(place, told, "list_places"), told, thing)
     near = memory.resolve(place, among=list(names.values())).alternatives
     raise Unclear("unknown", _ask_unknown(place, near, "list_places"), near, thing)
 
 
-def find_rooms(memory: SceneGraphMemory, room: str) -> list[int]:
-    """Return the ids of the rooms that a name means.
+def _find_called(layout: Layout, name: Name, names: Mapping[int, str]) -> list[int]:
+    """Find the places that are exactly of a name: as they are told, by their own, or by a label."""
+    rooms = {number: str(room) for number, room in layout.rooms.items()}
+    for called in (
+        names,
+        {number: node.description for number, node in layout.furniture.items()},
+        {number: str(node.label) for number, node in layout.furniture.items()},
+        {
+            number: f"{rooms[node.room]} {node.description}"
+            for number, node in layout.furniture.items()
+        },
+        {
+            number: f"{node.label} in {rooms[node.room]}"
+            for number, node in layout.furniture.items()
+        },
+        {number: f"{rooms[node.room]} {node.label}" for number, node in layout.furniture.items()},
+    ):
+        found = [number for number, own in called.items() if Name.read(own).is_same(name)]
+        if found:
+            return found
+    return []
+
+
+def find_rooms(memory: SceneGraphMemory, room: str, *, acts: bool = False) -> list[int]:
+    """Return the ids of the rooms that a name means; of exactly that name, if the call writes.
 
     Raises:
         ValueError: if the name is none (`read_words`).
     """
     rooms = {number: str(own) for number, own in memory.layout.rooms.items()}
-    words = read_words("room", room)
-    found = [number for number, name in rooms.items() if read_words("room", name) == words]
-    if not found:
+    name = Name.read(room, "room")
+    found = [number for number, own in rooms.items() if Name.read(own).is_same(name)]
+    if not found and not acts:
         matches = memory.resolve(room, among=list(dict.fromkeys(rooms.values()))).matches
-        found = [number for number, name in rooms.items() if name in matches]
+        found = [number for number, own in rooms.items() if own in matches]
     return found
 
 
-def find_thing(
-    memory: SceneGraphMemory, finder: Finder, thing: str, *, is_known: bool = False
-) -> str:
-    """Return the description or id of the one thing that is meant.
+def find_thing(memory: SceneGraphMemory, thing: str, may_be_new: MayBeNew = "never") -> str:
+    """Return the description or id of the one thing that a call acts on.
 
-    Where it need not be known (`is_known`), a new name is one of its own.
+    It is exactly of that name (`resolve_exact`), or has that id.
+
+    Args:
+        memory: of the home.
+        thing: name or id.
+        may_be_new: whether another name is a new thing: never, where nothing is known that may be
+            meant, or always.
 
     Raises:
         Unclear: if there are several, or none where one must be.
         ValueError: if the name is none (`read_words`).
     """
-    resolution = finder.resolve(memory, thing)
-    unclear = doubt(resolution, is_one=True)
-    if unclear is not None and (resolution.matches or is_known):
-        raise unclear
-    if not resolution.matches:
-        return thing
-    own = resolution.matches[0]
+    found = memory.resolve_exact(thing)
+    if not found.matches:
+        if may_be_new == "always" or (may_be_new == "if_unlike" and not found.doubtful):
+            return thing
+        near = found.doubtful[:MOST_CANDIDATES]
+        if near:
+            raise Unclear("ambiguous", _ask(near), near, thing)
+        near = found.alternatives[:MOST_CANDIDATES]
+        raise Unclear("unknown", _ask_unknown(thing, near, "list_things"), near, thing)
+    if len(found.matches) > 1:
+        raise Unclear("ambiguous", _ask(found.matches), found.matches[:MOST_CANDIDATES], thing)
+    own = found.matches[0]
     ids = memory.list_ids(own)
     if len(ids) > 1:
         told = [f"{own} {number}" for number in ids]
@@ -116,15 +165,16 @@ def find_thing(
     return own
 
 
-def doubt(resolution: Resolution, *, is_one: bool = False) -> Unclear | None:
+def doubt(resolution: Resolution) -> Unclear | None:
     """Return what to ask where a question means different things, or nothing; None if it is clear.
 
-    Several things of one name are a doubt where the question is about one (`is_one`), else not.
+    Several things of one name are no doubt: a question is about all of them.
     """
     matches, thing = resolution.matches, resolution.question
-    if resolution.is_ambiguous or (is_one and len(matches) > 1):
-        ask = resolution.ask_back or _ask(matches)
-        return Unclear("ambiguous", ask, matches[:MOST_CANDIDATES], thing)
+    if resolution.is_ambiguous:
+        told = (matches or resolution.doubtful)[:MOST_CANDIDATES]
+        ask = resolution.ask_back if matches else _ask(told)
+        return Unclear("ambiguous", ask, told, thing)
     if matches:
         return None
     near = resolution.alternatives[:MOST_CANDIDATES]

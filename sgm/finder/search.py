@@ -88,6 +88,8 @@ class ObjectSearch:
             number.
         is_found: whether it was found.
         going: the look that `next` gave, as long as nothing was said of it; else None.
+        offered: descriptions of what the latest look showed that may be it, and may be another
+            thing: "piano bench" for "bench". They do not end the search: ask the user.
     """
 
     def __init__(
@@ -113,6 +115,7 @@ class ObjectSearch:
         self._in_a_row = 0  # looks at the place where it is now
         self._opened: int | None = None  # what was opened at the place where it is now
         self.going: Look | None = None
+        self.offered: tuple[str, ...] = ()
         self._reason = ""
         self._found_at = ""
         self._plan(self._split(self.ranking)[0])  # bad arguments are reported now
@@ -215,13 +218,15 @@ class ObjectSearch:
         # The detector may call it otherwise than before: "mug" for the "large red mug". A name
         # that was known of another thing is of that thing.
         new = [name for name in names if read_name(name) not in others]
-        meant |= {
-            read_name(name)
-            for name in self._finder.resolve_among(self.memory, self.description, new)
-        }
+        resolution = self._finder.resolve_among(self.memory, self.description, new)
+        if resolution.is_sure:
+            meant |= {read_name(name) for name in resolution.matches}
         is_found = any(
             read_name(one.description) in meant or one.id == self.description for one in sightings
         )
+        self.offered = ()
+        if not is_found and not resolution.is_sure:
+            self.offered = resolution.matches or resolution.doubtful
         share = read_coverage(coverage, look.place.name)
         self._note(look, split_coverage(share)[RELATIONS.index(look.place.relation)], is_found)
         return is_found

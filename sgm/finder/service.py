@@ -269,7 +269,7 @@ class MemoryService(ReadCalls):
             KeyError: if there is no place of that id.
             ValueError: if a name is none, or the coverage is out of range.
         """
-        here = find_place(self.memory, place)
+        here = find_place(self.memory, place, acts=True)
         self.let_time_pass()
         seen = [one for one in seen if one.description not in self._ignored]
         self.memory.observe(here, seen, coverage)
@@ -289,7 +289,7 @@ class MemoryService(ReadCalls):
         """Note where a thing is now, as a person says: "I put the keys in the drawer".
 
         Args:
-            thing: in words; a new name is a new thing.
+            thing: its exact name or its id; another name is a new thing.
             place: id or name.
             by: who says so.
             relation: "in" or "onTop" it.
@@ -300,9 +300,9 @@ class MemoryService(ReadCalls):
             KeyError: if there is no place of an id.
             ValueError: if a name is none, or a value is out of range.
         """
-        here = find_place(self.memory, place, thing)
+        here = find_place(self.memory, place, thing, acts=True)
         before = self._find_any(was_at, thing)
-        own = find_thing(self.memory, self.finder, thing)
+        own = find_thing(self.memory, thing, "always")
         self.let_time_pass()
         self.memory.note_moved(own, here, by, relation, confidence, before)
         said = f"{by} said that {own} is at {self._tell_name(here)}"
@@ -313,7 +313,7 @@ class MemoryService(ReadCalls):
         """Note that the robot has taken a thing, and carries it until it is put down.
 
         Args:
-            thing: in words.
+            thing: its exact name or its id; a name that is like none is a new thing.
             was_at: place from which one of several of its kind was taken; None for the only one.
 
         Raises:
@@ -321,7 +321,7 @@ class MemoryService(ReadCalls):
             ValueError: if a name is none.
         """
         before = self._find_any(was_at, thing)
-        own = find_thing(self.memory, self.finder, thing)
+        own = find_thing(self.memory, thing, "if_unlike")
         self.let_time_pass()
         self.memory.picked_up(own, before)
         return self._note("picked_up", own, before, f"the robot carries {own}")
@@ -339,11 +339,8 @@ class MemoryService(ReadCalls):
             KeyError: if there is no place of that id.
             ValueError: if a name is none, or the robot carries no such thing.
         """
-        carried = self.memory.carried
-        matches = self.memory.resolve(thing, among=carried).matches if carried else ()
-        thing = matches[0] if len(matches) == 1 else thing
-        here = find_place(self.memory, place, thing)
-        own = find_thing(self.memory, self.finder, thing)
+        here = find_place(self.memory, place, thing, acts=True)
+        own = self.memory.find_carried(thing) or find_thing(self.memory, thing, "if_unlike")
         self.let_time_pass()
         self.memory.put_down(own, here, relation)
         said = f"the robot put {own} at {self._tell_name(here)}"
@@ -372,12 +369,12 @@ class MemoryService(ReadCalls):
                 f"{'none of them' if thing is None else 'both'}. Give one."
             )
         if thing is not None:
-            own = find_thing(self.memory, self.finder, thing, is_known=True)
+            own = find_thing(self.memory, thing)
             self.let_time_pass()
             self.memory.forget(own, by)
             return self._note("forget", own, None, f"{by} said that there is no {own}")
         assert place is not None
-        here = find_place(self.memory, place)
+        here = find_place(self.memory, place, acts=True)
         name = self._tell_name(here)
         self.let_time_pass()
         self.memory.forget(here, by)
@@ -395,7 +392,7 @@ class MemoryService(ReadCalls):
         Raises:
             ValueError: if a name is none, or another thing has the new one.
         """
-        own = find_thing(self.memory, self.finder, thing, is_known=True)
+        own = find_thing(self.memory, thing)
         self.let_time_pass()
         self.memory.rename(own, name, by)
         return self._note("rename", name, None, f"{by} said that {own} is called {name}")
@@ -412,9 +409,7 @@ class MemoryService(ReadCalls):
         Raises:
             ValueError: if a name is none, both are one already, or one is carried.
         """
-        own, second = (
-            find_thing(self.memory, self.finder, one, is_known=True) for one in (thing, other)
-        )
+        own, second = (find_thing(self.memory, one) for one in (thing, other))
         self.let_time_pass()
         self.memory.merge(own, second, by)
         return self._note("merge", own, None, f"{by} said that {own} and {second} are one")
@@ -441,13 +436,13 @@ class MemoryService(ReadCalls):
             ValueError: if a name is none, nothing was merged, or the thing was seen at no other
                 place.
         """
-        here = self._find_any(place, thing)
+        here, own = self._find_any(place, thing), find_thing(self.memory, thing)
         self.let_time_pass()
-        self.memory.split(thing, here, name or "", by)
-        return self._note("split", thing, here, f"{by} said that {thing} is two things")
+        self.memory.split(own, here, name or "", by)
+        return self._note("split", own, here, f"{by} said that {own} is two things")
 
     def _find_any(self, place: int | str | None, thing: str) -> int | None:
-        return None if place is None else find_place(self.memory, place, thing)
+        return None if place is None else find_place(self.memory, place, thing, acts=True)
 
     @_write
     def add_room(self, label: str) -> Noted:
@@ -478,7 +473,7 @@ class MemoryService(ReadCalls):
         Raises:
             ValueError: if a label or name is none, or the position no two numbers.
         """
-        rooms = find_rooms(self.memory, room)
+        rooms = find_rooms(self.memory, room, acts=True)
         if len(rooms) != 1:
             raise ask_room(self.memory, room, rooms)
         at: Any = None if position is None else tuple(position)

@@ -6,20 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from sgm.memory.memory_identities import MemoryIdentities
+from sgm.memory.memory_identities import MemoryIdentities, check_no_doubt
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.seen_and_said import get_statements, list_spoken_of
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence
 from sgm.messages import shorten
+from sgm.names.name_matching import NameIndex
 from sgm.names.words import read_words
 
 
 class MemoryCorrections(MemoryIdentities):
     """The part of `SceneGraphMemory` for statements, rather than looks.
 
-    Things are named as people name them, or by the id of a tracker: a name must mean one thing.
-    What was said counts as a sighting of that thing alone, whose confidence is the one of who said
+    Things are named exactly, or by the id of a tracker: see `resolve_exact`. What was said counts as a sighting of that thing alone, whose confidence is the one of who said
     it, and later looks outweigh it. It stays in the log and in the evidence of finders.
     """
 
@@ -49,7 +49,7 @@ class MemoryCorrections(MemoryIdentities):
         """Note where a thing is now, as a person says: "I put the keys in the drawer".
 
         Args:
-            thing: name or id, of a thing that was seen before or not.
+            thing: name or id; a name that no thing has exactly is a new thing.
             place: furniture id.
             by: who says so, such as "anna".
             relation: "in" or "onTop" it.
@@ -59,7 +59,7 @@ class MemoryCorrections(MemoryIdentities):
 
         Raises:
             KeyError: if a place is no furniture node of this memory.
-            ValueError: if the name means several things, or another argument is out of range.
+            ValueError: if several things have the name, or another argument is out of range.
         """
         self._say("moved", thing, place, by, relation, confidence, was_at)
 
@@ -69,13 +69,14 @@ class MemoryCorrections(MemoryIdentities):
         """Note that the robot has taken a thing, and carries it until it is put down.
 
         Args:
-            thing: name or id.
+            thing: name or id; a name that is like none that is known is a new thing.
             was_at: furniture id, where there are several of its kind; None for the only one.
             confidence: probability that it has it, at least 0.5; None for 0.97.
 
         Raises:
             KeyError: if the place is no furniture node of this memory.
-            ValueError: if the name means several things, or another argument is out of range.
+            ValueError: if the name is not exactly that of one thing and may be meant for one, or
+                another argument is out of range.
         """
         self._say("picked_up", thing, None, ROBOT, None, confidence, was_at)
 
@@ -85,7 +86,8 @@ class MemoryCorrections(MemoryIdentities):
         """Note that the robot has put down what it carried.
 
         Args:
-            thing: name or id, among what it carries.
+            thing: name or id, among what it carries; fewer properties will do: "mug" for the only
+                one carried, a "red mug".
             place: furniture id.
             relation: "in" or "onTop" it.
             confidence: probability that it lies there, at least 0.5; None for 0.97.
@@ -95,6 +97,23 @@ class MemoryCorrections(MemoryIdentities):
             ValueError: if the robot carries no such thing, or another argument is out of range.
         """
         self._say("put_down", thing, place, ROBOT, relation, confidence, None)
+
+    def find_carried(self, thing: str) -> str:
+        """Return the description of the one thing that the robot carries and a name means.
+
+        Fewer properties will do: "mug" for a "red mug". Empty if it carries none such, or several.
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        carried = self.carried
+        if not carried or self.resolve_exact(thing).matches:
+            return ""
+        index = NameIndex()  # without a table, so no synonym and no kind
+        index.update(list(dict.fromkeys(carried)))
+        found = index.resolve(thing)
+        is_meant = len(found.matches) == 1 and found.how == "any of the kind"
+        return found.matches[0] if is_meant and carried.count(found.matches[0]) == 1 else ""
 
     def forget(self, what: str | int, by: str = ROBOT) -> None:
         """Forget a thing that is not there at all, "there is no vase", or a place that is gone.
@@ -107,15 +126,15 @@ class MemoryCorrections(MemoryIdentities):
 
         Raises:
             KeyError: if there is no such thing or furniture.
-            ValueError: if the name means several things, or `by` is no name.
+            ValueError: if the name is not exactly that of one thing, or `by` is no name.
         """
         read_words("by", by)
         if not isinstance(what, str):
             self._remove_furniture(what, by)
             return
-        matches = self._match(what)
+        found = self._match(what)
         with self._lock:
-            name = self._choose(what, matches) or ThingName(what)
+            name, _ = self._get_one(what, found)
             self._remove_object(name.description, name.id, by)
 
     def remove_object(self, description: str) -> None:
@@ -141,13 +160,18 @@ class MemoryCorrections(MemoryIdentities):
         read_words("by", by)
         sure = read_confidence(confidence, by)
         relation = None if relation is None else read_relation(relation)
-        matches = self._match(thing)
+        if kind == "put_down":
+            thing = self.find_carried(thing) or thing
+        found = self._match(thing)
         with self._lock:
             for furniture in (place, was_at):
                 if furniture is not None:
                     self._state.layout.check_furniture(furniture)
             only = self._list_carried() if kind == "put_down" else None
-            name = self._choose(thing, matches, only) or ThingName(thing)
+            known = self._choose(thing, found.matches, only)
+            if known is None and kind != "moved":
+                check_no_doubt(found)
+            name = known or ThingName(thing)
             row = self._state.things.get_row(name.description, name.id)
             if only is not None and row not in only:
                 held = ", ".join(self._state.things[own].description for own in only)

@@ -10,14 +10,18 @@ import numpy as np
 from sgm.memory.memory_questions import MemoryQuestions
 from sgm.memory.thing import ROBOT, ThingName
 from sgm.messages import shorten
+from sgm.names.name_matching import Resolution
 from sgm.names.words import read_words
+
+_MOST_NAMED = 5  # things that may be meant, in an error
 
 
 class MemoryIdentities(MemoryQuestions):
     """The part of `SceneGraphMemory` for names.
 
-    Things are named as people name them, or by the id of a tracker: a name must mean one thing.
-    A log names nodes (`ThingName`).
+    Things are named exactly, or by the id of a tracker: see `resolve_exact`. A name that is less
+    than that, or means several things, is an error that says what may be meant. A log names nodes
+    (`ThingName`).
     """
 
     @property
@@ -27,7 +31,7 @@ class MemoryIdentities(MemoryQuestions):
             return tuple(self._state.things[row].description for row in self._list_carried())
 
     def list_ids(self, thing: str) -> tuple[str, ...]:
-        """Return the ids of the things that a name means; none where words alone tell them apart.
+        """Return the ids of the things of a name; none where words alone tell them apart.
 
         Args:
             thing: name or id.
@@ -38,7 +42,7 @@ class MemoryIdentities(MemoryQuestions):
         matches = self._match(thing)
         with self._lock:
             state = self._state
-            rows = state.find_rows(thing) or state.find_rows(*matches)
+            rows = state.find_rows(thing) or state.find_rows(*matches.matches)
             ids = (state.things[row].id for row in rows)
             return tuple(dict.fromkeys(own for own in ids if own))
 
@@ -52,7 +56,8 @@ class MemoryIdentities(MemoryQuestions):
 
         Raises:
             KeyError: if there is no such thing.
-            ValueError: if the name means several things, or another thing has the new one.
+            ValueError: if the name is not exactly that of one thing, or another thing has the new
+                one.
         """
         read_words("by", by)
         matches = self._match(thing)
@@ -80,7 +85,8 @@ class MemoryIdentities(MemoryQuestions):
 
         Raises:
             KeyError: if there is no such thing.
-            ValueError: if a name means several things, both are one already, or one is carried.
+            ValueError: if a name is not exactly that of one thing, both are one already, or one is
+                carried.
         """
         read_words("by", by)
         matches = [(name, self._match(name)) for name in (thing, other)]
@@ -112,8 +118,8 @@ class MemoryIdentities(MemoryQuestions):
 
         Raises:
             KeyError: if there is no such thing or place.
-            ValueError: if a name means several things, nothing was merged, the thing was seen at
-                no other place or not there, or another thing has the new name.
+            ValueError: if a name is not exactly that of one thing, nothing was merged, the thing
+                was seen at no other place or not there, or another thing has the new name.
         """
         read_words("by", by)
         matches = self._match(thing)
@@ -178,17 +184,17 @@ class MemoryIdentities(MemoryQuestions):
     def _list_carried(self) -> list[int]:
         return np.flatnonzero(self._state.batch.objects["carried_since"] >= 0).tolist()
 
-    def _match(self, thing: str | ThingName) -> tuple[str, ...]:
-        """Return the descriptions that a name may mean; no call waits for text vectors."""
+    def _match(self, thing: str | ThingName) -> Resolution:
+        """Say which descriptions are exactly of a name, and what else may be meant."""
         if isinstance(thing, ThingName):
-            return ()
+            return Resolution(str(thing), (), "unknown")
         read_words("thing", thing)
-        return self.resolve(thing).matches
+        return self.resolve_exact(thing)
 
     def _choose(
         self, thing: str, matches: Sequence[str], only: Sequence[int] | None = None
     ) -> ThingName | None:
-        """Return the one thing that is meant, among some rows or all; None if it is a new one."""
+        """Return the one thing that is named, among some rows or all; None if there is none."""
         state = self._state
         rows = state.find_rows(thing) or state.find_rows(*matches)
         if only is not None:
@@ -201,10 +207,13 @@ class MemoryIdentities(MemoryQuestions):
             )
         return state.things[rows[0]].name if rows else None
 
-    def _get_one(self, thing: str | ThingName, matches: Sequence[str]) -> tuple[ThingName, int]:
-        """Return the one thing that is meant, and its row."""
+    def _get_one(self, thing: str | ThingName, found: Resolution) -> tuple[ThingName, int]:
+        """Return the one thing that is named, and its row."""
         if isinstance(thing, str):
-            thing = self._choose(thing, matches) or ThingName(thing)
+            own = self._choose(thing, found.matches)
+            if own is None:
+                check_no_doubt(found)
+            thing = own or ThingName(thing)
         return thing, self._get_row(thing)
 
     def _get_row(self, own: ThingName) -> int:
@@ -217,3 +226,13 @@ class MemoryIdentities(MemoryQuestions):
                 "words."
             )
         return row
+
+
+def check_no_doubt(found: Resolution) -> None:
+    """Raise ValueError if a name is not exactly that of a thing, and may be meant for one."""
+    if not found.matches and found.doubtful:
+        names = ", ".join(found.doubtful[:_MOST_NAMED])
+        raise ValueError(
+            f"thing must be named exactly, got {shorten(found.question)}, which may be {names}. "
+            "Say its whole name, or give its id."
+        )

@@ -48,7 +48,9 @@ class MemoryQuestions(MemoryLayout):
         similarity: Similarity | None = None,
         among: Sequence[str] | None = None,
     ) -> Resolution:
-        """Say which of the things that were seen a name means; `NameIndex` has the rules.
+        """Say which of the things that were seen a question means; `NameIndex` has the rules.
+
+        What acts on a thing asks `resolve_exact`.
 
         Args:
             description: such as "the red mug".
@@ -70,6 +72,34 @@ class MemoryQuestions(MemoryLayout):
         with self._naming:  # no other call waits for text vectors
             self._names.update(descriptions)
             return self._names.resolve(description, similarity)
+
+    def resolve_exact(self, name: str, among: Sequence[str] | None = None) -> Resolution:
+        """Say which of the things that were seen is exactly of a name, or has that id.
+
+        Case, articles, plural, accents and spelling aside: `NameIndex.resolve_exact` has the rules,
+        and aliases of one's own count. Every call that acts on a thing goes by it.
+
+        Args:
+            name: such as "the red mug".
+            among: names to choose from; None for all that were seen.
+
+        Returns:
+            Matches; without any, `doubtful` has what may be meant.
+
+        Raises:
+            ValueError: if it is no name (`read_words`).
+        """
+        if among is not None:
+            index = NameIndex((), self._table)
+            index.update(list(among))
+            return index.resolve_exact(name)
+        with self._lock:
+            descriptions = self._state.things.names
+            if self._state.things.has_id(name):
+                return Resolution(name, (name,), "exact")
+        with self._naming:
+            self._names.update(descriptions)
+            return self._names.resolve_exact(name)
 
     def find_nearest(self, embedding: Sequence[float], k: int = 3) -> list[tuple[str, float]]:
         """Return the things that look most like something, by the embeddings of their sightings.

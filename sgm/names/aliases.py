@@ -38,6 +38,7 @@ class AliasTable:
 
     Attributes:
         rows: as they were given.
+        declared: those of one's own, which a person has stated to be so.
         names: of the things, in the order of their numbers.
         longest: most words of a name.
         words: of all names, singular.
@@ -50,6 +51,7 @@ class AliasTable:
             ValueError: if a name is none (`read_words`), or a thing is a kind of itself.
         """
         self.rows = tuple(rows)
+        self.declared: tuple[Row, ...] = ()
         self.names: list[str] = []
         self.longest = 1
         self.words: set[str] = set()
@@ -79,12 +81,21 @@ class AliasTable:
             FileNotFoundError: if there is no such file.
         """
         shipped = _load_household()
-        return shipped if extra is None else cls([*shipped.rows, *read_rows(extra)])
+        if extra is None:
+            return shipped
+        own = tuple(read_rows(extra))
+        table = cls([*shipped.rows, *own])
+        table.declared = own
+        return table
 
     def with_names(self, names: Iterable[str]) -> AliasTable:
         """Return a table in which names that nothing is called are things of their own."""
         new = [(name, (), ()) for name in names if not self.find(split_words(name))]
-        return AliasTable([*self.rows, *new]) if new else self
+        if not new:
+            return self
+        table = AliasTable([*self.rows, *new])
+        table.declared = self.declared
+        return table
 
     def find(self, words: Sequence[str]) -> tuple[int, ...]:
         """Return the numbers of the things of this name.

@@ -7,9 +7,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 from sgm.names.aliases import AliasTable
+from sgm.names.instances import split_instance, split_written_on
+from sgm.names.known_words import is_word
+from sgm.names.modifiers import COLOURS, MATERIALS, PROPERTIES, narrows, spell
 from sgm.names.words import (
+    BREAKS,
     DETERMINERS,
+    WITH,
     compute_singular,
+    list_plain,
     make_key,
     split_possessives,
     split_words,
@@ -32,41 +38,37 @@ _AFTER_THING = _CONTAINERS | frozenset(("set", "bunch", "pile", "stack", "pair",
 _NOBODY = frozenset(
     "man men woman women lady ladies gentleman kid kids child children boy boys girl girls".split()
 )
-_WITH = frozenset(("with", "without", "containing", "having", "w"))
-_MADE = frozenset(("in", "from", "made", "like", "by"))
-_AT = frozenset("on under near beside behind next at inside above below off".split())  # a place
-_FOR = frozenset(("for",))
-_BREAKS = frozenset(("of",)) | _WITH | _MADE | _AT | _FOR
 
 _LONGEST_ENDING = 3
 _Word = tuple[str, bool]  # and whether it is a possessive
 
-_SPELLINGS = {
-    "grey": "gray", "striped": "stripe", "stripy": "stripe", "stripey": "stripe", "wooden": "wood",
-    "woollen": "wool", "woolen": "wool", "dotted": "dot", "spotted": "dot", "spotty": "dot",
-    "checked": "check", "checkered": "check", "chequered": "check", "golden": "gold",
-    "tiny": "small", "little": "small", "mini": "small", "big": "large", "huge": "large",
-    "flowery": "flower",
-    "floral": "flower", "flowered": "flower", "coloured": "color", "colored": "color",
-    "colour": "color", "tall": "large", "steel": "metal", "colorful": "color", "colourful": "color",
-}  # fmt: skip
-# Properties that shut one another out: what is red is not blue, unless it is said to be both.
-_COLOURS = frozenset(
-    "red blue green yellow black white brown gray orange purple pink beige turquoise violet navy "
-    "silver gold cream transparent clear teal maroon".split()
+# What is used up from a package, so that the package is the thing: a "cereal box", a "milk carton".
+_PACKAGES = frozenset(
+    "box bottle can tin bag carton pack packet package tube sachet pouch jug tub container "
+    "jar".split()
 )
-_MATERIALS = frozenset(
-    "wood plastic glass metal leather paper ceramic cotton wool stone rubber cardboard porcelain "
-    "denim canvas marble bamboo stainless silicone silk linen iron wicker".split()
+_ALWAYS_PACKAGES = frozenset(("carton", "packet", "sachet"))
+_CONSUMED_KINDS = (
+    "fruit", "vegetable", "meat", "bread", "drink", "medicine", "snack", "pasta", "cake", "makeup",
+    "pet food",
+)  # fmt: skip
+_CONSUMED = frozenset(
+    "cereal tissue rice flour sugar salt pepper coffee tea milk juice soda beer wine water soup "
+    "cookie biscuit chip crisp candy chocolate nut egg butter cheese yogurt spice sauce oil honey "
+    "jam soap shampoo conditioner detergent powder paint glue cream lotion perfume medicine pill "
+    "vitamin food litter seed soil charcoal match wipe napkin noodle pasta bean corn tuna "
+    "sardine popcorn cracker oatmeal bleach cleaner sunscreen ketchup mustard mayonnaise vinegar "
+    "syrup drink cola coke lemonade gum popsicle screw nail deodorant gel ink toothpaste "
+    "bandage cotton swab diaper stock broth whiskey vodka champagne liquor".split()
 )
-_SIZES = frozenset(("small", "large"))
-_CLASSES = (_COLOURS, _MATERIALS, _SIZES)
-_PROPERTIES = frozenset().union(*_CLASSES) | {
-    "stripe", "dot", "check", "color", "flower", "new", "old", "clean", "dirty", "favorite",
-    "favourite", "good", "nice", "round", "square", "long", "short", "empty", "full", "open",
-    "closed", "used", "second", "first", "other", "spare", "broken", "dark", "light", "bright",
-    "cast", "heavy", "soft", "fluffy", "cute", "beautiful", "bloody", "stupid", "damn", "lovely",
-}  # fmt: skip
+# "Milk can" and "water can" are vessels, that stand there empty, too.
+_VESSELS_OF = {"can": frozenset(("milk", "water", "oil", "gas")), "bag": frozenset(("tea",))}
+# After "roll", "set" and "bar", of what: a "paper towel roll" is paper towels, an "egg roll" no egg.
+_COUNTED = {
+    "roll": frozenset("paper towel tissue tape foil film wrap bag".split()),
+    "set": frozenset("lego block knife screwdriver tool cutlery crayon marker pencil".split()),
+    "bar": frozenset("chocolate candy soap".split()),
+}
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,12 @@ class Reading:
         head_words: words of the head, as they are compared.
         properties: words before the head, as they are compared.
         said: all words of the name, as they are compared.
+        kinds: those of `properties` that say which kind of thing it is, and not how it is, so that
+            it may be another thing than its head says: "piano" of "piano bench".
+        stem: all words before the last one that do so, of a name of the table, too: "trash" of
+            "trash can".
         owner: whose it is, empty if no owner is named.
+        instance: which of several, "2" of "mug_2"; empty if it has no number.
         is_content: whether it is what the thing holds, or a remark: "cereal" of "cereal box".
     """
 
@@ -89,8 +96,11 @@ class Reading:
     head: tuple[str, ...]
     head_words: frozenset[str]
     properties: frozenset[str]
+    kinds: frozenset[str]
+    stem: frozenset[str]
     said: frozenset[str]
     owner: str = ""
+    instance: str = ""
     is_content: bool = False
 
     @cached_property
@@ -123,21 +133,27 @@ class NameReader:
 
     def _read(self, name: str) -> tuple[Reading, ...]:
         """Return the readings of a name, the main ones first."""
-        text = name.replace("_", " ")
+        text, instance = split_instance(name)
+        if not instance:
+            text, instance = split_written_on(text, self._is_known)
         remarks = re.findall(r"\(([^()]*)\)", text)
         rest = re.sub(r"\([^()]*\)", " ", text)
         if not rest.strip(" ?!.,;:/"):
             remarks, rest = [], text
         readings: dict[Reading, None] = {}
         parts = [(part, False) for part in re.split(r"\s*/\s*", rest)]
+        remarks = [remark for remark in remarks if _is_name(remark)]
         for part, is_remark in (*parts, *((remark, True) for remark in remarks)):
             if part.strip():
                 readings |= dict.fromkeys(self._read_phrase(split_possessives(part), is_remark))
         if all(reading.is_content for reading in readings):  # nothing but remarks, or no words
             readings = dict.fromkeys(self._read_phrase(split_possessives(text), False))
         said = frozenset(word for reading in readings for word in reading.said)
-        whole = [replace(reading, said=said) for reading in readings]
+        whole = [replace(reading, said=said, instance=instance) for reading in readings]
         return tuple(sorted(whole, key=lambda reading: reading.is_content))
+
+    def _is_known(self, word: str) -> bool:
+        return bool(self._table.find([word])) or is_word(word)
 
     def _read_phrase(self, words: list[_Word], is_content: bool) -> list[Reading]:
         while len(words) > 1 and words[0][0] in DETERMINERS:
@@ -145,13 +161,13 @@ class NameReader:
         plain = [word for word, _ in words]
         things = self._table.find(plain) if len(plain) <= self._table.longest else ()
         found = [self._make(words, len(words), things, is_content)] if things else []
-        breaks = [place for place, word in enumerate(plain) if word in _BREAKS and place > 0]
+        breaks = [place for place, word in enumerate(plain) if word in BREAKS and place > 0]
         if not breaks or breaks[0] == len(plain) - 1:
             found += self._read_compound(words, is_content)
         else:
             first = breaks[0]
             found += self._read_parts(words[:first], plain[first], words[first + 1 :], is_content)
-        said = frozenset(map(self._spell, plain)) - _BREAKS - DETERMINERS
+        said = frozenset(map(self._spell, list_plain(" ".join(plain)))) - BREAKS
         return list(dict.fromkeys(replace(reading, said=said) for reading in found))
 
     def _read_parts(
@@ -166,11 +182,11 @@ class NameReader:
         if link == "of" and last in _CONTAINERS | _MEASURES:
             return [*self._read_phrase(right, is_content), *self._read_phrase(left, True)]
         own = self._read_phrase(left, is_content)
-        if link == "of" or link in _FOR:  # "food for the dog" is dog food
+        if link in ("of", "for"):  # "food for the dog" is dog food
             turned = self._read_phrase([*right, *left], is_content)
             if len(turned[0].head) > len(own[0].head):
                 return turned
-        if link in _WITH and link != "without":
+        if link in WITH and link != "without":
             own += [replace(one, is_content=True) for one in self._read_phrase(right, True)]
         return own
 
@@ -184,12 +200,27 @@ class NameReader:
         found = [main]
         if len(words) > 1 and compute_singular(plain[-1]) in _AFTER_THING:
             inner = self._read_phrase(words[:-1], True)[0]
-            if inner.things and plain[-2] not in _MATERIALS | _COLOURS:
+            if inner.things and spell(plain[-2]) not in MATERIALS | COLOURS:
+                if not self._is_used_up(inner, compute_singular(plain[-1])):
+                    return found
                 if len(main.head) == 1 and not words[-2][1]:  # "cereal box" is both
                     found = [replace(inner, is_content=is_content), main]
-                elif len(main.head) == len(words):  # a "lunch box" is no lunch, but may hold it
+                elif len(main.head) == len(words):  # a "pill bottle" is a thing, and may hold pills
                     found.append(inner)
         return found
+
+    def _is_used_up(self, inner: Reading, last: str) -> bool:
+        """Tell whether a package or number of things is those things: no "guitar case" is."""
+        word = spell(inner.head[-1])
+        if last in _COUNTED:
+            return word in _COUNTED[last]
+        if last in _AFTER_THING - _CONTAINERS or last in _ALWAYS_PACKAGES:
+            return True
+        if last not in _PACKAGES or word in _VESSELS_OF.get(last, ()):
+            return False
+        kinds = {self._table.names[n] for thing in inner.things
+                 for n in (thing, *self._table.list_above(thing))}  # fmt: skip
+        return word in _CONSUMED or not kinds.isdisjoint(_CONSUMED_KINDS)
 
     def _make(
         self, words: list[_Word], length: int, things: tuple[int, ...], is_content: bool
@@ -200,17 +231,45 @@ class NameReader:
             (n + 1 for n in range(start) if words[n][1] and words[n][0] not in _NOBODY), default=0
         )
         head = frozenset(map(self._spell, plain[start:]))
-        properties = frozenset(map(self._spell, plain[owned:start])) - DETERMINERS - _NOBODY
+        before = [word for word in plain[owned:start] if word not in _NOBODY]
+        last, whole = spell(plain[-1]), make_key(plain[start:])
+        own_words = head | {whole} | {make_key(split_words(self._table.names[n])) for n in things}
+        properties, kinds = self._split_modifiers(before, (last, whole), own_words)
+        _, stem = self._split_modifiers(plain[owned:-1], (last,), own_words - head)
         own, ending = tuple(plain[owned:]), tuple(plain[start:])
         known = self._table.find(plain[:owned]) if owned else ()  # "dad" and "father" are one
         owner = self._table.names[known[0]] if known else " ".join(plain[:owned])
-        return Reading(things, own, ending, head, properties, frozenset(), owner, is_content)
+        return Reading(
+            things, own, ending, head, properties, kinds, stem, frozenset(), owner,
+            is_content=is_content,
+        )  # fmt: skip
+
+    def _split_modifiers(
+        self, words: list[str], heads: tuple[str, ...], repeated: frozenset[str] | set[str]
+    ) -> tuple[frozenset[str], frozenset[str]]:
+        """Return words before a head as they are compared, and those that say which kind it is."""
+        properties, kinds, at = set(), set(), 0
+        while at < len(words):
+            length = min(len(words) - at, self._table.longest)
+            while length > 1 and len(self._table.find(words[at : at + length])) != 1:
+                length -= 1
+            phrase = words[at : at + length]
+            at += length
+            spelled = self._spell(phrase[0]) if length == 1 else self._key_phrase(phrase)
+            properties.add(spelled)
+            is_kind = not any(narrows(spell(phrase[-1]), head) for head in heads)
+            if is_kind and spelled not in repeated:
+                kinds.add(spelled)
+        return frozenset(properties), frozenset(kinds)
+
+    def _key_phrase(self, words: list[str]) -> str:
+        return make_key(split_words(self._table.names[self._table.find(words)[0]]))
 
     def _spell_by_table(self, word: str) -> str:
         """Return a word as it is compared: "telly" and "tv" are one, as the table has them."""
         spelled = spell(word)
-        things = () if spelled in _PROPERTIES else self._table.find([word])
-        return make_key(split_words(self._table.names[things[0]])) if len(things) == 1 else spelled
+        things = () if spelled in PROPERTIES else self._table.find([word])
+        return self._key_phrase([word]) if len(things) == 1 else spelled
 
 
 @lru_cache(maxsize=16)  # most memories have the same table
@@ -219,18 +278,7 @@ def make_reader(table: AliasTable) -> NameReader:
     return NameReader(table)
 
 
-def spell(word: str) -> str:
-    """Return a word as it is compared: singular, and properties in one spelling."""
-    word = _SPELLINGS.get(word, word)
-    word = compute_singular(word)
-    return _SPELLINGS.get(word, word)
-
-
-def is_property(word: str) -> bool:
-    """Tell whether a word, as it is compared, says how a thing is, and not which kind it is."""
-    return word in _PROPERTIES or word.endswith(("ed", "ly", "ful", "less", "ish"))
-
-
-def contradict(asked: frozenset[str], said: frozenset[str]) -> bool:
-    """Tell whether properties that are asked for shut out those of a name: red, and blue."""
-    return any(asked & group and said & group and not asked & said & group for group in _CLASSES)
+def _is_name(remark: str) -> bool:
+    """Tell whether a remark in brackets is a name: no "sticky cloth or paper", "for horses"."""
+    words = split_words(remark)
+    return not {"or", "and", "for", "in", "with"} & set(words)

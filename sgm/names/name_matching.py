@@ -6,10 +6,13 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
-from sgm.names.aliases import AliasTable
+from sgm.names.aliases import AliasTable, Row
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.name_grammar import Reading, contradict, is_property, make_reader, spell
-from sgm.names.words import read_words, split_words, strip_question
+from sgm.names.known_words import is_noun, is_word
+from sgm.names.modifiers import contradict, spell
+from sgm.names.name import Name
+from sgm.names.name_grammar import Reading, make_reader
+from sgm.names.words import read_name, read_words, split_words, strip_question
 
 # How alike two labels are, -1 to 1: cosine of their text vectors.
 Similarity = Callable[[str, Sequence[str]], Sequence[float]]
@@ -18,7 +21,10 @@ SYNONYM = 0.9  # mug and cup .96, phone and telephone .93; plate and bowl .87 st
 RELATED = 0.8  # enough for a "did you mean"
 _MOST_ALTERNATIVES = 3
 _MOST_RESOLVED = 2000  # questions whose answers are kept
+_LONG_NAME = 8  # letters from which on two of them may be wrong
 _MOST_SIBLINGS = 12  # of a kind, whose things are offered for one another
+
+_UNSURE = ("typo", "part of the name", "what it holds", "similar meaning", "unknown")
 
 _Entry = tuple[int, Reading]  # number of a description, and one way to read it
 
@@ -36,6 +42,8 @@ class Resolution:
             say less than the question); "more general name"; "part of the name"; "what it holds";
             "typo"; "similar meaning" (by text vectors); or "unknown".
         alternatives: other descriptions that may have been meant, the nearest first.
+        doubtful: where nothing matches, descriptions that may well be meant, and may be another
+            thing: a "piano bench" where a bench is asked for. Ask the user.
         readings: the matches by what the name may mean: eyeglasses, and drinking glasses.
         owner: whose it is, by the question: "dad" of "dad's phone"; empty if it names no owner.
     """
@@ -46,18 +54,25 @@ class Resolution:
     alternatives: tuple[str, ...] = ()
     readings: tuple[tuple[str, ...], ...] = ()
     owner: str = ""
+    doubtful: tuple[str, ...] = ()
 
     @property
     def is_ambiguous(self) -> bool:
-        """Whether the name means different things that are about as likely; see `ask_back`."""
-        return len(self.readings) > 1
+        """Whether the name means different things, or perhaps one of `doubtful`; see `ask_back`."""
+        return len(self.readings) > 1 or (not self.matches and bool(self.doubtful))
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the matches are meant by their names, so that finding one ends a search."""
+        return self.how not in _UNSURE
 
     @property
     def ask_back(self) -> str:
         """What to ask the user, "Do you mean the eyeglasses or the wine glass?"; else empty."""
         if not self.is_ambiguous:
             return ""
-        return f"Do you mean {' or '.join(f'the {_list(names)}' for names in self.readings)}?"
+        meant = self.readings if self.matches else [(name,) for name in self.doubtful]
+        return f"Do you mean {' or '.join(f'the {_list(names)}' for names in meant)}?"
 
     def __str__(self) -> str:
         """Say it in one line."""
@@ -77,22 +92,27 @@ class NameIndex:
     """Finds the descriptions that a question names, without looking through all of them.
 
     What people say around a name is taken off ("where is my ...?", articles, case, punctuation),
-    and it is read by `NameReader`: a thing, its properties and its owner. The rules, tried one
-    after the other until one finds something:
+    and it is read by `NameReader`: a thing, its properties, its owner and its number. The rules,
+    tried one after the other until one finds something:
 
     1. The thing by any name of the table of aliases, and all kinds of it, with all properties that
-       are asked for: "mug" is any mug, "red mug" any that is red. What has the asked words in its
-       name comes before what is only called so besides.
+       are asked for: "mug" is any mug, "red mug" any that is red, "mug 2" that one. What has the
+       asked words in its name comes before what is only called so besides.
     2. The same with fewer words: "mug" for "the red mug", where no other colour is said.
     3. A more general name: "phone" for "iphone".
-    4. A part of the name: "remote" for "remote control".
+    4. A part of the name that is no English word: "zorb" for "zorb charger".
     5. What it holds, or a remark in brackets: "cookies" for "cookie jar".
-    6. A word that nothing is called, of five letters or more, with one letter wrong, missing, too
-       many or two in the wrong order (two mistakes from nine letters on), is read as a known one.
+    6. A word that is no English one, of five letters or more, with one letter wrong, missing, too
+       many or two in the wrong order (two mistakes from nine letters on), is read as an English one
+       of the memory that begins alike. What that is a synonym or kind of is not meant.
     7. Things that mean nearly the same by their text vectors, where one of the two is not in the
        table: with an encoder of one's own, or if the policy has vectors.
 
-    A description of another owner is not meant, nor one of another colour, size or material.
+    A description of another owner or number is not meant, nor one of another colour, size, side or
+    material. A word that makes it another thing (`narrows`) is said by both or by none: a "soda
+    can" is no "trash can". Where one of the two does not say it, the other is `doubtful`.
+
+    What acts is stricter: `resolve_exact`.
     """
 
     def __init__(
@@ -106,6 +126,7 @@ class NameIndex:
         `types` are labels of object types that the prior knows. Without an encoder the similarity
         that `resolve` is given is used.
         """
+        self._declared = _Declared(() if table is None else table.declared)
         self._table = _add_types(table or AliasTable(), tuple(types))
         self._reader = make_reader(self._table)
         self._encoder = encoder
@@ -119,6 +140,7 @@ class NameIndex:
         self._things: dict[int, list[_Entry]] = {}
         self._contents: dict[int, list[_Entry]] = {}
         self._endings: dict[str, list[_Entry]] = {}
+        self._same: dict[object, list[int]] = {}
         self._resolved: dict[str, Resolution] = {}
 
     def update(self, descriptions: Sequence[str]) -> None:
@@ -133,10 +155,13 @@ class NameIndex:
     def _add(self, description: str) -> None:
         self._resolved.clear()
         number = len(self._descriptions)
-        readings = self._reader.read(read_words("description", description))
+        words = read_words("description", description)
+        readings = self._reader.read(description)
         self._descriptions.append(description)
         self._readings.append(readings)
-        self._written.add(read_words("description", description))
+        self._written.add(words)
+        for key in self._list_keys(Name.read(description)):
+            self._same.setdefault(key, []).append(number)
         for word in readings[0].said.union(map(spell, split_words(description))):
             self._words.setdefault(word, []).append(number)
         for reading in readings:
@@ -148,31 +173,69 @@ class NameIndex:
                 for ending in reading.endings:
                     self._endings.setdefault(ending, []).append(entry)
 
+    def _list_keys(self, name: Name) -> list[tuple[object, str]]:
+        """List by what names are exactly the same: one of these is."""
+        aliases = self._declared.list_things(name)
+        return [(key, name.instance) for key in (name.ordered, name.joined, *aliases)]
+
+    def resolve_exact(self, name: str) -> Resolution:
+        """Say which description is exactly of a name, for what acts on it.
+
+        Case, articles, plural, accents and the spelling of a word make no difference, nor whether
+        it is written together. Aliases of one's own are exact, those of the shipped table are not.
+
+        Returns:
+            Matches, "exact"; else none, "unknown", and in `doubtful` what may be meant: what a
+            question of that name would be taken for, and what is spelled nearly alike.
+        """
+        asked = Name.read(name)
+        found = {n for key in self._list_keys(asked) for n in self._same.get(key, ())}
+        written = [n for n in found if read_name(self._descriptions[n]) == read_name(name)]
+        if found:
+            return Resolution(name, self._name(sorted(written or found)), "exact")
+        taken = self.resolve(name)
+        readings = self._read_main(name)
+        near = [
+            number
+            for reading in readings
+            for key in reading.endings[-1:]
+            for number, _ in self._endings.get(key, ())
+            if not any(reading.stem ^ other.stem for other in self._readings[number])
+        ]
+        spelled = [n for n, other in enumerate(self._descriptions) if _is_near(asked, other)]
+        names = (*taken.matches, *taken.doubtful, *self._name([*spelled, *near]))
+        return Resolution(
+            name, (), "unknown", taken.alternatives, owner=taken.owner,
+            doubtful=tuple(dict.fromkeys(names)),
+        )  # fmt: skip
+
     def resolve(self, question: str, similarity: Similarity | None = None) -> Resolution:
         """Say what a question means, such as "the red mugs"; see `SceneGraphMemory.resolve`."""
         if question in self._resolved:
             return self._resolved[question]
         words = read_words("description", question)
-        text = words if words in self._written else strip_question(words)
+        text = question if words in self._written else strip_question(question)
         readings = self._read_main(text)
         how, groups = self._match(readings)
         if not groups:
             mended = " ".join(self._mend(word) for word in text.split())
             if mended != text:
-                _, groups = self._match(self._read_main(mended))
-                how = "typo"
+                how, groups = "typo", self._match_written(self._read_main(mended))
         is_by_words = bool(groups)
         if not groups:
             how, groups = "similar meaning", self._find_similar(readings, similarity, SYNONYM)
         found = sorted({number for group in groups for number in group})
-        others = self._suggest(readings, None if found else similarity, found)
+        owner = readings[0].owner
         if not found:
-            return Resolution(question, (), "unknown", others, owner=readings[0].owner)
+            doubtful = self._name(self._list_doubtful(readings, text))
+            others = self._suggest(readings, similarity, [])
+            others = tuple(name for name in others if name not in doubtful)
+            return Resolution(question, (), "unknown", others, owner=owner, doubtful=doubtful)
+        others = self._suggest(readings, None, found)
         if len(found) == 1 and self._descriptions[found[0]].casefold() == words:
             how = "exact"
         meanings = tuple(self._name(group) for group in groups)
-        names, owner = self._name(found), readings[0].owner
-        resolution = Resolution(question, names, how, others, meanings, owner)
+        resolution = Resolution(question, self._name(found), how, others, meanings, owner)
         if is_by_words:  # for any way to compare names: it says the same until there are others
             if len(self._resolved) >= _MOST_RESOLVED:
                 self._resolved.clear()
@@ -189,6 +252,7 @@ class NameIndex:
         """Apply rules 1 to 5: how it was found, and the numbers of the descriptions by reading."""
         for how, rule in (
             ("", partial(self._choose, fit=_ALL_SAID)),
+            ("same words", self._find_joined),
             ("fewer words", partial(self._choose, fit=_LESS_SAID)),
             ("more general name", self._find_above),
             ("part of the name", self._find_part),
@@ -200,24 +264,40 @@ class NameIndex:
                 return how or self._tell_how(readings, groups), groups
         return "", []
 
+    def _match_written(self, readings: Sequence[Reading]) -> list[list[int]]:
+        """Apply rules 1 and 2 to what has the asked words in its name."""
+        for fit in (_ALL_SAID, _LESS_SAID):
+            found = [
+                [number for number in group if self._has_words(reading, number)]
+                for reading in readings
+                for group in self._choose(reading, fit)
+            ]
+            groups = _drop_repeated(found)
+            if groups:
+                return groups
+        return []
+
+    def _has_words(self, reading: Reading, number: int) -> bool:
+        return any(reading.key in other.endings for other in self._readings[number])
+
     def _tell_how(self, readings: Sequence[Reading], groups: Sequence[Sequence[int]]) -> str:
         """Say how rule 1 found descriptions."""
         numbers = [number for group in groups for number in group]
-        said = [self._readings[number][0].said for number in numbers]
-        if all(reading.said == words for words in said for reading in readings):
+        own = [self._readings[number][0] for number in numbers]
+        if all(
+            (reading.said, reading.instance) == (other.said, other.instance)
+            for other in own for reading in readings
+        ):  # fmt: skip
             return "same words"
         things = {thing for reading in readings for thing in reading.things}
-        heads = [self._readings[number][0].head for number in numbers]
-        if not things and all(len(head) > len(readings[0].head) for head in heads):
-            return "part of the name"
         below = self._list_kinds(things)
         for number in numbers:
-            own = self._readings[number]
+            others = self._readings[number]
             has_words = any(
                 reading.key in other.endings or reading.head_words <= other.said
-                for reading in readings for other in own
+                for reading in readings for other in others
             )  # fmt: skip
-            if not has_words and not any(below & set(other.things) for other in own):
+            if not has_words and not any(below & set(other.things) for other in others):
                 return "synonym"
         return "any of the kind"
 
@@ -253,6 +333,18 @@ class NameIndex:
         own = (thing, *self._table.list_below(thing))
         return [entry for one in own for entry in self._things.get(one, ())]
 
+    def _find_joined(self, reading: Reading) -> list[list[int]]:
+        """Find what is called the same, written apart or together: "fire lighters"."""
+        whole = reading.endings[0]
+        numbers = {
+            number
+            for number, one in self._endings.get(whole, ())
+            if one.endings[0] == whole
+            and len(one.words) <= len(one.endings)
+            and _is_possible(reading, one)
+        }
+        return [sorted(numbers)] if numbers and len(reading.words) <= len(reading.endings) else []
+
     def _find_above(self, reading: Reading) -> list[list[int]]:
         groups = []
         for thing in reading.things:
@@ -260,7 +352,7 @@ class NameIndex:
                 numbers = {
                     number
                     for number, one in self._things.get(kind, ())
-                    if _compare(reading, one) is not None and not _list_more(one, reading)
+                    if _compare(reading, one) in (_ALL_SAID, _LESS_SAID) and not one.kinds
                 }
                 if numbers:
                     groups.append(sorted(numbers))
@@ -268,16 +360,21 @@ class NameIndex:
         return groups
 
     def _find_part(self, reading: Reading) -> list[list[int]]:
-        """Apply rule 4: names that end in it, or have its words where no table knows it."""
-        num_whole = len(reading.endings) - len(reading.head) + 1  # no "dog" of hot dog
-        whole = reading.endings[:num_whole]
-        ending = next((key for key in whole if key in self._endings), "")
-        entries = self._endings.get(ending, [])
-        numbers = {number for number, one in entries if _compare(reading, one) is not None}
-        if not numbers and not reading.things:
-            holding = [set(self._words.get(word, ())) for word in reading.said]
-            numbers = set.intersection(*holding) if holding else set()
-        return [sorted(numbers)] if numbers else []
+        """Apply rule 4: names that have its words, where these name nothing that is known."""
+        if reading.things or is_noun(reading.head[-1]):
+            return []
+        numbers = self._find_holding(reading)
+        return [numbers] if numbers else []
+
+    def _find_holding(self, reading: Reading) -> list[int]:
+        """Find the names that have all words of a reading, and no property against it."""
+        holding = [set(self._words.get(word, ())) for word in reading.said]
+        found = set.intersection(*holding) if holding else set()
+        return [
+            number
+            for number in sorted(found)
+            if any(_is_possible(reading, other) for other in self._readings[number])
+        ]
 
     def _find_contents(self, reading: Reading) -> list[list[int]]:
         numbers = {
@@ -289,25 +386,42 @@ class NameIndex:
         }
         return [sorted(numbers)] if numbers else []
 
+    def _list_doubtful(self, readings: Sequence[Reading], text: str) -> list[int]:
+        """List what may be meant, and may be another thing, the likeliest first."""
+        found: list[int] = []
+        for reading in readings:
+            for thing in reading.things or (None,):
+                entries = self._list_entries(reading, thing)
+                found += [n for n, one in entries if _compare(reading, one) == _DOUBTFUL]
+            for ending in reading.endings[-1:]:
+                entries = self._endings.get(ending, [])
+                found += [n for n, one in entries if _is_doubtful(reading, one)]
+            if not reading.things:
+                found += self._find_holding(reading)
+        if not is_word(readings[0].head[-1]):
+            asked = Name.read(text)
+            found += [n for n, one in enumerate(self._descriptions) if _is_near(asked, one)]
+        return list(dict.fromkeys(found))
+
     def _mend(self, word: str) -> str:
-        """Return the known word that this one may be a typo of: of the memory, else the table."""
+        """Return the word of the memory that this one may be a typo of; itself if it is a word."""
         most = 0 if len(word) < 5 else 1 if len(word) < 9 else 2
         spelled = spell(word)
-        is_known = spelled in self._words or spelled in self._table.words
-        if most == 0 or not word.isalpha() or is_known:
+        if most == 0 or not word.isalpha() or spelled in self._words or is_word(word):
             return word
-        letters = set(word)
-        for known in (self._words, self._table.words):
-            near = [
-                (distance, other)
-                for other in known
-                if abs(len(other) - len(word)) <= most
-                and len(letters.difference(other)) <= most  # a mistake takes one away at most
-                and (distance := count_mistakes(word, other)) <= most
-            ]
-            if near:
-                return min(near)[1]
-        return word
+        near = sorted(
+            (count_mistakes(word, other), other)
+            for other in self._words
+            if other[0] == word[0]
+            and abs(len(other) - len(word)) <= most
+            and other.isalpha()
+            and spelled not in self._table.words
+            and is_word(other)
+        )
+        near = [(distance, other) for distance, other in near if distance <= most]
+        if not near or (len(near) > 1 and near[0][0] == near[1][0]):
+            return word
+        return near[0][1]
 
     def _find_similar(
         self, readings: Sequence[Reading], similarity: Similarity | None, least: float
@@ -350,7 +464,7 @@ class NameIndex:
                         number
                         for one in (*near, *self._table.list_above(thing))
                         for number, other in self._things.get(one, ())
-                        if not found and not _list_more(other, reading)
+                        if not found and not other.kinds - reading.said
                     ]
             if not found and len(reading.key) > 2:
                 close += self._words.get(spell(reading.head[-1]), ())
@@ -361,6 +475,22 @@ class NameIndex:
         return self._name(rest[:_MOST_ALTERNATIVES])
 
 
+class _Declared:
+    """Names that a person declared to be of one thing."""
+
+    def __init__(self, rows: Sequence[Row]) -> None:
+        self._things: dict[object, list[int]] = {}
+        for number, (name, _, aliases) in enumerate(rows):
+            for own in map(Name.read, (name, *aliases)):
+                for key in (own.ordered, own.joined):
+                    self._things.setdefault(key, []).append(number)
+
+    def list_things(self, name: Name) -> list[int]:
+        """List the numbers of the things of a name."""
+        found = (*self._things.get(name.ordered, ()), *self._things.get(name.joined, ()))
+        return list(dict.fromkeys(found))
+
+
 @lru_cache(maxsize=8)  # all memories of one prior have the same
 def _add_types(table: AliasTable, types: tuple[str, ...]) -> AliasTable:
     """Add types that the table does not have; a "soap bottle" is none: it is soap, and a bottle."""
@@ -368,25 +498,52 @@ def _add_types(table: AliasTable, types: tuple[str, ...]) -> AliasTable:
     return table.with_names(label for label in types if len(reader.read(label)) < 2)
 
 
-_ALL_SAID, _LESS_SAID = 1, 2
+_ALL_SAID, _LESS_SAID, _DOUBTFUL = 1, 2, 3
 
 
 def _compare(asked: Reading, said: Reading) -> int | None:
-    """Tell whether a name says all properties asked for, or fewer; None if it is another thing."""
-    if asked.owner and said.owner not in ("", asked.owner):
+    """Tell how much of a question about a thing of this head a name says; None: another thing."""
+    if not _is_possible(asked, said):
         return None
-    if contradict(asked.said - asked.head_words, said.said - said.head_words):
-        return None
-    missing = asked.properties - said.said
+    missing, extra = asked.kinds - said.said, said.kinds - asked.said
+    if missing or extra:
+        is_part = (not missing or not extra) and asked.endings[-1] == said.endings[-1]
+        return _DOUBTFUL if is_part else None
+    is_alike = asked.key in said.endings or not set(asked.things).isdisjoint(said.things)
+    if (asked.kinds or said.kinds) and not is_alike:
+        return None  # a "garlic bread" and a "garlic bagel"
+    if asked.instance and not said.instance:
+        return _DOUBTFUL
     is_owned = not asked.owner or said.owner or asked.owner in said.said
-    if _list_more(said, asked) and not all(map(is_property, missing)):
-        return None  # another kind of strap
-    return _ALL_SAID if not missing and is_owned else _LESS_SAID
+    return _ALL_SAID if not asked.properties - said.said and is_owned else _LESS_SAID
 
 
-def _list_more(one: Reading, other: Reading) -> frozenset[str]:
-    """List what a name says of which kind a thing is that another does not say."""
-    return frozenset(word for word in one.properties - other.said if not is_property(word))
+def _is_possible(asked: Reading, said: Reading) -> bool:
+    """Tell whether nothing speaks against it: another owner, number, colour, size or side."""
+    if asked.owner and said.owner not in ("", asked.owner):
+        return False
+    if asked.instance and said.instance not in ("", asked.instance):
+        return False
+    return not contradict(asked.said - asked.head_words, said.said - said.head_words)
+
+
+def _is_doubtful(asked: Reading, said: Reading) -> bool:
+    """Tell whether a name of the same last word may be meant: one of both says more of its kind."""
+    missing, extra = asked.stem - said.said, said.stem - asked.said
+    return _is_possible(asked, said) and bool(missing) != bool(extra)
+
+
+def _is_near(asked: Name, description: str) -> bool:
+    """Tell whether a name is spelled nearly alike: one word of it differs, by a letter or two."""
+    other = Name.read(description)
+    most = 1 if len(asked.joined) < _LONG_NAME else 2
+    if count_mistakes(asked.joined, other.joined, most) <= most:
+        return True
+    pairs = list(zip(asked.ordered, other.ordered, strict=False))
+    differing = [(one, two) for one, two in pairs if one != two]
+    if len(asked.ordered) != len(other.ordered) or len(pairs) < 2 or len(differing) != 1:
+        return False
+    return count_mistakes(*differing[0], most) <= most
 
 
 def _is_written(asked: Reading, said: Reading) -> bool:
@@ -413,8 +570,13 @@ def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:
     return kept
 
 
-def count_mistakes(one: str, other: str) -> int:
-    """Count letters wrong, missing, too many, or two in the wrong order (edit distance)."""
+def count_mistakes(one: str, other: str, most: int | None = None) -> int:
+    """Count letters wrong, missing, too many, or two in the wrong order (edit distance).
+
+    Where it is plain that there are more than `most`, any number above that is returned.
+    """
+    if most is not None and abs(len(one) - len(other)) > most:
+        return most + 1
     before: list[int] = []
     row = list(range(len(other) + 1))
     for i, letter in enumerate(one, start=1):

@@ -10,16 +10,56 @@ from functools import lru_cache
 from sgm.messages import shorten
 
 MAX_LENGTH = 200
+# Characters that show nothing, besides those of Unicode's category Cf.
+_INVISIBLE = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800\u3164\uffa0") | {
+    chr(code) for first, last in ((0xFE00, 0xFE0F), (0xE0100, 0xE01EF)) for code in range(first, last + 1)
+}  # fmt: skip
+_FIRST_ACCENT, _LAST_ACCENT = "\u0300", "\u036f"
+# Where a word ends in "SoapBottle" and "TVStand"; pieces have two letters ("iPhone" is one word).
+_CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z])|(?<=[A-Z]{2})(?=[A-Z][a-z])")
 _APOSTROPHES = "'\u2019"
 _WORD = re.compile(rf"[^\W_]+(?:[{_APOSTROPHES}][^\W_]+)*[{_APOSTROPHES}]?")
 _POSSESSIVE = re.compile(rf"(?:[{_APOSTROPHES}]s|(?<=s)[{_APOSTROPHES}])$")
 _ARTICLES = frozenset(
     "a an the my your his her its our their this that these those some any".split()
 )
-_SKIPPED = _ARTICLES | {"where", "is", "are"}
 DETERMINERS = _ARTICLES | {"one", "another", "all", "both", "of"}
+_SKIPPED = _ARTICLES | {"where", "is", "are"}  # at the beginning
+WITH = frozenset(("with", "without", "containing", "having", "w"))
+# Words between two parts of a name: "bottle of milk", "key with red tag".
+BREAKS = WITH | frozenset(
+    "of for to in from made like by on under near beside behind next at inside above below off".split()
+)
+# One word in two spellings, each as a singular.
+_VARIANTS = {
+    "aluminium": "aluminum", "armour": "armor", "ax": "axe", "calliper": "caliper",
+    "carburettor": "carburetor", "catalogue": "catalog", "centre": "center", "chequered": "checkered",
+    "cheque": "check", "chilli": "chili", "chile": "chili", "colour": "color", "coloured": "colored",
+    "colouring": "coloring", "cosy": "cozy", "disc": "disk", "doughnut": "donut", "draught": "draft",
+    "favourite": "favorite", "fibre": "fiber", "flavour": "flavor", "grey": "gray",
+    "greyish": "grayish", "jewellery": "jewelry", "judgement": "judgment", "kerb": "curb",
+    "licence": "license", "litre": "liter", "metre": "meter", "mould": "mold", "moustache": "mustache",
+    "odour": "odor", "omelette": "omelet", "paediatric": "pediatric", "plough": "plow",
+    "programme": "program", "pyjama": "pajama", "pyjamas": "pajamas", "racquet": "racket",
+    "sceptre": "scepter", "sulphur": "sulfur", "theatre": "theater", "travelling": "traveling",
+    "tyre": "tire", "vapour": "vapor", "whisky": "whiskey", "woollen": "woolen", "yoghurt": "yogurt",
+}  # fmt: skip
+_IRREGULAR = {
+    "atlas": "atlas", "buses": "bus", "cacti": "cactus", "canvas": "canvas", "canvases": "canvas",
+    "children": "child", "christmas": "christmas", "dominoes": "domino", "dwarves": "dwarf",
+    "elves": "elf", "feet": "foot", "geese": "goose", "halves": "half", "hooves": "hoof",
+    "knives": "knife", "leaves": "leaf", "lens": "lens", "lenses": "lens", "lives": "life",
+    "loaves": "loaf", "mangoes": "mango", "men": "man", "mice": "mouse", "potatoes": "potato",
+    "quizzes": "quiz", "scarves": "scarf", "series": "series", "shelves": "shelf",
+    "snowmen": "snowman", "teeth": "tooth", "thieves": "thief", "tomatoes": "tomato",
+    "wives": "wife", "wolves": "wolf", "women": "woman",
+}  # fmt: skip
+# Plurals that name another thing than their singular.
+_OWN_PLURALS = frozenset(
+    "glasses shades shorts briefs trunks tights braces boxers goods arms greens irons".split()
+)
 
-_WHO = r"(?:i|we|you|he|she|they|it|someone|somebody|anyone|anybody|my \w+|[^\W\d_]+)"
+_WHO = r"(?:i|we|you|he|she|they|it|someone|somebody|anyone|anybody|(?:my|our|the) \w+|[^\W\d_]+)"
 _DID = r"(?:put|place|leave|left|keep|kept|see|seen|saw|store|drop|lay|lose|lost|have|go|gone|been)"
 _BEFORE = re.compile(
     r"^(?:"
@@ -60,8 +100,9 @@ _CLAUSE = re.compile(
 def read_words(what: str, text: str) -> str:
     """Return the words of a name, by which two names are the same or not.
 
-    Case, the number of spaces and "_" for a space make no difference: "Salt_Shaker" and
-    "salt shaker" are one name. Any language will do.
+    Case, accents of Latin letters, the number of spaces, "_" for a space, characters that show
+    nothing, and words written together as "SaltShaker" make no difference: "Salt_Shaker" and "salt
+    shaker" are one name. Any language will do.
 
     Args:
         what: what is named, for the error.
@@ -71,7 +112,7 @@ def read_words(what: str, text: str) -> str:
         Words in lower case with one space between them, in Unicode's composed form.
 
     Raises:
-        ValueError: if it is no text, has no word, is longer than `MAX_LENGTH` characters or than
+        ValueError: if it is no text, shows nothing, is longer than `MAX_LENGTH` characters or than
             a line, or holds control characters or half a character.
     """
     if not isinstance(text, str):
@@ -88,7 +129,7 @@ def _read_words(what: str, text: str) -> str:
         )
     if len(text.splitlines()) > 1:
         raise ValueError(f"{what} must be one line, got {shorten(text)}. Leave line breaks out.")
-    words = " ".join(unicodedata.normalize("NFC", text.casefold()).replace("_", " ").split())
+    words = normalize(text)
     if not words:
         raise ValueError(f"{what} must be a non-empty text, got {shorten(text)}. Name it in words.")
     if any(unicodedata.category(letter) in ("Cc", "Cs") for letter in words):
@@ -99,11 +140,64 @@ def _read_words(what: str, text: str) -> str:
     return words
 
 
+@lru_cache(maxsize=10_000)
+def normalize(text: str) -> str:
+    """Return a text as names are compared: lower case, without what makes no difference.
+
+    Full-width letters and ligatures are plain ones (as by NFKC), what shows nothing and accents of
+    Latin letters are left out, "_" is a space, and "SoapBottle" is two words.
+    """
+    shown = "".join(
+        letter
+        for letter in text
+        if unicodedata.category(letter) != "Cf" and letter not in _INVISIBLE
+    )
+    words = _compare_form(shown, is_full=True)
+    # Two hundred ligatures, or words written together, would be longer than a name may be.
+    return words if len(words) <= MAX_LENGTH else _compare_form(shown, is_full=False)
+
+
+def _compare_form(text: str, is_full: bool) -> str:
+    """Return a text as it is compared; in full, one character may become several."""
+    if not text.isascii():
+        most = 4 if is_full else 1
+        text = "".join(_simplify(letter, most) for letter in text)
+    text = text.replace("_", " ")
+    if is_full:
+        text = _CAMEL.sub(" ", text).casefold()
+    else:
+        text = "".join(letter.lower() if len(letter.lower()) == 1 else letter for letter in text)
+    if not text.isascii():
+        text = unicodedata.normalize("NFC", _strip_accents(text))
+    return " ".join(text.split())
+
+
+def _simplify(letter: str, most: int) -> str:
+    """Return a letter without its form: of a full-width letter or of a ligature, not "½"."""
+    simple = unicodedata.normalize("NFKC", letter)
+    is_letters = len(simple) <= most and simple.isascii() and simple.isalnum()
+    return simple if len(simple) == 1 or is_letters else letter
+
+
+def _strip_accents(text: str) -> str:
+    """Leave out accents of Latin letters; elsewhere such a mark makes another letter."""
+    kept, base = [], ""
+    for letter in unicodedata.normalize("NFD", text):
+        if _FIRST_ACCENT <= letter <= _LAST_ACCENT:
+            if base.isascii() and base.isalpha():
+                continue
+        else:
+            base = letter
+        kept.append(letter)
+    return "".join(kept)
+
+
 def read_name(description: str) -> tuple[str, ...]:
     """Return what tells one thing from another: its words without articles, in any order.
 
-    The last word, which says what it is, stays the last: a "table lamp" is no "lamp table". A
-    plural is another thing: a detector that says "plates" means a stack of them.
+    The last word, which says what it is, stays the last: a "table lamp" is no "lamp table". So do
+    those of each part: a "knife with red handle" is no "red knife with handle". A plural is another
+    thing: a detector that says "plates" means a stack of them.
 
     Raises:
         ValueError: if the description is no name (`read_words`).
@@ -113,15 +207,44 @@ def read_name(description: str) -> tuple[str, ...]:
 
 @lru_cache(maxsize=10_000)
 def _read_name(name: str) -> tuple[str, ...]:
+    return order_words(list_plain(name))
+
+
+@lru_cache(maxsize=10_000)
+def unify(word: str) -> str:
+    """Return the one spelling of a word, singular where the plural names the same thing."""
+    if word not in _OWN_PLURALS:
+        word = compute_singular(word)
+    return _VARIANTS.get(word, word)
+
+
+def list_plain(name: str) -> list[str]:
+    """List the words of a name without possessive endings, and without articles before a part."""
     words = [_POSSESSIVE.sub("", word.rstrip(_APOSTROPHES)) for word in _find_words(name)]
-    said = [word for word in words if word not in _SKIPPED]
-    *properties, kind = said or words or [name.casefold().replace("_", " ").strip()]
-    return (*sorted(properties), kind)
+    kept: list[str] = []
+    for word in words:
+        skipped = _ARTICLES if kept else _SKIPPED
+        if word not in skipped or (kept and kept[-1] not in BREAKS):
+            kept.append(word)
+    return kept or words or [normalize(name)]
+
+
+def order_words(words: Sequence[str]) -> tuple[str, ...]:
+    """Order the words of each part of a name but for its last one."""
+    ordered: list[str] = []
+    part: list[str] = []
+    for word in words:
+        if word in BREAKS:
+            ordered += [*sorted(part[:-1]), *part[-1:], word]
+            part = []
+        else:
+            part.append(word)
+    return (*ordered, *sorted(part[:-1]), *part[-1:])
 
 
 def strip_question(question: str) -> str:
     """Return what a question is about: "could you find my keys, please?" is about "my keys"."""
-    text = " ".join(question.casefold().replace("_", " ").split()).strip(" ?!.,;:")
+    text = normalize(question).strip(" ?!.,;:")
     before = None
     while before != text:
         before = text
@@ -131,7 +254,7 @@ def strip_question(question: str) -> str:
 
 
 def _find_words(name: str) -> list[str]:
-    return _WORD.findall(name.casefold().replace("_", " "))
+    return _WORD.findall(normalize(name))
 
 
 def split_words(name: str) -> tuple[str, ...]:
@@ -149,22 +272,28 @@ def split_possessives(name: str) -> list[tuple[str, bool]]:
     start = 0
     while start < len(words) - 1 and words[start][0] in DETERMINERS:
         start += 1
-    return words[start:] or [(name.casefold().strip(), False)]
+    return words[start:] or [(normalize(name), False)]
 
 
 def make_key(words: Sequence[str]) -> str:
     """Return what names are compared by: words written together, the last one in the singular."""
-    return "".join([*words[:-1], compute_singular(words[-1])])
+    last = compute_singular(words[-1])
+    return "".join(_VARIANTS.get(word, word) for word in (*words[:-1], last))
 
 
 @lru_cache(maxsize=10_000)
 def compute_singular(word: str) -> str:
-    """Return an English word without the ending of its plural; both sides are compared by it."""
-    for ending, instead in (("ies", "y"), ("ves", "f"), ("sses", "ss"), ("xes", "x")):
+    """Return an English word without the ending of its plural; both sides are compared by it.
+
+    Words that end in "ie" and in "y" are compared as one, since their plurals are spelled alike.
+    """
+    if word in _IRREGULAR:
+        return _IRREGULAR[word]
+    for ending, instead in (("ies", "y"), ("sses", "ss"), ("xes", "x"), ("zzes", "z")):
         if word.endswith(ending) and len(word) > len(ending) + 1:
             return word[: -len(ending)] + instead
-    if word.endswith("fe") and len(word) > 3:  # knife and knives
-        return word[:-1]
+    if word.endswith("ie") and len(word) > 4:
+        return word[:-2] + "y"
     if word.endswith(("ches", "shes")):
         return word[:-2]
     if word.endswith("s") and not word.endswith(("ss", "us", "is")) and len(word) > 3:

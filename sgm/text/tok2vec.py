@@ -79,6 +79,11 @@ class Tok2Vec:
         self._symbols = dict(symbols)
         self._tokenizer = tokenizer
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Words and phrases in lower case that were trained on."""
+        return tuple(self._vector_of)
+
     def encode(self, texts: Sequence[str]) -> Iterator[FloatArray]:
         """Give the vector of each text, float32 (96,)."""
         for text in texts:

@@ -62,6 +62,11 @@ class TextVectors:
         """Language, name and version of the pipeline, such as "en_household-1.0.0"."""
         return self._encoder.name
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Words and phrases in lower case that were trained on; none of a pipeline of spaCy."""
+        return self._encoder.words
+
     def vectors(self, labels: Sequence[str]) -> FloatArray:
         """Give the vector of each label, float32 (L, 96); labels seen before come from a cache.
 
@@ -188,6 +193,11 @@ class SpacyEncoder:
         """Language, name and version."""
         meta = self._nlp.meta
         return f"{meta['lang']}_{meta['name']}-{meta['version']}"
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """None: they are not listed apart."""
+        return ()
 
     def encode(self, texts: Sequence[str]) -> Iterator[FloatArray]:
         """Give the vector of each text, float32 (96,)."""

@@ -80,7 +80,7 @@ class HomeRobot(ABC):
             elif search.seen(look.seen, look.coverage, look.hidden, look.viewpoint):
                 # Something that the question means is truly there.
                 names = [one.description for one, _ in self._list_there(furniture)]
-                meant = self._finder.resolve_among(self.memory, description, names)
+                meant = self._finder.resolve_among(self.memory, description, names).matches
                 is_found = description in names or bool(meant)
                 break
         return Errand(description, is_found, search.num_looks, metres)

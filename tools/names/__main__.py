@@ -49,7 +49,8 @@ def judge(resolution: Resolution, right: Collection[str]) -> str:
     if found and not found & meant:
         return "wrong"
     if not found:
-        return "offered" if meant & set(resolution.alternatives) else "lost"
+        offered = {*resolution.doubtful, *resolution.alternatives}
+        return "offered" if meant & offered else "lost"
     if not meant <= found:
         return "in part"
     return "among three" if len(found) <= MOST else "among more"

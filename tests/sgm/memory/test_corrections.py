@@ -102,7 +102,7 @@ def test_a_statement_is_no_look(memory):
 
 
 def test_the_robot_carries_a_thing_until_it_puts_it_down(memory):
-    memory.picked_up("mug")
+    memory.picked_up("red mug")
     memory.step(5)
     ranking = FINDER.rank(memory, "mug")
     assert memory.carried == ("red mug",)
@@ -122,7 +122,7 @@ def test_the_robot_carries_a_thing_until_it_puts_it_down(memory):
 def test_what_the_robot_does_is_no_habit_of_the_home(memory):
     """Rates of moving are learnt from looks alone."""
     before = memory.batch.history.compute_move_rate()
-    memory.picked_up("mug")
+    memory.picked_up("red mug")
     memory.put_down("mug", FRIDGE)
     memory.observe(FRIDGE, [Sighting("red mug")])
     assert memory.batch.objects["num_moved"][1] == 0
@@ -164,7 +164,7 @@ def test_a_ghost_is_forgotten(memory, tmp_path):
 
 def play(memory):
     memory.note_moved("keys", DRAWER, by="anna", confidence=0.75)
-    memory.picked_up("mug")
+    memory.picked_up("red mug")
     memory.note_moved("drill", FRIDGE, "tom")
     memory.step()
     memory.observe(DRAWER, [], 0.4)
@@ -220,7 +220,9 @@ def test_bad_calls_say_what_is_wrong_and_change_nothing(memory, call, error, mes
 
 def test_a_name_must_mean_one_thing(memory):
     memory.observe(FRIDGE, [Sighting("blue mug")])
-    with pytest.raises(ValueError, match=r"must be one, got 'mug', which may be red mug, blue mug"):
+    with pytest.raises(
+        ValueError, match=r"named exactly, got 'mug', which may be red mug, blue mug"
+    ):
         memory.picked_up("mug")
 
 

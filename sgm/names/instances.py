@@ -1,0 +1,54 @@
+"""Which of several a name means, as trackers, simulators and label lists number them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import lru_cache
+
+from sgm.names.words import normalize
+
+_SENSE = re.compile(r"\.[nvar]\.\d\d(?!\d)")  # of WordNet: "pizza.n.01"
+_LOCATED = re.compile(r"(?=.*\d)[^|]*[^|\s]\s*\|")  # "Mug|-01.23|+00.95|+01.34"
+_HEX = r"(?:[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}|(?=[0-9a-f]*\d)[0-9a-f]{4,}|[0-9a-f]{8,})"
+_LAST = re.compile(
+    rf"(?<=[^\s])(?:\s*[\s.#:/-]\s*(?:no\.?\s+)?#?|\s*\((?=[^()]*\)))(?P<mark>\d+|{_HEX})\)?$"
+)
+_WRITTEN_ON = re.compile(r"(?P<word>[^\W\d_]{3,})(?P<mark>\d{1,4})$")  # "mug3"
+_CODE = re.compile(r"(?P<rest>.*[^\s])\s+(?P<code>[a-z]{6})$")  # "bottom cabinet nddvba 0"
+_UNSPEAKABLE = re.compile(r"[^aeiouy]{4}|^[^aeiou]+$")
+
+
+@lru_cache(maxsize=10_000)
+def split_instance(name: str) -> tuple[str, str]:
+    """Split the counter or hash at the end of a name from its words: ("mug", "2") of "Mug_002".
+
+    Understood are "mug_1", "mug 1", "cup.001", "mug (2)", "mug #2", "Mug_3f2a1b", "pizza.n.01_1",
+    "bottom_cabinet_nddvba_0" and "Mug|-01.23|+00.95". Leading zeros make no difference.
+
+    Returns:
+        The words, as `normalize` gives them, and the instance; empty where the name has none.
+    """
+    text = _SENSE.sub("", normalize(name)).strip()
+    marks: list[str] = []
+    if _LOCATED.match(text):
+        text, _, where = text.partition("|")
+        text, marks = text.strip(), ["".join(where.split())]
+    while (found := _LAST.search(text)) and any(map(str.isalpha, text[: found.start()])):
+        marks.append(found["mark"].lstrip("0") or "0")
+        text = text[: found.start()].strip()
+    if marks and (coded := _CODE.match(text)) and _UNSPEAKABLE.search(coded["code"]):
+        marks.append(coded["code"])
+        text = coded["rest"]
+    return text, " ".join(reversed(marks))
+
+
+def split_written_on(name: str, is_known: Callable[[str], bool]) -> tuple[str, str]:
+    """Split a counter that is written on the last word, if that is known: ("mug", "3") of "mug3".
+
+    So "ps5" and "mp3" stay whole.
+    """
+    found = _WRITTEN_ON.search(name)
+    if found is None or not is_known(found["word"]):
+        return name, ""
+    return name[: found.start("mark")], found["mark"].lstrip("0") or "0"

@@ -1,0 +1,51 @@
+"""A name as it is read once: by what it is the same as another one, and which of several it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+from sgm.names.instances import split_instance
+from sgm.names.words import list_plain, order_words, read_words, unify
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """What is called something.
+
+    Attributes:
+        words: as `read_words` gives them.
+        base: words without a counter or hash at the end.
+        instance: that counter or hash, "2" of "mug_002"; empty without one.
+        ordered: words of the base in the order by which names are the same, each as singular and in
+            one spelling.
+        joined: the same words as they stand, written together.
+    """
+
+    words: str
+    base: str
+    instance: str
+    ordered: tuple[str, ...]
+    joined: str
+
+    @classmethod
+    def read(cls, text: str, what: str = "description") -> Name:
+        """Read a name; raises ValueError if it is none (`read_words`)."""
+        return _read(read_words(what, text), text)
+
+    def is_same(self, other: Name) -> bool:
+        """Tell whether two names are one but for case, articles, plural, spelling and accents.
+
+        "Ash-tray" and "the ashtrays" are, "grey mug" and "gray mug", and "mug_2" and "Mug 002".
+        Another number, letter or word is another name.
+        """
+        return self.instance == other.instance and (
+            self.ordered == other.ordered or self.joined == other.joined
+        )
+
+
+@lru_cache(maxsize=20_000)
+def _read(words: str, text: str) -> Name:
+    base, instance = split_instance(text)
+    plain = [unify(word) for word in list_plain(base)]
+    return Name(words, base, instance, order_words(plain), "".join(plain))
