@@ -340,7 +340,9 @@ class MemoryService(ReadCalls):
             ValueError: if a name is none, or the robot carries no such thing.
         """
         here = find_place(self.memory, place, thing, acts=True)
-        own = self.memory.find_carried(thing) or find_thing(self.memory, thing, "if_unlike")
+        own = self.memory.find_carried(thing) or thing
+        if self.memory.carried:  # else the memory says that nothing is
+            own = find_thing(self.memory, own, "if_unlike")
         self.let_time_pass()
         self.memory.put_down(own, here, relation)
         said = f"the robot put {own} at {self._tell_name(here)}"

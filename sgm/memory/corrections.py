@@ -19,8 +19,9 @@ from sgm.names.words import read_words
 class MemoryCorrections(MemoryIdentities):
     """The part of `SceneGraphMemory` for statements, rather than looks.
 
-    Things are named exactly, or by the id of a tracker: see `resolve_exact`. What was said counts as a sighting of that thing alone, whose confidence is the one of who said
-    it, and later looks outweigh it. It stays in the log and in the evidence of finders.
+    Things are named exactly, or by the id of a tracker: see `resolve_exact`. What was said counts
+    as a sighting of that thing alone, whose confidence is the one of who said it, and later looks
+    outweigh it. It stays in the log and in the evidence of finders.
     """
 
     def list_statements(self) -> list[tuple[ThingName, Statement]]:
@@ -169,7 +170,7 @@ class MemoryCorrections(MemoryIdentities):
                     self._state.layout.check_furniture(furniture)
             only = self._list_carried() if kind == "put_down" else None
             known = self._choose(thing, found.matches, only)
-            if known is None and kind != "moved":
+            if known is None and (only or kind == "picked_up"):
                 check_no_doubt(found)
             name = known or ThingName(thing)
             row = self._state.things.get_row(name.description, name.id)

@@ -11,7 +11,8 @@ from sgm.names.words import unify
 
 # Words that are compared as one, as singulars; other spellings of one word are in `words`.
 _ALIKE = {
-    "striped": "stripe", "stripy": "stripe", "stripey": "stripe", "wooden": "wood", "woolen": "wool",
+    "striped": "stripe", "stripy": "stripe", "stripey": "stripe", "wooden": "wood",
+    "woolen": "wool",
     "dotted": "dot", "spotted": "dot", "spotty": "dot", "checked": "check", "checkered": "check",
     "golden": "gold", "tiny": "small", "little": "small", "mini": "small", "big": "large",
     "huge": "large", "flowery": "flower", "floral": "flower", "flowered": "flower",
@@ -21,15 +22,17 @@ _ALIKE = {
 }  # fmt: skip
 # Properties that shut one another out: what is red is not blue, unless it is said to be both.
 COLOURS = frozenset(
-    "red blue green yellow black white brown gray orange purple pink beige turquoise violet navy "
-    "silver gold cream transparent clear teal maroon cyan magenta lilac khaki olive tan ivory "
-    "crimson scarlet indigo burgundy bronze copper rose mint mustard lavender".split()
+    "red blue green yellow black white brown gray orange purple pink beige turquoise "
+    "violet navy silver gold cream transparent clear teal maroon cyan magenta lilac khaki "
+    "olive tan ivory crimson scarlet indigo burgundy bronze copper rose mint mustard "
+    "lavender".split()
 )
 MATERIALS = frozenset(
-    "wood plastic glass metal leather paper ceramic cotton wool stone rubber cardboard porcelain "
-    "denim canvas marble bamboo stainless silicone silk linen iron wicker brass velvet "
-    "fleece felt rattan straw nylon polyester oak pine walnut tin foam clay aluminum acrylic "
-    "suede satin lace mesh concrete granite crystal vinyl fabric knitted crochet".split()
+    "wood plastic glass metal leather paper ceramic cotton wool stone rubber cardboard "
+    "porcelain denim canvas marble bamboo stainless silicone silk linen iron wicker brass "
+    "velvet fleece felt rattan straw nylon polyester oak pine walnut tin foam clay "
+    "aluminum acrylic suede satin lace mesh concrete granite crystal vinyl fabric knitted "
+    "crochet".split()
 )
 _SIZES = frozenset(("small", "large", "medium"))
 _SHAPES = frozenset("round square oval rectangular triangular".split())
@@ -54,24 +57,27 @@ _CLASSES = (
 # Words that pick one of several, and are no fashion of speaking: never one for the other.
 PICKING = (_SIDES, _ENDS, _LEVELS, _DEPTHS, _ORDER, _WINDS, _SIZES, _LENGTHS)
 _QUALITIES = frozenset(
-    "stripe dot check color flower plain enamel eaten favorite good nice used other spare extra broken bright "
-    "cast heavy fluffy cute beautiful bloody stupid damn lovely own same whole half big fresh "
-    "frozen fancy cheap expensive sharp blunt modern antique vintage retro classic common normal "
-    "regular standard basic simple generic portable foldable folding inflatable disposable reusable "
-    "adjustable removable rechargeable waterproof handmade homemade shiny matte glossy rusty dusty "
-    "muddy sticky greasy crumpled torn chipped cracked wide narrow deep shallow flat high low tilted "
-    "electric electrical electronic digital analog wireless cordless corded bluetooth wifi usb led "
-    "smart automatic manual mechanical solar battery gas double single triple twin mens womens "
-    "unisex adult junior toddler personal private public shared random unknown nearby framed".split()
+    "stripe dot check color flower plain enamel eaten favorite good nice used other spare "
+    "extra broken bright cast heavy fluffy cute beautiful bloody stupid damn lovely own "
+    "same whole half big fresh frozen fancy cheap expensive sharp blunt modern antique "
+    "vintage retro classic common normal regular standard basic simple generic portable "
+    "foldable folding inflatable disposable reusable adjustable removable rechargeable "
+    "waterproof handmade homemade shiny matte glossy rusty dusty muddy sticky greasy "
+    "crumpled torn chipped cracked wide narrow deep shallow flat high low tilted electric "
+    "electrical electronic digital analog wireless cordless corded bluetooth wifi usb led "
+    "smart automatic manual mechanical solar battery gas double single triple twin mens "
+    "womens unisex adult junior toddler personal private public shared random unknown "
+    "nearby framed".split()
 )
 # Where it belongs, or when it is used.
 _BELONGING = frozenset(
-    "kitchen bathroom bedroom livingroom diningroom office garden garage hallway hall corridor "
-    "balcony patio basement attic cellar nursery study school gym guest master outdoor indoor "
-    "outside inside home household house domestic desktop desk bedside wall mounted ceiling floor "
-    "freestanding standing hanging corner travel camping picnic beach hiking walking running "
-    "trekking cycling winter summer rain work workshop evening gaming everyday sunday christmas "
-    "easter birthday party wedding family".split()
+    "kitchen bathroom bedroom livingroom diningroom office garden garage hallway hall "
+    "corridor balcony patio basement attic cellar nursery study school gym guest master "
+    "outdoor indoor outside inside home household house domestic desktop desk bedside "
+    "wall mounted ceiling floor freestanding standing hanging corner travel camping "
+    "picnic beach hiking walking running trekking cycling winter summer rain work "
+    "workshop evening gaming everyday sunday christmas easter birthday party wedding "
+    "family".split()
 )
 PROPERTIES = frozenset().union(*_CLASSES, _QUALITIES, _BELONGING)
 _NO_PROPERTIES = frozenset(  # nouns with an ending of adjectives
@@ -96,7 +102,7 @@ _CHANGES = {
     "left": "over", "light": "bulb house switch", "master": "key", "metal": "detector",
     "mint": "tea sauce", "mustard": "jar pot", "oak": "tree", "olive": "oil tree",
     "orange": "juice tree peel",
-    "paper": "clip cutter dispenser holder knife mill punch rack roll shredder stack towel tray trimmer weight wasp",
+    "paper": "clip cutter dispenser holder knife mill punch rack roll shredder towel tray trimmer",
     "pine": "apple cone nut tree", "plastic": "surgeon wrap", "rain": "bow coat drop",
     "red": "bull wood", "rose": "bush water", "round": "about", "rubber": "band plant stamp",
     "school": "bus", "second": "hand", "short": "cake bread", "silver": "fish ware",
@@ -110,26 +116,29 @@ _CHANGED = {word: frozenset(heads.split()) for word, heads in _CHANGES.items()}
 # Things of which other words before them name a kind: a "claw hammer" is a hammer. Of "can",
 # "stand" or "machine" they do not.
 _PLAIN_HEADS = frozenset(
-    "hammer screwdriver wrench plier saw drill knife scissor shovel rake broom axe ladder chisel "
-    "spatula ladle whisk grater peeler corkscrew colander saucepan skillet pan teapot kettle mug "
-    "thermos jug pitcher shirt sweater hoodie jacket coat dress skirt trousers jean boot shoe "
-    "sneaker sandal slipper sock glove scarf hat helmet poncho raincoat pajama apron backpack "
-    "suitcase handbag wallet umbrella blanket quilt duvet pillow cushion curtain rug carpet towel "
-    "lamp lantern torch flashlight candle candlestick chair armchair stool sofa couch bench table "
-    "desk shelf bookshelf bookcase wardrobe dresser nightstand cabinet cupboard mirror clock "
-    "thermometer radio television tv laptop computer phone telephone smartphone "
-    "headphone earbud speaker camera webcam printer scanner router keyboard charger microphone "
-    "projector guitar piano violin trumpet flute drum doll bike bicycle scooter skateboard tent "
-    "basketball football racket poster painting calendar newspaper magazine notebook pencil crayon "
-    "stapler calculator scissors comb razor toothbrush toothpaste shampoo lipstick perfume necklace book remote "
-    "bracelet earring wristwatch vase flowerpot toaster blender microwave refrigerator fridge "
-    "freezer dishwasher stove sink toilet bathtub vacuum heater fan novel spoon fork remotecontrol".split()
+    "hammer screwdriver wrench plier saw drill knife scissor shovel rake broom axe ladder "
+    "chisel spatula ladle whisk grater peeler corkscrew colander saucepan skillet pan "
+    "teapot kettle mug thermos jug pitcher shirt sweater hoodie jacket coat dress skirt "
+    "trousers jean boot shoe sneaker sandal slipper sock glove scarf hat helmet poncho "
+    "raincoat pajama apron backpack suitcase handbag wallet umbrella blanket quilt duvet "
+    "pillow cushion curtain rug carpet towel lamp lantern torch flashlight candle "
+    "candlestick chair armchair stool sofa couch bench table desk shelf bookshelf "
+    "bookcase wardrobe dresser nightstand cabinet cupboard mirror clock thermometer radio "
+    "television tv laptop computer phone telephone smartphone headphone earbud speaker "
+    "camera webcam printer scanner router keyboard charger microphone projector guitar "
+    "piano violin trumpet flute drum doll bike bicycle scooter skateboard tent basketball "
+    "football racket poster painting calendar newspaper magazine notebook pencil crayon "
+    "stapler calculator scissors comb razor toothbrush toothpaste shampoo lipstick "
+    "perfume necklace book remote bracelet earring wristwatch vase flowerpot toaster "
+    "blender microwave refrigerator fridge freezer dishwasher stove sink toilet bathtub "
+    "vacuum heater fan novel spoon fork remotecontrol".split()
 )
 # Words that make even these another thing.
 _MAKES_OTHER = frozenset(
-    "toy doll dollhouse model fake pretend stuffed plush miniature replica chocolate gingerbread "
-    "baby pet dog cat bird hamster horse picture photo drawing air water table bunk sound drum "
-    "record hair tape heat video ear head web tele steam hand foot sweat sweeper".split()
+    "toy doll dollhouse model fake pretend stuffed plush miniature replica chocolate "
+    "gingerbread baby pet dog cat bird hamster horse picture photo drawing air water "
+    "table bunk sound drum record hair tape heat video ear head web tele steam hand foot "
+    "sweat sweeper".split()
 )
 _DRINKS = frozenset("coffee tea wine beer water juice whiskey cocktail champagne espresso".split())
 _VESSELS = frozenset("mug cup glass bottle jug pitcher carafe tumbler".split())

@@ -23,20 +23,21 @@ from sgm.names.words import (
 
 # "a pair of scissors" is scissors; "a box of cereal" is cereal, and a box.
 _MEASURES = frozenset(
-    "pair piece slice stack loaf bar ball bunch set pile sheet clove head stick bit lump cube kind "
-    "type sort handful couple lot number amount deck spool skein strip block rasher portion load "
-    "roll row heap group collection selection".split()
+    "pair piece slice stack loaf bar ball bunch set pile sheet clove head stick bit lump "
+    "cube kind type sort handful couple lot number amount deck spool skein strip block "
+    "rasher portion load roll row heap group collection selection".split()
 )
 _CONTAINERS = frozenset(
-    "glass box bottle can tin jar bag carton pack packet package tube cup mug bowl pot basket jug "
-    "pitcher bucket tray crate case sack pouch bin tub canister container dispenser sachet plate "
-    "dish vase pan kettle carafe thermos flask barrel keg punnet".split()
+    "glass box bottle can tin jar bag carton pack packet package tube cup mug bowl pot "
+    "basket jug pitcher bucket tray crate case sack pouch bin tub canister container "
+    "dispenser sachet plate dish vase pan kettle carafe thermos flask barrel keg punnet".split()
 )
 # Containers, and what is said after the thing: "banana bunch", "lego set".
 _AFTER_THING = _CONTAINERS | frozenset(("set", "bunch", "pile", "stack", "pair", "roll", "bar"))
 # "men's shoes" are a kind of shoes, and have no owner.
 _NOBODY = frozenset(
-    "man men woman women lady ladies gentleman kid kids child children boy boys girl girls".split()
+    "man men woman women lady ladies gentleman kid kids child children boy boys girl "
+    "girls".split()
 )
 
 _LONGEST_ENDING = 3
@@ -44,8 +45,8 @@ _Word = tuple[str, bool]  # and whether it is a possessive
 
 # What is used up from a package, so that the package is the thing: a "cereal box", a "milk carton".
 _PACKAGES = frozenset(
-    "box bottle can tin bag carton pack packet package tube sachet pouch jug tub container "
-    "jar".split()
+    "box bottle can tin bag carton pack packet package tube sachet pouch jug tub "
+    "container jar".split()
 )
 _ALWAYS_PACKAGES = frozenset(("carton", "packet", "sachet"))
 _CONSUMED_KINDS = (
@@ -53,17 +54,18 @@ _CONSUMED_KINDS = (
     "pet food",
 )  # fmt: skip
 _CONSUMED = frozenset(
-    "cereal tissue rice flour sugar salt pepper coffee tea milk juice soda beer wine water soup "
-    "cookie biscuit chip crisp candy chocolate nut egg butter cheese yogurt spice sauce oil honey "
-    "jam soap shampoo conditioner detergent powder paint glue cream lotion perfume medicine pill "
-    "vitamin food litter seed soil charcoal match wipe napkin noodle pasta bean corn tuna "
-    "sardine popcorn cracker oatmeal bleach cleaner sunscreen ketchup mustard mayonnaise vinegar "
-    "syrup drink cola coke lemonade gum popsicle screw nail deodorant gel ink toothpaste "
-    "bandage cotton swab diaper stock broth whiskey vodka champagne liquor".split()
+    "cereal tissue rice flour sugar salt pepper coffee tea milk juice soda beer wine "
+    "water soup cookie biscuit chip crisp candy chocolate nut egg butter cheese yogurt "
+    "spice sauce oil honey jam soap shampoo conditioner detergent powder paint glue cream "
+    "lotion perfume medicine pill vitamin food litter seed soil charcoal match wipe "
+    "napkin noodle pasta bean corn tuna sardine popcorn cracker oatmeal bleach cleaner "
+    "sunscreen ketchup mustard mayonnaise vinegar syrup drink cola coke lemonade gum "
+    "popsicle screw nail deodorant gel ink toothpaste bandage cotton swab diaper stock "
+    "broth whiskey vodka champagne liquor".split()
 )
 # "Milk can" and "water can" are vessels, that stand there empty, too.
 _VESSELS_OF = {"can": frozenset(("milk", "water", "oil", "gas")), "bag": frozenset(("tea",))}
-# After "roll", "set" and "bar", of what: a "paper towel roll" is paper towels, an "egg roll" no egg.
+# What a roll, set or bar is of: a "paper towel roll" is paper towels, an "egg roll" is no egg.
 _COUNTED = {
     "roll": frozenset("paper towel tissue tape foil film wrap bag".split()),
     "set": frozenset("lego block knife screwdriver tool cutlery crayon marker pencil".split()),

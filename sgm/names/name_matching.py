@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 
 from sgm.names.aliases import AliasTable, Row
-from sgm.names.name_encoder import NameEncoder
 from sgm.names.known_words import is_noun, is_word
 from sgm.names.modifiers import contradict, spell
 from sgm.names.name import Name
+from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import Reading, make_reader
 from sgm.names.words import read_name, read_words, split_words, strip_question
 

@@ -11,9 +11,9 @@ from sgm.messages import shorten
 
 MAX_LENGTH = 200
 # Characters that show nothing, besides those of Unicode's category Cf.
-_INVISIBLE = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800\u3164\uffa0") | {
-    chr(code) for first, last in ((0xFE00, 0xFE0F), (0xE0100, 0xE01EF)) for code in range(first, last + 1)
-}  # fmt: skip
+_INVISIBLE = frozenset(
+    "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800\u3164\uffa0"
+) | frozenset(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0))))  # and selectors
 _FIRST_ACCENT, _LAST_ACCENT = "\u0300", "\u036f"
 # Where a word ends in "SoapBottle" and "TVStand"; pieces have two letters ("iPhone" is one word).
 _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z])|(?<=[A-Z]{2})(?=[A-Z][a-z])")
@@ -28,21 +28,27 @@ _SKIPPED = _ARTICLES | {"where", "is", "are"}  # at the beginning
 WITH = frozenset(("with", "without", "containing", "having", "w"))
 # Words between two parts of a name: "bottle of milk", "key with red tag".
 BREAKS = WITH | frozenset(
-    "of for to in from made like by on under near beside behind next at inside above below off".split()
+    "of for to in from made like by on under near beside behind next at inside above "
+    "below off".split()
 )
 # One word in two spellings, each as a singular.
 _VARIANTS = {
     "aluminium": "aluminum", "armour": "armor", "ax": "axe", "calliper": "caliper",
-    "carburettor": "carburetor", "catalogue": "catalog", "centre": "center", "chequered": "checkered",
-    "cheque": "check", "chilli": "chili", "chile": "chili", "colour": "color", "coloured": "colored",
-    "colouring": "coloring", "cosy": "cozy", "disc": "disk", "doughnut": "donut", "draught": "draft",
+    "carburettor": "carburetor", "catalogue": "catalog", "centre": "center",
+    "chequered": "checkered",
+    "cheque": "check", "chilli": "chili", "chile": "chili", "colour": "color",
+    "coloured": "colored",
+    "colouring": "coloring", "cosy": "cozy", "disc": "disk", "doughnut": "donut",
+    "draught": "draft",
     "favourite": "favorite", "fibre": "fiber", "flavour": "flavor", "grey": "gray",
     "greyish": "grayish", "jewellery": "jewelry", "judgement": "judgment", "kerb": "curb",
-    "licence": "license", "litre": "liter", "metre": "meter", "mould": "mold", "moustache": "mustache",
+    "licence": "license", "litre": "liter", "metre": "meter", "mould": "mold",
+    "moustache": "mustache",
     "odour": "odor", "omelette": "omelet", "paediatric": "pediatric", "plough": "plow",
     "programme": "program", "pyjama": "pajama", "pyjamas": "pajamas", "racquet": "racket",
     "sceptre": "scepter", "sulphur": "sulfur", "theatre": "theater", "travelling": "traveling",
-    "tyre": "tire", "vapour": "vapor", "whisky": "whiskey", "woollen": "woolen", "yoghurt": "yogurt",
+    "tyre": "tire", "vapour": "vapor", "whisky": "whiskey", "woollen": "woolen",
+    "yoghurt": "yogurt",
 }  # fmt: skip
 _IRREGULAR = {
     "atlas": "atlas", "buses": "bus", "cacti": "cactus", "canvas": "canvas", "canvases": "canvas",

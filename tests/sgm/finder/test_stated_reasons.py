@@ -97,7 +97,7 @@ def test_what_somebody_said_is_corrected_by_somebody_else(memory):
 
 def test_the_robot_takes_it_and_puts_it_down(memory):
     memory.step()
-    memory.picked_up("mug")
+    memory.picked_up("red mug")
     then = choose(memory, "in this step", "at 20:10")
     seen = choose(memory, "1 step ago", "at 20:00")
     assert tell(memory, "mug", TABLE) == f"seen here {seen}; the robot picked it up {then}"
@@ -107,14 +107,14 @@ def test_the_robot_takes_it_and_puts_it_down(memory):
     seen = choose(memory, "2 steps ago", "at 20:00")
     assert tell(memory, "mug", SHELF) == f"put here by the robot {ago}"
     assert tell(memory, "mug", TABLE) == f"seen here {seen}; the robot picked it up {ago}"
-    memory.picked_up("mug")
+    memory.picked_up("red mug")
     again = choose(memory, "in this step", "at 20:20")
     told = f"put here by the robot {ago}; the robot picked it up {again}"
     assert tell(memory, "mug", SHELF) == told
 
 
 def test_what_is_seen_while_the_robot_carries_it_is_put_elsewhere(memory):
-    memory.picked_up("mug")
+    memory.picked_up("red mug")
     memory.observe(TABLE, [Sighting("red mug")])
     memory.put_down("mug", SHELF)
     now = choose(memory, "in this step", "at 20:00")

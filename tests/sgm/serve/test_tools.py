@@ -52,7 +52,7 @@ REFUSED = [
     ("observe", {"place": 77, "seen": []}),
     ("put_down", {"thing": "mug", "place": "desk"}),
     ("forget", {}),
-    ("split", {"thing": "mug"}),
+    ("split", {"thing": "large red mug"}),
 ]
 
 
