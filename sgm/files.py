@@ -190,6 +190,8 @@ def take_lock(path: Path, refusal: str) -> FileLock:
         lock.acquire(timeout=0)
     except Timeout:
         raise ValueError(refusal) from None
+    except OSError as error:
+        raise make_write_error(error, path, 1) from error
     return lock
 
 

@@ -38,7 +38,6 @@ class _Held:
         try:
             file = open_file(path)
         except OSError:  # nothing to lock; who writes says what is wrong
-            self._let_go()
             return True
         if self._is(os.fstat(file.fileno())):
             file.close()
@@ -164,11 +163,12 @@ class SaveLock(_ProcessLock):
         Raises:
             ValueError: if another process has the file, or another memory is kept in it, or it is
                 a log that is written.
+            FileExistsError: if the memory is kept there, and another file lies in its place.
         """
         target = Path(os.path.realpath(path))
         known = cls._find(str(target), target)
         with known._writing:
-            known._check_keeper(path, memory)
+            known._check_keeper(memory)
             known._take(path)
             yield known
             known._held.take(target)  # what was written in the place of the one before
@@ -186,12 +186,24 @@ class SaveLock(_ProcessLock):
             known._keeper = ref(memory)
         return known
 
-    def _check_keeper(self, path: str | Path, memory: object) -> None:
+    def is_in_place(self) -> bool:
+        """Tell whether the file is there, and is the one that was written last."""
+        return self.path.exists() and self._held.is_at(self.path)
+
+    def _check_keeper(self, memory: object) -> None:
         keeper = None if self._keeper is None else self._keeper()
-        if keeper is not None and keeper is not memory:
+        if keeper is None:
+            return
+        if keeper is not memory:
             raise ValueError(
                 f"memory file must be saved by the memory that is kept in it, got another one for "
-                f"{path}. Save to another file."
+                f"{self.path}. Save to another file."
+            )
+        if os.path.lexists(self.path) and not self._held.is_at(self.path):
+            raise FileExistsError(
+                errno.EEXIST,
+                f"memory file must stay where it was opened, got another one at {self.path}. Move "
+                "that one away.",
             )
 
     def _take(self, path: str | Path) -> None:

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from sgm.files import (
     VERSION,
@@ -144,7 +144,7 @@ class LookLog:
             try:
                 _append(self.path, _write_start(content, is_new=False))
                 with self.path.open("r+b") as file:
-                    os.fsync(file.fileno())
+                    _sync(file, self.path)
             except BaseException:
                 old.replace(self.path)
                 raise
@@ -155,7 +155,7 @@ class LookLog:
         with self._lock.turns:  # not while the log is begun anew: then there is none for a moment
             file = self.path.open("r+b")
         with file:
-            os.fsync(file.fileno())
+            _sync(file, self.path)
 
     def write(self, kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> None:
         """Append a `LogLine`; with a clock it also says what time it was, for people.
@@ -238,6 +238,13 @@ def _append(path: Path, content: bytes) -> None:
                 raise
     except OSError as error:
         raise make_write_error(error, path, len(content)) from error
+
+
+def _sync(file: BinaryIO, path: Path) -> None:
+    try:
+        os.fsync(file.fileno())
+    except OSError as error:
+        raise make_write_error(error, path, os.fstat(file.fileno()).st_size) from error
 
 
 def _cut_torn_line(path: Path) -> bytes:

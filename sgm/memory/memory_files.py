@@ -175,6 +175,6 @@ class MemoryFiles:
         if not log.is_lost():
             return
         warnings.warn(f"the log was moved or removed: it is begun anew at {log.path}", stacklevel=4)
-        if self._kept_lock is not None and self._kept_lock.path.exists():
+        if self._kept_lock is not None and self._kept_lock.is_in_place():
             log.start(load_content(self._kept_lock.path), is_new=False)
         log.start(self._state.get_content_to_save(), is_new=False)

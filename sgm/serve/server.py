@@ -13,10 +13,16 @@ import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from sgm.serve.application import Application
+from sgm.serve.connections import (
+    MOST_CONNECTIONS,
+    BoundedSocket,
+    Connections,
+    count_connections,
+    warn,
+)
 
 HEAD_SECONDS = 10.0  # in which the head of a request has to arrive
 KEEP_ALIVE_SECONDS = 30
-MOST_CONNECTIONS = 500
 GRACE_SECONDS = 5  # for the calls that were begun, when the server ends
 
 
@@ -59,20 +65,29 @@ class BoundedProtocol(H11Protocol):
     _timer: asyncio.TimerHandle | None = None
     _write_timer: asyncio.TimerHandle | None = None
     head_seconds = HEAD_SECONDS
+    bound: Connections
 
     def connection_made(self, transport: Any) -> None:
         """Begin to wait for the first request."""
         joined: Any = JoinedWrites(transport, self.loop)
         super().connection_made(joined)
+        self.bound.use(self)
         self._wait()
 
     def data_received(self, data: bytes) -> None:
         """Wait for the rest of a head; a request that is answered has limits of its own."""
+        self.bound.use(self)
         super().data_received(data)
-        if self._is_answering():
+        if not self.is_idle():
             self._end_waiting()
         elif self._timer is None:
             self._wait()
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request."""
+        if not self.transport.is_closing():
+            self.bound.use(self)
+        super().on_response_complete()
 
     def pause_writing(self) -> None:
         """Begin to wait for the client to read: more is on its way than the transport takes."""
@@ -88,10 +103,16 @@ class BoundedProtocol(H11Protocol):
         """Wait no more."""
         self._end_waiting()
         self._end_waiting_for_reader()
+        self.bound.close(self)
         super().connection_lost(exc)
 
-    def _is_answering(self) -> bool:
-        return self.cycle is not None and not self.cycle.response_complete
+    def is_idle(self) -> bool:
+        """Whether no request is being answered."""
+        return self.cycle is None or self.cycle.response_complete
+
+    def abort(self) -> None:
+        """Close at once."""
+        self.transport.abort()
 
     def _wait(self) -> None:
         self._timer = self.loop.call_later(self.head_seconds, self._close)
@@ -108,17 +129,30 @@ class BoundedProtocol(H11Protocol):
 
     def _close(self) -> None:
         self._timer = None
-        if not self._is_answering() and not self.transport.is_closing():
+        if self.is_idle() and not self.transport.is_closing():
             self.transport.close()
 
 
 class Server(uvicorn.Server):
     """Ends the feed when it is to end, so that nothing waits for its listeners."""
 
-    def __init__(self, config: uvicorn.Config, application: Application) -> None:
-        """Run an application."""
+    def __init__(
+        self, config: uvicorn.Config, application: Application, listening: BoundedSocket
+    ) -> None:
+        """Run an application that is asked at a socket."""
         super().__init__(config)
         self._application = application
+        self._listening = listening
+
+    def run_until_end(self) -> None:
+        """Answer until the end."""
+        self.run(sockets=[self._listening])
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to answer."""
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(self._listening.connections.handle_error)
+        await super().startup(sockets)
 
     def handle_exit(self, sig: int, frame: Any) -> None:
         """End, for a signal."""
@@ -133,13 +167,13 @@ class Server(uvicorn.Server):
             feed.end_soon()
 
 
-def open_socket(host: str, port: int) -> socket.socket:
+def open_socket(host: str, port: int) -> BoundedSocket:
     """Listen at an address, port 0 for any that is free; raises OSError, which names it."""
     try:
         # With the protocol: asyncio sets TCP_NODELAY where a socket names it. Without, the second
         # packet of an answer waits until the client has acknowledged the first, up to 40 ms.
         family, kind, protocol, *_ = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        listening = socket.socket(family, kind, protocol)
+        listening = BoundedSocket(family, kind, protocol)
         try:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listening.bind((host, port))
@@ -154,27 +188,35 @@ def open_socket(host: str, port: int) -> socket.socket:
     return listening
 
 
-def make_server(application: Application) -> Server:
-    """Make a server that is run with the sockets of `open_socket`."""
+def make_server(application: Application, listening: BoundedSocket) -> Server:
+    """Make a server of a socket of `open_socket`, of as many connections as it may have.
+
+    Raises:
+        OSError: if the process may open too few files.
+    """
+    most = count_connections()
+    if most < MOST_CONNECTIONS:
+        warn(f"at most {most} connections at once: the process may open few files (ulimit -n)")
+    connections = listening.connections = Connections(most, warn)
+    protocol = type("Protocol", (BoundedProtocol,), {"bound": connections})
     logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)  # errors are answered in a line
     config = uvicorn.Config(
-        application, http=BoundedProtocol, ws="none", loop="asyncio", lifespan="on",
+        application, http=protocol, ws="none", loop="asyncio", lifespan="on",
         access_log=False, log_config=None,
         server_header=False, date_header=False, proxy_headers=False,
         timeout_keep_alive=KEEP_ALIVE_SECONDS, timeout_graceful_shutdown=GRACE_SECONDS,
-        limit_concurrency=MOST_CONNECTIONS,
     )  # fmt: skip
-    return Server(config, application)
+    return Server(config, application, listening)
 
 
-def serve(application: Application, listening: socket.socket, begin: Callable[[], None]) -> None:
+def serve(application: Application, listening: BoundedSocket, begin: Callable[[], None]) -> None:
     """Answer until Ctrl-C or SIGTERM, then end what was begun, and return.
 
     `begin` is called when signals are obeyed.
     """
-    server = make_server(application)
+    server = make_server(application, listening)
     # uvicorn takes signals over while it runs, and afterwards sends itself again what it got.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: server.end())
     begin()
-    server.run(sockets=[listening])
+    server.run_until_end()

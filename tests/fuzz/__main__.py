@@ -2,9 +2,10 @@
 
 Every case is of a kind and a seed: a file of that kind, changed, is loaded and used; a robot calls
 a memory in any order, or several threads do; a command gets odd options; whoever writes is killed,
-or has no disk; a browser sends what the page never offered; or a FIFO, a device or a folder is
-where a file is meant. It ends well, or with one clear line: a ValueError or OSError. All else is a
-finding, printed with the kind and the seed that give it again.
+or has no disk; a browser sends what the page never offered; a FIFO, a device or a folder is where a
+file is meant; a file is linked and moved while it is in use; or connections stay idle. It ends
+well, or with one clear line: a ValueError or OSError. All else is a finding, printed with the kind
+and the seed that give it again.
 
 The operating system limits each case. It may take a gigabyte more than the process has before it:
 the largest good case takes a third of that. Counted is memory that can be written and is shared
@@ -49,7 +50,8 @@ _PATIENCE = 60  # seconds; a process that has used no processor in them is ended
 _PER_PROCESS = 250
 KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "log",
          "results", "source", "layout", "session", "command", "writing", "tensor", "pickle",
-         "homer", "yaml", "replay", "page", "serve", "threads", "special")  # fmt: skip
+         "homer", "yaml", "replay", "page", "serve", "threads", "special", "links",
+         "start", "idle")  # fmt: skip
 
 
 class Hang(BaseException):

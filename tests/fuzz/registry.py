@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import commands
+import idle
 import many_threads
+import owners
 import page_requests
 import replays
 import serve_requests
@@ -26,4 +28,7 @@ TARGETS = {
     "serve": targets.Target(serve_requests.make_request, serve_requests.change, serve_requests.use),
     "threads": targets.Target(many_threads.make_plan, many_threads.change, many_threads.use),
     "special": targets.Target(special_files.make_all, special_files.change, special_files.use),
+    "links": targets.Target(owners.make_home, owners.change_plan, owners.use_links),
+    "start": targets.Target(owners.make_home, owners.change_plan, owners.use_start),
+    "idle": targets.Target(idle.make, idle.change, idle.use),
 }

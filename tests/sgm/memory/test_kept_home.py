@@ -1,6 +1,7 @@
 """A snapshot and a log are the memory, wherever its process ended."""
 
 import json
+import signal
 import subprocess
 import sys
 import threading
@@ -106,6 +107,41 @@ def test_a_full_disk_leaves_log_and_memory_as_they_were(tmp_path, monkeypatch):
             home.snapshot()
     assert home.log.read_bytes() == content
     assert write(KeptHome.open(tmp_path / "home.sgm").memory) == before
+
+
+@pytest.mark.parametrize("left", ["both", "file", "log"])
+def test_a_start_on_a_full_disk(tmp_path, left):
+    """What is known can be asked for; where nothing can be noted, the error says what to do."""
+    resource = pytest.importorskip("resource", reason="Windows has no limit of files")
+    path = tmp_path / "home.sgm"
+    home = begin(path)
+    home.memory.observe(0, [Sighting("milk")])
+    if left == "file":
+        home.snapshot()
+        home.log.unlink()
+    before = write(home.memory)
+    if left == "log":
+        path.unlink()
+    home.memory = None
+
+    clear = rf"disk must take \d+ bytes, got 'File too large' for {path}.*Free some space"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+    try:
+        if left == "file":
+            with pytest.raises(OSError, match=clear):
+                KeptHome.open(path)
+        else:
+            with pytest.warns(UserWarning, match=f"no snapshot was written at the start: {clear}"):
+                home = KeptHome.open(path)
+            assert home.memory.last_seen("milk") is not None
+            with pytest.raises(OSError, match=clear):
+                home.memory.observe(0, [Sighting("mug")])
+            home.memory = None
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert write(KeptHome.open(path).memory) == before
 
 
 def test_old_logs_are_kept_up_to_a_size(tmp_path, monkeypatch):

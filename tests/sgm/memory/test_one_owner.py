@@ -213,6 +213,21 @@ def test_nothing_is_written_to_another_file_in_the_place_of_the_log(home, tmp_pa
         home.memory.step()
 
 
+def test_a_snapshot_does_not_replace_another_file(home, tmp_path):
+    home.path.rename(tmp_path / "moved.sgm")
+    other = SceneGraphMemory()
+    with pytest.raises(ValueError, match="kept in it"):
+        other.save(home.path)
+    home.path.write_text("notes")
+    home.memory.step()
+    with pytest.raises(FileExistsError, match=r"memory file must stay where it was opened, got a"):
+        home.snapshot()
+    assert home.path.read_text() == "notes"
+    home.path.unlink()
+    home.snapshot()
+    assert SceneGraphMemory.load(home.path).time == 1
+
+
 def test_hard_links_are_told(home, tmp_path):
     os.link(home.path, tmp_path / "backup.sgm")
     end(home)

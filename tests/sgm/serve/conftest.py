@@ -74,7 +74,7 @@ class Client:
 
 
 @contextmanager
-def run_server(service, home=None, guard=None, tools=True, **settings):
+def run_server(service, home=None, guard=None, tools=True, most_connections=None, **settings):
     """A server in a thread: its port, application and caller."""
     server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
     own = {key: settings.pop(key) for key in ("sync", "timeout") if key in settings}
@@ -86,8 +86,10 @@ def run_server(service, home=None, guard=None, tools=True, **settings):
         )
     application = server.Application(caller, guard or Guard(), offered, **settings)
     listening = server.open_socket("127.0.0.1", 0)
-    running = server.make_server(application)
-    thread = threading.Thread(target=running.run, kwargs={"sockets": [listening]}, daemon=True)
+    running = server.make_server(application, listening)
+    if most_connections is not None:
+        listening.connections.most = most_connections
+    thread = threading.Thread(target=running.run_until_end, daemon=True)
     thread.start()
     try:
         yield SimpleNamespace(
