@@ -134,7 +134,7 @@ def import_pyg(what: str) -> Any:
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(
             f"{what} must have torch_geometric, got none. "
-            "Install it with `pip install 'scene-graph-memory[events]'`."
+            "Install it with `pip install ./core '.[events]'`."
         ) from error
 
 

@@ -92,7 +92,7 @@ def _choose_backend(backend: str) -> AbstractContextManager[Any]:
     except ImportError as error:
         raise ValueError(
             "backend ray must have Ray installed, got no package of that name. Install the extra: "
-            "pip install 'scene-graph-memory[cluster]'."
+            "pip install ./core '.[cluster]'."
         ) from error
     register_ray()
     return parallel_config(backend="ray")

@@ -4,6 +4,7 @@ import shlex
 import signal
 import socket
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,12 @@ def _refuse_unnamed_skip(report):
                 "get it: reason='spark_dsg is not installed: extra spark'."
             )
     return report
+
+
+def pytest_runtest_setup(item):
+    """Skip what is marked `dgl` where there is none."""
+    if item.get_closest_marker("dgl") and find_spec("dgl") is None:
+        pytest.skip("dgl is not installed: it has no wheels beyond Python 3.11")
 
 
 @pytest.fixture(scope="session")

@@ -5,5 +5,5 @@ from importlib.util import find_spec
 if find_spec("torch_geometric") is None:
     raise ModuleNotFoundError(
         "torch_geometric must be installed for temporal networks, got none. Install the extra: "
-        "pip install 'scene-graph-memory[events]'."
+        "pip install ./core '.[events]'."
     )

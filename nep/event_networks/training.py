@@ -168,8 +168,8 @@ def tune(
         import optuna
     except ModuleNotFoundError:
         raise ModuleNotFoundError(
-            "optuna must be installed for trials, got none. Install the extra, pip install "
-            "'scene-graph-memory[sweep]', or give --trials 0."
+            "optuna must be installed for trials, got none. Install the extra, pip install ./core "
+            "'.[sweep]', or give --trials 0."
         ) from None
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)

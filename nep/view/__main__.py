@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
-from typing import Any
+from typing import Any, NoReturn
 
 from nep.view.answers import Desk
 from nep.view.document import save_page
@@ -179,5 +179,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         server.server_close()
 
 
-if __name__ == "__main__":
+def run() -> NoReturn:
+    """Run the command and end the process: what `sgm-view` calls."""
     run_main(main)
+
+
+if __name__ == "__main__":
+    run()

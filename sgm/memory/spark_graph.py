@@ -32,7 +32,7 @@ def import_spark_dsg() -> Any:
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(
             "scene graphs must be read and written by the package spark_dsg, got none. "
-            "Install it with `pip install 'scene-graph-memory[spark]'`."
+            "Install it with `pip install './core[spark]'`."
         ) from error
 
 

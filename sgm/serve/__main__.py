@@ -84,7 +84,7 @@ def _run(options: argparse.Namespace) -> None:
     except ModuleNotFoundError as error:
         raise ValueError(
             f"extra serve must be installed, got no {error.name}. Run pip install "
-            "'scene-graph-memory-core[serve]'."
+            "'./core[serve]'."
         ) from None
     token = _read_token(options.token_file)
     guard = _make_guard(options, token)

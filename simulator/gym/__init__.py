@@ -10,7 +10,7 @@ try:
 except ModuleNotFoundError as error:
     raise ModuleNotFoundError(
         "FindObject must have Gymnasium, got none. "
-        "Install it with `pip install 'scene-graph-memory[gym]'`."
+        "Install it with `pip install ./core '.[gym]'`."
     ) from error
 
 ENV_ID = "FindObject-v0"

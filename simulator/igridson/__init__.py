@@ -15,7 +15,7 @@ try:
 except ModuleNotFoundError as error:
     raise ModuleNotFoundError(
         "iGridson must have MiniGrid, got no gymnasium. "
-        "Install it with `pip install 'scene-graph-memory[igridson]'`."
+        "Install it with `pip install ./core '.[igridson]'`."
     ) from error
 
 ENV_ID = "iGridson-v0"

@@ -3,7 +3,6 @@
 import sys
 from dataclasses import fields, replace
 
-import dgl
 import pytest
 import torch
 
@@ -32,7 +31,7 @@ def snapshots():
     )
 
 
-@pytest.mark.parametrize("library", ["dgl", "pyg"])
+@pytest.mark.parametrize("library", [pytest.param("dgl", marks=pytest.mark.dgl), "pyg"])
 @pytest.mark.parametrize("num_hops", [None, 0, 1, 2])
 @pytest.mark.parametrize("has_answers", [True, False])
 def test_a_batch_is_read_back_from_its_graph(snapshots, num_hops, has_answers, library):
@@ -63,15 +62,16 @@ def test_without_dgl_the_graph_says_what_to_do(snapshots, monkeypatch):
 def test_the_graph_has_every_edge_of_the_arrays(snapshots):
     """Type by type, ids and data, against a loop over the flat arrays."""
     batch = GraphBuilder(FeatureConfig(), 1).build(snapshots)
+    graph = batch.to_pyg()
     starts = torch.tensor([0, *batch.node_counts[:-1]]).cumsum(0)
     first_node = dict(zip(NODE_TYPES, starts, strict=True))
     first = 0
     for (src, name, dst), count in zip(EDGE_TYPES, batch.edge_counts, strict=True):
         edges = slice(first, first + count)
-        ends = batch.graph.edges(etype=(src, name, dst), order="eid")
+        ends = graph[src, name, dst].edge_index
         assert (ends[0] + first_node[src]).equal(batch.edge_src[edges])
         assert (ends[1] + first_node[dst]).equal(batch.edge_dst[edges])
-        feature = batch.graph.edges[src, name, dst].data["feature"]
+        feature = graph[src, name, dst].feature
         assert feature.equal(batch.edge_feature[edges])
         first += count
     assert first == batch.num_edges
@@ -89,7 +89,10 @@ def test_query_edges_say_where_they_lead(snapshots):
     assert 0 < on_top.sum() < len(on_top)
 
 
+@pytest.mark.dgl
 def test_a_graph_is_made_when_it_is_asked_for(snapshots, monkeypatch):
+    import dgl
+
     made = []
     heterograph = dgl.heterograph
     monkeypatch.setattr(
@@ -105,8 +108,13 @@ def test_a_batch_stays_itself_on_its_own_device(snapshots):
     batch = GraphBuilder(FeatureConfig()).build(snapshots)
     assert batch.to(torch.device("cpu")) is batch
     assert batch.to(torch.device("cpu"), torch.float64).degrees.dtype == torch.float64
-    graph = batch.graph
     moved = batch.to(torch.device("meta"))
     assert moved.edge_feature.device.type == moved.text.device.type == "meta"
     assert moved.edge_counts == batch.edge_counts
-    assert moved.graph is graph
+
+
+@pytest.mark.dgl
+def test_a_graph_that_was_made_stays_where_it_is(snapshots):
+    batch = GraphBuilder(FeatureConfig()).build(snapshots)
+    graph = batch.graph
+    assert batch.to(torch.device("meta")).graph is graph

@@ -39,14 +39,14 @@ def test_features_by_hand():
 def test_they_stand_on_the_edges_of_objects_alone(hand_written):
     """Time 10 of steps of an hour from Monday 20:00: Tuesday 06:00; last seen at 6, 02:00."""
     snapshots = dataclasses.replace(hand_written, clock=np.array([[20.0 * HOUR, HOUR]]))
-    graph = GraphBuilder(FeatureConfig(clock=True)).build(snapshots).graph
+    graph = GraphBuilder(FeatureConfig(clock=True)).build(snapshots).to_pyg()
     now = [1, 0, *TUESDAY]
     seen = [0.5, 0.866025, *TUESDAY]  # 30 degrees
     for etype in EDGE_TYPES:
-        feature = graph.edges[etype].data["feature"].numpy()
+        feature = graph[etype]["feature"].numpy()
         assert feature.shape[1] == 17
-        plain = GraphBuilder(FeatureConfig()).build(hand_written).graph.edges[etype]
-        np.testing.assert_array_equal(feature[:, :9], plain.data["feature"])
+        plain = GraphBuilder(FeatureConfig()).build(hand_written).to_pyg()[etype]
+        np.testing.assert_array_equal(feature[:, :9], plain["feature"])
         if "object" not in etype:
             assert not feature[:, 9:].any()
         elif etype[1] in ("onTop", "under"):  # the mug on the table, and maybe the apple there
@@ -62,8 +62,8 @@ def test_they_come_after_the_belief_and_survive_forgetting(hand_written):
         extras={"belief": np.full((2, 4), 0.5, dtype=np.float32)},
     )
     config = FeatureConfig(memory=False, belief=True, clock=True)
-    graph = GraphBuilder(config).build(snapshots).graph
-    feature = graph.edges["object", "in", "furniture"].data["feature"].numpy()
+    graph = GraphBuilder(config).build(snapshots).to_pyg()
+    feature = graph["object", "in", "furniture"]["feature"].numpy()
     np.testing.assert_allclose(feature[:, 14:], [[1, 0, *TUESDAY, 0, 0, 0, 0]], atol=1e-6)
 
 
@@ -111,7 +111,7 @@ def test_recorded_homes_are_collected_and_read_with_their_clock(tmp_path):
     assert snapshots.clock.tolist() == [[0, HOUR], [0, HOUR], [1.5 * DAY, HOUR]]
     assert snapshots.time.tolist() == [1, 29, 1]
     (batch,) = list(data.val_dataloader())
-    feature = torch.cat([batch.graph.edges[e].data["feature"] for e in EDGE_TYPES if "object" in e])
+    feature = torch.cat([batch.to_pyg()[e]["feature"] for e in EDGE_TYPES if "object" in e])
     wednesday = torch.tensor(4 * torch.pi / 7).sin()
     torch.testing.assert_close(feature[:, 11], wednesday.expand(len(feature)))
     on_circle = feature[:, 13:15].square().sum(dim=1).round(decimals=3)

@@ -50,6 +50,7 @@ def test_tgm_reads_the_same_graph(table):
     assert data.node_type.tolist() == table.nodes.kind.tolist()
 
 
+@pytest.mark.dgl
 def test_a_batch_is_a_hetero_graph_of_pyg(collection):
     builder = GraphBuilder(FeatureConfig())
     batch = SnapshotDataset(collection, builder).__getitems__([0, 5])

@@ -91,13 +91,13 @@ def test_belief_stands_on_its_query_edge_alone():
         pass
     for batch in batches:
         for etype in EDGE_TYPES:
-            data = batch.graph.edges[etype].data
+            data = batch.to_pyg()[etype]
             assert data["feature"].shape[1] == 14
             if etype not in QUERY_EDGE_TYPES:
                 assert not data["feature"][:, 9:].any()
                 continue
-            query, furniture = data["query"], batch.graph.edges(etype=etype)[1]
-            local = batch.graph.nodes["furniture"].data["index"][furniture]
+            query, furniture = data["query"], batch.to_pyg()[etype].edge_index[1]
+            local = batch.to_pyg()["furniture"]["index"][furniture]
             expected = (12 * query + local + 1).where(query >= 0, 0) / 100
             np.testing.assert_allclose(data["feature"][:, 13], expected, atol=1e-6)
 
@@ -131,10 +131,10 @@ def test_relevance_is_the_true_rows_of_t(tmp_path):
     indices = np.arange(len(dataset))
     found = dataset.take(indices).extras["relevance"]
     np.testing.assert_allclose(found, expected.ravel(), rtol=1e-6)
-    graph = dataset.__getitems__(indices.tolist()).graph
+    graph = dataset.__getitems__(indices.tolist()).to_pyg()
     for etype in QUERY_EDGE_TYPES:
-        data, furniture = graph.edges[etype].data, graph.edges(etype=etype)[1]
-        local = graph.nodes["furniture"].data["index"][furniture]
+        data, furniture = graph[etype], graph[etype].edge_index[1]
+        local = graph["furniture"]["index"][furniture]
         np.testing.assert_allclose(
             data["relevance"], expected[data["query"].numpy(), local.numpy()], rtol=1e-6
         )
@@ -145,4 +145,4 @@ def test_a_task_without_relevance_has_none(tmp_path):
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
     assert not dataset.take(np.arange(3)).extras
-    assert "relevance" not in dataset[0].graph.edges[QUERY_EDGE_TYPES[0]].data
+    assert "relevance" not in dataset[0].to_pyg()[QUERY_EDGE_TYPES[0]]

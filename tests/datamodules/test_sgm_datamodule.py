@@ -34,9 +34,7 @@ def make_datamodule(tmp_path, **changes) -> SGMDataModule:
 
 
 def fingerprint(batch) -> list[float]:
-    return [
-        float(batch.graph.edges[etype].data["feature"].double().sum()) for etype in QUERY_EDGE_TYPES
-    ]
+    return [float(batch.to_pyg()[etype]["feature"].double().sum()) for etype in QUERY_EDGE_TYPES]
 
 
 def test_collects_once_and_gives_whole_batches(tmp_path):
@@ -51,7 +49,7 @@ def test_collects_once_and_gives_whole_batches(tmp_path):
     assert [batch.num_snapshots for batch in batches] == [5, 5, 2]
     assert [batch.num_snapshots for batch in data.val_dataloader()] == [5, 1]
     targets = torch.cat(
-        [batch.graph.edges[etype].data["target"] for batch in batches for etype in QUERY_EDGE_TYPES]
+        [batch.to_pyg()[etype]["target"] for batch in batches for etype in QUERY_EDGE_TYPES]
     )
     assert set(targets[~targets.isnan()].tolist()) == {0.0, 1.0}
 
@@ -80,8 +78,8 @@ def test_a_limit_draws_other_snapshots_once(tmp_path):
     (batch,) = list(limited[0].train_dataloader())
     assert batch.num_snapshots == 5
     whole = everything.train_dataset.take(np.array(numbers[0]))
-    found = sorted(batch.graph.nodes["object"].data["temporal"][:, 1].tolist())
-    rebuilt = limited[0].builder.build(whole).graph.nodes["object"].data["temporal"][:, 1]
+    found = sorted(batch.to_pyg()["object"]["temporal"][:, 1].tolist())
+    rebuilt = limited[0].builder.build(whole).to_pyg()["object"]["temporal"][:, 1]
     assert found == sorted(rebuilt.tolist())
     assert len(limited[0].val_dataset) == len(everything.val_dataset) == 6
 

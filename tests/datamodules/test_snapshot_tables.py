@@ -76,7 +76,7 @@ def test_releasing_memory_changes_nothing(collection, monkeypatch):
         monkeypatch.setattr(snapshot_tables, "_MAX_MAPPED", most)
         dataset = SnapshotDataset(collection, GraphBuilder(FeatureConfig()))
         batches = [dataset.__getitems__(order.tolist()) for order in orders]
-        found.append([batch.graph.nodes["object"].data["temporal"] for batch in batches])
+        found.append([batch.to_pyg()["object"]["temporal"] for batch in batches])
     for kept, released in zip(*found, strict=True):
         assert kept.equal(released)
 

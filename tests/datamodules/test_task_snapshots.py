@@ -54,9 +54,7 @@ def test_snapshots_on_disk_equal_the_live_memories(task, tmp_path):
                 # The order of edges within a snapshot is free; compare as a sorted table.
                 found, expected = sort_edges(read, found), sort_edges(snapshots, expected)
             np.testing.assert_array_equal(found, expected, err_msg=field.name)
-    targets = [
-        dataset.__getitems__([0, 1, 2]).graph.edges[etype].data for etype in QUERY_EDGE_TYPES
-    ]
+    targets = [dataset.__getitems__([0, 1, 2]).to_pyg()[etype] for etype in QUERY_EDGE_TYPES]
     known = torch.cat([data["target"][data["query"] >= 0] for data in targets])
     assert set(known.tolist()) == {0.0, 1.0}
 

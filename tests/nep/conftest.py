@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import dgl
 import numpy as np
 import pytest
 import torch
+from torch_geometric.data import HeteroData
 
 from datamodules.batch import EDGE_TYPES, ENTERING, NODE_TYPES, QUERY_EDGE_TYPES, Batch
 from datamodules.features import EDGE_FEATURE_DIM, NODE_FEATURE_DIM, TEXT_DIM
@@ -65,27 +65,28 @@ def make_batch(
     for (src, relation, dst), edges in list(pairs.items()):
         back = (dst, {"in": "contains", "onTop": "under"}[relation], src)
         pairs[back] = [(b, a) for a, b in edges]
-    graph = dgl.heterograph(
-        {e: torch.tensor(pairs[e], dtype=torch.int64).reshape(-1, 2).unbind(1) for e in EDGE_TYPES},
-        num_nodes_dict={t: num_snapshots * count for t, count in per_snapshot.items()},
-    )
+    graph = HeteroData()
+    for etype in EDGE_TYPES:
+        ends = torch.tensor(pairs[etype], dtype=torch.int64).reshape(-1, 2)
+        graph[etype].edge_index = ends.T
     for ntype in NODE_TYPES:
-        count = graph.num_nodes(ntype)
+        count = num_snapshots * per_snapshot[ntype]
         degrees = torch.zeros(count, 3)
         for column, etype in enumerate(ENTERING[ntype]):
-            degrees[:, column] = graph.in_degrees(etype=etype)
-        graph.nodes[ntype].data["label"] = torch.from_numpy(rng.integers(NUM_LABELS, size=count))
-        graph.nodes[ntype].data["temporal"] = _uniform(rng, count, NODE_FEATURE_DIM)
-        graph.nodes[ntype].data["degrees"] = degrees
-        graph.nodes[ntype].data["snapshot"] = torch.arange(count) // per_snapshot[ntype]
-    graph.nodes["furniture"].data["index"] = torch.arange(num_furniture).repeat(num_snapshots)
+            degrees[:, column] = graph[etype].edge_index[1].bincount(minlength=count)
+        graph[ntype].num_nodes = count
+        graph[ntype].label = torch.from_numpy(rng.integers(NUM_LABELS, size=count))
+        graph[ntype].temporal = _uniform(rng, count, NODE_FEATURE_DIM)
+        graph[ntype].degrees = degrees
+        graph[ntype].snapshot = torch.arange(count) // per_snapshot[ntype]
+    graph["furniture"].index = torch.arange(num_furniture).repeat(num_snapshots)
     for etype in EDGE_TYPES:
-        graph.edges[etype].data["feature"] = _uniform(rng, graph.num_edges(etype), EDGE_FEATURE_DIM)
+        graph[etype].feature = _uniform(rng, graph[etype].num_edges, EDGE_FEATURE_DIM)
     for etype in QUERY_EDGE_TYPES:
         query = torch.tensor(queries[etype[1]], dtype=torch.int64)
         target = torch.from_numpy(rng.random(len(query)) < 0.3).float()
-        graph.edges[etype].data["query"] = query
-        graph.edges[etype].data["target"] = torch.where(query >= 0, target, torch.nan)
+        graph[etype].query = query
+        graph[etype].target = torch.where(query >= 0, target, torch.nan)
     text = torch.from_numpy(np.random.default_rng(0).random((NUM_LABELS, TEXT_DIM), np.float32))
     return Batch.from_graph(graph, text, num_snapshots)
 
@@ -105,17 +106,12 @@ def take_snapshot() -> Callable[[Batch, int], Batch]:
     """Cut one snapshot out of a batch of `make_batch`."""
 
     def take(batch: Batch, snapshot: int) -> Batch:
-        graph = batch.graph
-        nodes = {}
-        for ntype in NODE_TYPES:
-            count = graph.num_nodes(ntype) // batch.num_snapshots
-            nodes[ntype] = torch.arange(snapshot * count, (snapshot + 1) * count)
-        part = dgl.node_subgraph(graph, nodes, store_ids=False)
+        graph = batch.to_pyg()
+        part = graph.subgraph({ntype: graph[ntype].batch == snapshot for ntype in NODE_TYPES})
         for etype in QUERY_EDGE_TYPES:
-            query = part.edges[etype].data["query"]
-            part.edges[etype].data["query"] = torch.where(query >= 0, 0, -1)
+            part[etype].query = torch.where(part[etype].query >= 0, 0, -1)
         for ntype in NODE_TYPES:
-            part.nodes[ntype].data["snapshot"].zero_()
+            part[ntype]["snapshot"] = torch.zeros_like(part[ntype]["snapshot"])
         return Batch.from_graph(part, batch.text, 1)
 
     return take
@@ -126,12 +122,11 @@ def edit_edges() -> Callable[..., Batch]:
     """Rebuild a batch with other edges: `edit(etype, src, dst) -> mask of edges to keep`."""
 
     def edit(batch: Batch, keep: Callable[[Any, torch.Tensor, torch.Tensor], Any]) -> Batch:
-        graph = batch.graph
-        chosen = {}
+        graph = batch.to_pyg()
         for etype in EDGE_TYPES:
-            src, dst = graph.edges(etype=etype)
-            chosen[etype] = torch.nonzero(keep(etype, src, dst)).squeeze(1)
-        part = dgl.edge_subgraph(graph, chosen, relabel_nodes=False, store_ids=False)
-        return Batch.from_graph(part, batch.text, batch.num_snapshots)
+            kept = keep(etype, *graph[etype].edge_index)
+            for name, values in list(graph[etype].items()):
+                graph[etype][name] = values[:, kept] if name == "edge_index" else values[kept]
+        return Batch.from_graph(graph, batch.text, batch.num_snapshots)
 
     return edit

@@ -3,10 +3,8 @@
 import subprocess
 import sys
 
-import dgl
 import pytest
 import torch
-from dgl.nn import GraphConv, HeteroGraphConv
 
 from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from datamodules.features import FeatureConfig
@@ -21,8 +19,10 @@ from simulator.snapshots.snapshots import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
+pytestmark = pytest.mark.dgl
 
-def copy_weights(ours: HGT, theirs: DGLHGT, graph: dgl.DGLGraph) -> None:
+
+def copy_weights(ours, theirs, graph):
     """DGL numbers the types in its own order, and keeps the weights of each head apart."""
     ntypes = [NODE_TYPES.index(ntype) for ntype in graph.ntypes]
     etypes = [EDGE_TYPES.index(etype) for etype in graph.canonical_etypes]
@@ -63,6 +63,8 @@ class MeanOfNeighbours(DGLEncoder):
     uses_edges = True
 
     def __init__(self, units: int = 16) -> None:
+        from dgl.nn import GraphConv, HeteroGraphConv
+
         super().__init__(units)
         self.convolution = HeteroGraphConv(
             {etype: GraphConv(units, units, allow_zero_in_degree=True) for etype in EDGE_TYPES}
@@ -70,6 +72,8 @@ class MeanOfNeighbours(DGLEncoder):
 
     def forward_graph(self, graph, node, edge):
         """Sum over edge types; furniture gets the mean of its snapshot, too."""
+        import dgl
+
         assert edge.keys() == set(EDGE_TYPES)
         graph.nodes["furniture"].data["x"] = node["furniture"]
         mean = dgl.mean_nodes(graph, "x", ntype="furniture")

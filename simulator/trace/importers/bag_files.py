@@ -52,7 +52,7 @@ def open_bag(path: Path) -> StorageFiles:
         from rosbags.rosbag2 import Reader, ReaderError
     except ModuleNotFoundError:
         raise ModuleNotFoundError(
-            "rosbags must be installed to read bags. pip install 'scene-graph-memory[bag]'"
+            "rosbags must be installed to read bags. pip install ./core '.[bag]'"
         ) from None
     has_metadata = (path / "metadata.yaml").is_file()
     files = [path] if has_metadata else _list_storages(path)

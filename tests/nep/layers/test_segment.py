@@ -1,7 +1,7 @@
 """Sums and softmax over groups of rows, by hand and against DGL."""
 
-import dgl
 import numpy as np
+import pytest
 import torch
 
 from nep.layers.segment import attend, segment_softmax, segment_sum
@@ -21,7 +21,10 @@ def test_segment_sum_and_softmax_by_hand():
     )
 
 
+@pytest.mark.dgl
 def test_attend_equals_dgl():
+    import dgl
+
     generator = torch.Generator().manual_seed(0)
     source = torch.randint(30, (200,), generator=generator)
     segment = torch.randint(12, (200,), generator=generator) // 2 * 2  # every other one is empty

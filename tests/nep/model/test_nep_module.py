@@ -126,7 +126,7 @@ def test_a_batch_with_relevance_is_learned_by_it(random_batch):
     torch.testing.assert_close(plain, expected)
     relevance = torch.rand(len(batch.query_edge))
     batch = replace(batch, query_relevance=relevance)
-    data = [batch.graph.edges[etype].data for etype in QUERY_EDGE_TYPES]
+    data = [batch.to_pyg()[etype] for etype in QUERY_EDGE_TYPES]
     found = torch.cat([columns["relevance"][columns["query"] >= 0] for columns in data])
     torch.testing.assert_close(found, relevance)
     expected = relevance_loss(logits, relevance, batch.query_snapshot, batch.num_snapshots)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import dgl
 import pytest
 import torch
 from torch import nn
@@ -34,7 +33,11 @@ ENCODERS = {
 }
 
 
-@pytest.fixture(params=ENCODERS)
+def mark(name):
+    return pytest.param(name, marks=pytest.mark.dgl) if "dgl" in name else name
+
+
+@pytest.fixture(params=map(mark, ENCODERS))
 def encoder(request):
     torch.manual_seed(0)
     return ENCODERS[request.param]()
@@ -48,28 +51,22 @@ def get_query(batch):
 def test_node_and_edge_order_change_nothing(encoder, random_batch):
     model = NodeEdgePredictor(encoder).eval()
     batch = random_batch(3)
-    graph = batch.graph
-    new_id = {ntype: torch.randperm(graph.num_nodes(ntype)) for ntype in NODE_TYPES}
-    edges, edge_order = {}, {}
-    for etype in EDGE_TYPES:
-        src, dst = graph.edges(etype=etype)
-        edge_order[etype] = torch.randperm(len(src))
-        edges[etype] = (
-            new_id[etype[0]][src][edge_order[etype]],
-            new_id[etype[2]][dst][edge_order[etype]],
-        )
-    shuffled = dgl.heterograph(edges, {ntype: len(ids) for ntype, ids in new_id.items()})
+    graph, shuffled = batch.to_pyg(), batch.to_pyg()
+    new_id = {ntype: torch.randperm(graph[ntype].num_nodes) for ntype in NODE_TYPES}
+    edge_order = {etype: torch.randperm(graph[etype].num_edges) for etype in EDGE_TYPES}
     for ntype in NODE_TYPES:
-        for key, value in graph.nodes[ntype].data.items():
-            shuffled.nodes[ntype].data[key] = value[torch.argsort(new_id[ntype])]
+        for key in {*graph[ntype]} - {"num_nodes"}:
+            shuffled[ntype][key] = graph[ntype][key][torch.argsort(new_id[ntype])]
     for etype in EDGE_TYPES:
-        for key, value in graph.edges[etype].data.items():
-            shuffled.edges[etype].data[key] = value[edge_order[etype]]
+        for key in {*graph[etype]} - {"edge_index"}:
+            shuffled[etype][key] = graph[etype][key][edge_order[etype]]
+        src, dst = graph[etype].edge_index[:, edge_order[etype]]
+        shuffled[etype].edge_index = torch.stack([new_id[etype[0]][src], new_id[etype[2]][dst]])
 
     positions = []  # in query order: where each query edge of the shuffled batch was before
     offset = 0
     for etype in QUERY_EDGE_TYPES:
-        is_query = graph.edges[etype].data["query"] >= 0
+        is_query = graph[etype].query >= 0
         rank = is_query.cumsum(0) - 1 + offset
         order = edge_order[etype]
         positions.append(rank[order][is_query[order]])
@@ -92,10 +89,10 @@ def test_a_snapshot_without_query_edges_changes_nothing(encoder, random_batch):
     model = NodeEdgePredictor(encoder).eval()
     batch = random_batch(5)
     want = model(batch)[get_query(batch) != 1]
+    graph = batch.to_pyg()
     for etype in QUERY_EDGE_TYPES:
-        query = batch.graph.edges[etype].data["query"]
-        batch.graph.edges[etype].data["query"] = torch.where(query == 1, -1, query)
-    got = model(Batch.from_graph(batch.graph, batch.text, batch.num_snapshots))
+        graph[etype].query[graph[etype].query == 1] = -1
+    got = model(Batch.from_graph(graph, batch.text, batch.num_snapshots))
     torch.testing.assert_close(got, want, rtol=1e-4, atol=1e-5)
     got.sum().backward()
     assert all(p.grad is None or p.grad.isfinite().all() for p in model.parameters())
@@ -103,11 +100,10 @@ def test_a_snapshot_without_query_edges_changes_nothing(encoder, random_batch):
 
 def test_no_query_edge_at_all(encoder, random_batch):
     batch = random_batch(6)
+    graph = batch.to_pyg()
     for etype in QUERY_EDGE_TYPES:
-        batch.graph.edges[etype].data["query"][:] = -1
-    logits = NodeEdgePredictor(encoder)(
-        Batch.from_graph(batch.graph, batch.text, batch.num_snapshots)
-    )
+        graph[etype].query[:] = -1
+    logits = NodeEdgePredictor(encoder)(Batch.from_graph(graph, batch.text, batch.num_snapshots))
     assert logits.shape == (0,)
     assert balanced_bce(logits, torch.zeros(0)).item() == 0
 
@@ -201,7 +197,8 @@ def test_embeddings_equal_concatenated_features(random_batch):
     def apply(module, features):
         return torch.relu(module.second(torch.relu(module.first(features))))
 
-    data = [batch.graph.nodes[ntype].data for ntype in NODE_TYPES]
+    graph = batch.to_pyg()
+    data = [graph[ntype] for ntype in NODE_TYPES]
     wide_node = torch.cat(
         [
             torch.cat(
@@ -220,7 +217,7 @@ def test_embeddings_equal_concatenated_features(random_batch):
 
     wide_edge = []
     for etype in EDGE_TYPES:
-        feature = batch.graph.edges[etype].data["feature"]
+        feature = graph[etype].feature
         relation = torch.full((len(feature),), RELATIONS.index(etype[1]))
         wide_edge.append(torch.cat([feature, F.one_hot(relation, 4).float()], dim=1))
     want = apply(edge, torch.cat(wide_edge))
@@ -242,7 +239,7 @@ def test_query_order_is_that_of_the_batch(random_batch):
     batch = random_batch(13)
     want = []
     for etype in QUERY_EDGE_TYPES:
-        data = batch.graph.edges[etype].data
+        data = batch.to_pyg()[etype]
         want += data["target"][data["query"] >= 0].tolist()
     assert batch.query_target.tolist() == want
     first = {"object": batch.num_nodes - batch.node_counts[4]}
@@ -253,7 +250,7 @@ def test_query_order_is_that_of_the_batch(random_batch):
 
 def test_a_graph_of_another_schema_is_refused(random_batch):
     batch = random_batch(0)
-    part = dgl.edge_type_subgraph(batch.graph, [("object", "in", "furniture")])
+    part = batch.to_pyg().edge_type_subgraph([("object", "in", "furniture")])
     with pytest.raises(ValueError, match=r"node types of a batch must be .* empty types included"):
         Batch.from_graph(part, batch.text, batch.num_snapshots)
 

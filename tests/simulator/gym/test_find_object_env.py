@@ -292,7 +292,7 @@ def test_the_package_says_what_it_needs(monkeypatch):
     import simulator.gym
 
     monkeypatch.setitem(sys.modules, "gymnasium", None)
-    with pytest.raises(ModuleNotFoundError, match=r"pip install 'scene-graph-memory\[gym\]'"):
+    with pytest.raises(ModuleNotFoundError, match=r"pip install ./core '.\[gym\]'"):
         importlib.reload(simulator.gym)
 
 

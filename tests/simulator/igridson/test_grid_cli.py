@@ -75,7 +75,7 @@ def test_import_simulator_does_not_need_minigrid():
 def test_a_missing_extra_is_named():
     code = "import sys; sys.modules['gymnasium'] = None; import simulator.igridson"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert "pip install 'scene-graph-memory[igridson]'" in done.stderr
+    assert "pip install ./core '.[igridson]'" in done.stderr
 
 
 def test_the_banner_of_pygame_stays_away():

@@ -224,7 +224,7 @@ def test_a_scene_graph_of_spark_dsg(tmp_path):
 def test_without_spark_dsg_the_error_says_what_to_install(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(__import__("sys").modules, "spark_dsg", None)
     assert main(["import", "spark-dsg", "graph.json", "--out", str(tmp_path / "x")]) == 1
-    assert "pip install 'scene-graph-memory[spark]'" in capsys.readouterr().err
+    assert "pip install './core[spark]'" in capsys.readouterr().err
 
 
 MAP = '{"rooms": [{"id": "room|1", "roomType": "Kitchen"}], "objects": [{"id": "Fridge|1|0"}]}'
