@@ -28,7 +28,6 @@ COMMANDS = {
     "nep.export": "nep.export",
     "nep.view": "nep.view.__main__",
     "nep.reproduce": "nep.reproduce",
-    "nep.temporal": "nep.temporal",
     "nep.igridson": "nep.igridson",
     "nep.bench": "nep.bench.__main__",
     "tools.priors": "tools.priors.__main__",
@@ -36,9 +35,6 @@ COMMANDS = {
     "tools.realism": "tools.realism.__main__",
     "tools.names": "tools.names.__main__",
     "tools.eyes": "tools.eyes.__main__",
-    "tools.claims": "tools.claims.__main__",
-    "tools.searches": "tools.searches.__main__",
-    "tools.elsewhere": "tools.elsewhere.__main__",
     "tools.headlines": "tools.headlines",
 }
 

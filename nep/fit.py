@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 import logging
 import os
 import sys
 import warnings
 from collections.abc import Sequence
-from copy import deepcopy
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
@@ -27,7 +25,6 @@ from lightning.pytorch.callbacks import (
     RichProgressBar,
 )
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
-from lightning.pytorch.utilities import rank_zero_only
 
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
@@ -36,9 +33,7 @@ from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.callbacks.resume import RandomStates, WholeCheckpoints
 from nep.config_files import find_configs, list_groups, name_groups
 from nep.model.module import NEPModule
-from nep.players.checkpoints import TrainedModel, check_resumable, load_trained
-from nep.robot.fine_tuning import compare_in_log, make_settings, take_weights
-from sgm.memory.look_log import read_log
+from nep.players.checkpoints import check_resumable
 from sgm.messages import shorten, shorten_text
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors, use_plain_yaml
 from simulator.process import run_main
@@ -97,19 +92,6 @@ class FitCLI(LightningCLI):
         )
         parser.add_argument("--ckpt_path", type=str | None, help="Checkpoint to resume from.")
         parser.add_argument(
-            "--from",
-            type=str | None,
-            help="Network to start from: one that ships, an exported folder or a checkpoint. It "
-            "also says what the network is made of, and which features it reads.",
-        )
-        parser.add_argument(
-            "--log",
-            type=str | None,
-            help="Log of a robot's memory that the data were made of (docs/robot/learn.md): "
-            "best.ckpt is the start, unless the best epoch answers better what the latest looks "
-            "of it showed.",
-        )
-        parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
         parser.add_lightning_class_args(OnlineEvaluation, "online")
@@ -124,7 +106,6 @@ class FitCLI(LightningCLI):
             try:
                 args = name_groups(find_configs(args), self.groups)
                 args = normalise(parser, args, prefix="data.source.")
-                args = [*_list_settings(args), *args]
                 self.config = parser.parse_args(args)
                 self.config.pop("base")  # what it says has been taken over
                 seed = self.config.seed_everything
@@ -145,14 +126,9 @@ class FitCLI(LightningCLI):
         """Build model, data and trainer; a value out of range ends with its message alone."""
         if self.config.threads is not None:
             torch.set_num_threads(self.config.threads)
-        self.start: TrainedModel | None = None
         try:
             self._check_trainer()
             super().instantiate_classes()
-            if self.config["from"] is not None:
-                self.start = load_trained(self.config["from"])
-                take_weights(self.start, self.config["from"], self.model, self.datamodule.builder)
-                self.datamodule.hparams["training"]["start"] = Path(self.config["from"]).name
         # The last two are what Lightning raises for settings of its own.
         except (*BAD_INPUT, TypeError, RuntimeError, MisconfigurationException) as error:
             self.parser.error(_shorten(error))
@@ -201,12 +177,6 @@ class FitCLI(LightningCLI):
         if not any(isinstance(plugin, CheckpointIO) for plugin in own):
             kwargs["plugins"] = [*own, WholeCheckpoints()]
         return super().instantiate_trainer(**kwargs)
-
-
-def _list_settings(args: Sequence[str]) -> list[str]:
-    """Return arguments that make a network like the one to start from; others may follow."""
-    sources = [arg.partition("=")[2] for arg in args if arg.startswith("--from=")]
-    return [f"--config={json.dumps(make_settings(load_trained(name)))}" for name in sources[-1:]]
 
 
 def _list_groups(features: Namespace | FeatureConfig) -> list[str]:
@@ -264,22 +234,13 @@ def main(args: ArgsType = None) -> FitCLI:
             args, classes = find_classes(args)
     cli = FitCLI(args, **classes)
     cli.datamodule.trainer = cli.trainer  # for whether to show progress
-    if cli.config.log is not None and cli.start is None:
-        cli.parser.error("--log must come with --from, got none. Name the network to start from.")
     try:  # Lightning does both again, at no cost: what can be wrong with data is said here
         if cli.config.ckpt_path is not None:
             check_resumable(Path(cli.config.ckpt_path), cli.model)
-        if cli.config.log is not None:
-            read_log(cli.config.log)
         cli.datamodule.prepare_data()
         cli.datamodule.setup()
     except BAD_INPUT as error:
         cli.parser.error(_shorten(error))
-    start_score = -1.0
-    if cli.start is not None:
-        # a copy: metrics that have seen inference cannot be trained on
-        (scores,) = cli.trainer.validate(deepcopy(cli.model), cli.datamodule, verbose=False)
-        start_score = scores[_BEST]
     try:
         cli.trainer.fit(
             cli.model,
@@ -287,8 +248,6 @@ def main(args: ArgsType = None) -> FitCLI:
             ckpt_path=cli.config.ckpt_path,
             weights_only=True if cli.config.ckpt_path else None,
         )
-        if cli.start is not None:
-            keep_start(cli.trainer, cli.start, start_score, cli.config.log)
     except BrokenPipeError:
         raise
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
@@ -302,32 +261,6 @@ def main(args: ArgsType = None) -> FitCLI:
             "Check --ckpt_path, or leave it out."
         )
     return cli
-
-
-def keep_start(
-    trainer: Trainer, start: TrainedModel, start_score: float, log: str | None = None
-) -> None:
-    """Let the best checkpoint be where the training started, unless an epoch was better.
-
-    With the log of the home, an epoch must be better there, too (`compare_in_log`).
-    """
-    for callback in trainer.checkpoint_callbacks:
-        if not isinstance(callback, ModelCheckpoint) or callback.monitor != _BEST:
-            continue
-        score = callback.best_model_score
-        if score is None:  # no epoch was finished
-            continue
-        line = f"{_BEST}: {start_score:.3f} at the start, {score:.3f} in the best epoch"
-        is_better = bool(score > start_score)
-        if is_better and log is not None:
-            best = load_trained(callback.best_model_path)
-            is_better, more = compare_in_log(start, best, log)
-            line += f"\n{more}"
-        if not is_better:
-            trainer.lightning_module.load_state_dict(start.module.state_dict())
-            trainer.save_checkpoint(callback.best_model_path)
-            line += "; best.ckpt keeps the start"
-        rank_zero_only(print)(line)
 
 
 def _shorten(error: Exception) -> str:

@@ -1,8 +1,7 @@
 """iGridson with a trained Node Edge Predictor: `python -m nep.igridson play --checkpoint CKPT`.
 
 CKPT is a checkpoint, an exported folder, or "heat", which ships with the package. The commands
-are those of `python -m simulator.igridson`, with one more policy, `nep`; `run` is
-`python -m nep.bench igridson`.
+are those of `python -m simulator.igridson`, with one more policy, `nep`.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from dataclasses import dataclass
 
 import torch
 
-from nep.bench.suites import igridson
 from nep.players.contestants import load_player
 from nep.players.stored_network import import_encoders
 from sgm.checks import check_at_least
@@ -54,12 +52,8 @@ class NetworkOptions:
 def main(args: Sequence[str] | None = None) -> int:
     """Run the command line; options may stand before the command, too."""
     args = sys.argv[1:] if args is None else args
-    names = (*command.COMMANDS, "run")
-    at = next((place for place, arg in enumerate(args) if arg in names), 0)
+    at = next((place for place, arg in enumerate(args) if arg in command.COMMANDS), 0)
     args = [*args[at : at + 1], *args[:at], *args[at + 1 :]]
-    if args[:1] == ["run"]:
-        igridson.main(args[1:])
-        return 0
     return command.main(args, "python -m nep.igridson", NetworkOptions)
 
 

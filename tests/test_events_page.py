@@ -41,8 +41,8 @@ def test_from_the_command_to_a_trained_tgn(tmp_path, python):
 
 
 def test_the_page_names_every_network_and_rule():
-    from nep.event_networks.registry import NETWORKS
     from simulator.policies.registry import EVENT_RULES
+    from tools.temporal.registry import NETWORKS
 
     rows = [line.split("`")[1] for line in PAGE.splitlines() if line.startswith("| `")]
     assert [*NETWORKS, *EVENT_RULES] == rows[-len(NETWORKS) - len(EVENT_RULES) :]

@@ -40,10 +40,10 @@ ORDER = """
     datamodules
     nep.tensor_file nep.importers nep.layers nep.encoders nep.config_files
     nep.model nep.players nep.report nep.robot nep.callbacks nep.view nep.fit
-    nep.evaluate nep.export nep.compare nep.event_networks nep.bench nep.igridson nep.recorded
-    nep.any_home nep.own_home nep.temporal nep.reproduce
+    nep.evaluate nep.export nep.compare nep.bench nep.igridson nep.reproduce
     nep
-    nep.__main__ nep.elsewhere
+    nep.__main__
+    tools.robot_life tools.home_games tools.any_home tools.recorded tools.igridson tools.temporal
     tools.priors tools.text_training tools.realism tools.names tools.eyes tools.searches
     tools.elsewhere tools.claims tools.measure_design tools.headlines tools.make_paper_homes
     tools tools.__main__

@@ -10,20 +10,15 @@ from sgm.messages import shorten
 from simulator.command_line import one_line_errors
 from simulator.process import run_main
 
-# What plays each, and what its table is of; imported when it is asked for.
+# What plays each, and what its table is of; imported when it is asked for, in a checkout.
 SUITES = {
-    "any_home": ("nep.bench.suites.any_home", "networks and policies in every kind of home"),
-    "recorded": ("nep.bench.suites.recorded", "networks and policies in recorded homes"),
-    "own_home": ("nep.bench.suites.own_home", "what the looks of a home gain there"),
-    "paper": ("nep.bench.suites.paper", "the tables and the figure of the paper"),
-    "temporal": ("nep.bench.suites.temporal", "temporal graph networks"),
-    "igridson": ("nep.bench.suites.igridson", "searches in the home on a grid"),
-    "searches": ("tools.searches.__main__", "how soon searches find things; in a checkout"),
-    "elsewhere": (
-        "tools.elsewhere.__main__",
-        "what finders know is out; in a checkout",
-    ),
-    "claims": ("tools.claims.__main__", "what the paper claims; in a checkout"),
+    "any_home": ("tools.any_home", "networks and policies in every kind of home"),
+    "recorded": ("tools.recorded", "networks and policies in recorded homes"),
+    "temporal": ("tools.temporal.suite", "temporal graph networks"),
+    "igridson": ("tools.igridson", "searches in the home on a grid"),
+    "searches": ("tools.searches.suite", "how soon searches find things"),
+    "elsewhere": ("tools.elsewhere.suite", "what finders know is out"),
+    "claims": ("tools.claims.suite", "what the paper claims"),
 }
 
 
@@ -37,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> object:
     if arguments and arguments[0] in ("-h", "--help"):
         lines = [f"  {name:11} {about}" for name, (_, about) in SUITES.items()]
         print("\n".join(["usage: python -m nep.bench SUITE ...", "", *lines]))
-        print("\nSUITE is one of these, or module:main of your own.")
+        print("\nSUITE is one of these, in a checkout, or module:main of your own.")
         return 0
     name = arguments[0] if arguments else "none"
     module, _, function = name.partition(":")

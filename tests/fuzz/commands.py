@@ -41,8 +41,6 @@ COMMANDS = (
     ("simulator.test_sets", ("check", "x"), ()),
     ("nep.bench", ("igridson", "--out=run.md", "--runs=1", "--queries_per_home=1"),
      ("look_cost", "policy", "attempts", "seed", "layout", "queries_per_home", "prior")),
-    ("nep.igridson", ("run", "--runs=1", "--queries_per_home=1", "--checkpoint=last.ckpt"),
-     ("checkpoint", "encoders", "look_cost", "seed", "attempts")),
     ("nep.view", ("home.sgm", "--save=page.html"),
      ("ask", "checkpoint", "steps", "number", "seed", "robot", "port", "trace", "prior")),
     ("nep.evaluate", ("--out=results", "--num_homes=1", "--steps=2", "--policies=bayesian",
@@ -51,11 +49,8 @@ COMMANDS = (
     ("nep.export", ("last.ckpt", "net", "--num_homes=0"),
      ("steps", "seed", "threads", "encoders", "homes", "trace", "step_seconds")),
     ("nep.compare", ("results/results.json", "results/results.json"), ()),
-    ("nep.own_home", ("--out=own.md", "--num_homes=1", "--sizes=1", "--days=1", "--play_days=1",
-                      "--questions=1", "--checkpoint=heat", "--learn=adapted"),
-     ("checkpoint", "learn", "trace", "looks", "seed", "sizes")),
-    ("nep.elsewhere", ("--out=elsewhere.md", "--kinds=carrying", "--num_homes=1", "--days=1",
-                       "--play_days=1", "--questions=2"),
+    ("nep.bench", ("elsewhere", "--out=elsewhere.md", "--kinds=carrying", "--num_homes=1",
+                   "--days=1", "--play_days=1", "--questions=2"),
      ("checkpoint", "kinds", "trace", "outside", "looks", "seed", "questions")),
 )  # fmt: skip
 

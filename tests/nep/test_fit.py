@@ -22,7 +22,6 @@ from nep.encoders import MLP
 from nep.fit import FitCLI, main
 from nep.model.module import NEPModule
 from nep.model.settings import NetworkConfig
-from nep.players.checkpoints import load_trained
 from nep.players.policy import NEPPolicy
 from simulator import PriorGraph, SampledHomes, SampledSource, Streams, evaluate_policy
 from simulator.world.mixture.lived_in_homes import LivedInSource
@@ -327,7 +326,7 @@ def test_rules_of_the_homes_are_options_and_are_recorded(folder):
     assert (home["furniture_per_room"], home["dynamic_nodes"]) == (3, False)
     assert home["sensing"]["name"] == "partial_views"
     with pytest.raises(SystemExit):
-        main(["--config", "mlp.yaml", "--data.houses=3"])
+        main(["--config", "mlp.yaml", "--data.flats=3"])
 
 
 def test_homes_of_8_16_and_32_places_are_trained_and_evaluated_together(folder):
@@ -360,33 +359,3 @@ def test_homes_of_8_16_and_32_places_are_trained_and_evaluated_together(folder):
     assert scores.values.shape == (3, 5)
     assert np.isfinite(scores.confidence).all()
     assert source.make(Streams(0, "val", range(3))).home_num_furniture.tolist() == [8, 16, 32]
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--model.encoder=GCN"], "model must have the parts of the network to start from, heat"),
-        (["--data.features.temporal=false"], "data.features must be those of the network to start"),
-        (["--from=none"], "checkpoint must be a file that can be read"),
-    ],
-)
-def test_a_network_that_does_not_fit_the_start_is_refused(options, message, capsys, tmp_path):
-    with pytest.raises(SystemExit):
-        main(["--from=heat", *options, f"--data.data_dir={tmp_path}"])
-    assert message in " ".join(capsys.readouterr().err.split())
-
-
-def test_a_training_starts_from_given_weights(tmp_path):
-    cli = main(
-        [
-            "--from=heat", "--config=own_home.yaml", f"--data.data_dir={tmp_path}",
-            "--data.replays=1", "--data.num_homes=1", "--data.num_val_homes=1", "--data.steps=2",
-            "--data.workers=1", "--model.learning_rate=1e-30", "--trainer.max_epochs=1",
-            "--trainer.logger=false", f"--trainer.default_root_dir={tmp_path}",
-            "--trainer.enable_progress_bar=false", "--online.num_homes=1", "--online.steps=1",
-        ]
-    )  # fmt: skip
-    heat = load_trained("heat").module.state_dict()
-    for name, tensor in cli.model.state_dict().items():
-        torch.testing.assert_close(tensor, heat[name])
-    assert cli.datamodule.hparams["training"]["start"] == "heat"

@@ -39,17 +39,17 @@ def search(out, *options):
 
 @pytest.mark.slow
 def test_a_table_goes_on_and_is_written_again(checkpoint, tmp_path, capsys):
-    """`run` is the suite; who has played does not play again."""
+    """Who has played does not play again."""
     out = tmp_path / "sub" / "grid.md"
     options = ["--queries-per-home", "4", "--out", str(out)]
-    assert main(["run", "--policy", "random", "--runs", "12", *options]) == 0
+    bench(["igridson", "--policy", "random", "--runs", "12", *options])
     text = out.read_text("utf-8")
     assert "## At most 10 looks: 12 searches, 3 unseen homes x 4 queries" in text
     assert "| 0.57 | 9.36 ± 4.09 | 141.7 ± 63.9 |" in text  # the paper's random row
     first = read_scores(out)["random"]
     assert 0 < first["num_actions_standard_error"] < 2
-    args = ["--checkpoint", str(checkpoint), "run", "--policy", "random", "nep", "nep+travel"]
-    assert main([*args, "--runs", "12", *options]) == 0
+    players = ["--checkpoint", f"nep={checkpoint}", "--policy", "random", "nep", "nep+travel"]
+    bench(["igridson", *players, "--runs", "12", *options])
     played = [line for line in capsys.readouterr().out.splitlines() if "attempts: " in line]
     assert [line.rpartition(": ")[2] for line in played] == ["random", "nep", "nep+travel"]
     assert read_scores(out)["random"] == first
@@ -99,11 +99,8 @@ def test_bad_options_end_with_one_line(options, message, capsys, tmp_path, monke
 
 
 def test_the_shipped_network_plays(tmp_path):
-    """Options of the network may stand before the command."""
     out = tmp_path / "grid.md"
-    args = ["--checkpoint", "heat", "run", "--policy", "nep", "--runs", "4",
-            "--queries-per-home", "4", "--out", str(out)]  # fmt: skip
-    assert main(args) == 0
+    search(out, "--checkpoint", "nep=heat", "--policy", "nep", "--runs", "4")
     assert [*read_scores(out)] == ["nep"]
 
 

@@ -23,10 +23,10 @@ from nep.bench.paper.experiments import (
 from nep.bench.paper.training import SCORES, Training
 from nep.bench.paper.work import _THREAD_VARIABLES, LOCK
 from nep.bench.runner import list_missing, play_all
-from nep.bench.suites.paper import Paper, _make_plan, main
 from nep.fit import FitCLI
 from nep.players.checkpoints import load_exported
 from nep.players.contestants import list_contestants
+from nep.reproduce import Paper, _make_plan, main
 from simulator.command_line import parse
 from simulator.policies import POLICIES
 
@@ -235,7 +235,7 @@ def test_a_table_is_called_otherwise_and_says_what_stands_beside_it(tmp_path, ca
     assert told.command.endswith("--beside temporal.json --called 'Two weeks' --tiny")
     with pytest.raises(SystemExit):  # before anything is trained
         reproduce(tmp_path, "--table", "1", "--beside", str(beside))
-    assert "beside must be a temporal.json of nep.temporal, got" in capsys.readouterr().err
+    assert "beside must be a temporal.json of nep.bench temporal, got" in capsys.readouterr().err
     assert not (tmp_path / "runs").exists()
 
 

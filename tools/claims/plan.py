@@ -1,4 +1,4 @@
-"""What is trained and played to settle what the paper claims: `python -m tools.claims`."""
+"""What is trained and played to settle what the paper claims: `python -m nep.bench claims`."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def make_report(plan: ClaimsPlan) -> dict[str, bytes]:
 def _make_command(plan: ClaimsPlan) -> str:
     """Return the command line; folders change nothing in what it writes."""
     usual = ClaimsPlan(plan.runs, plan.data)
-    options = ["python", "-m", "tools.claims"]
+    options = ["python", "-m", "nep.bench", "claims"]
     for name, own, default in (
         ("seeds", plan.num_seeds, usual.num_seeds),
         ("num_homes", plan.num_homes, usual.num_homes),

@@ -1,4 +1,4 @@
-"""What `python -m tools.claims` has trained and played so far, and what it has not."""
+"""What `python -m nep.bench claims` has trained and played so far, and what it has not."""
 
 from __future__ import annotations
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from nep.bench.robot_life import LivedHome
 from sgm.layout.layout import Layout
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
@@ -17,6 +16,7 @@ from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
 from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.source import SampledSource
+from tools.robot_life import LivedHome
 
 STEP_SECONDS = 1800.0
 _CARRIES = {"carry_share": 0.9, "away_share": 0.75, "home_office_share": 0.1}

@@ -1,21 +1,81 @@
-"""Networks that have played the test homes of Table 1 in `nep.temporal`, as rows of it."""
+"""Networks that have played the test homes of Table 1 in `nep.bench temporal`, as rows of it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nep.bench.temporal.report import MEMORY, TableRow, read_scores
 from nep.report.results import ScoreSummary
+from sgm.files import VersionError, check_version, read_json
+from sgm.messages import shorten
 from simulator.tasks.metrics import METRICS
 
-# Settings of Table 1, by the name that `nep.temporal` has for their homes.
+# Settings of Table 1, by the name that `nep.bench temporal` has for their homes.
 _SETTINGS = {"predict_location-on": "paper_on", "predict_location-off": "paper_off"}
+MEMORY = "graph memory"  # what such a network reads
 _CLOSE = 1e-6  # between scores of one rule in the same home; files round them
+
+
+@dataclass(frozen=True, slots=True)
+class TableRow:
+    """How a player did in one kind of homes.
+
+    Attributes:
+        name: in the table.
+        reads: what it reads.
+        plays: what each of its trainings scored (`play_kind`); one for a rule.
+        num_trainings: 0 for a rule.
+        seconds: processor time of a training, nan for a rule.
+        checkpoints: SHA-256 of the network of each training.
+    """
+
+    name: str
+    reads: str
+    plays: Sequence[Mapping[str, Any]]
+    num_trainings: int = 0
+    seconds: float = float("nan")
+    checkpoints: Sequence[str] = ()
+
+    def mean(self, column: str) -> float:
+        """Return the mean of a column over homes and trainings."""
+        return float(np.mean([np.mean(own[column]) for own in self.plays]))
+
+    def summarise(self, units: tuple[str, ...] | None) -> ScoreSummary:
+        """Return the first guesses, to be paired with those of another player."""
+        values = np.array([own["first_guess"] for own in self.plays])  # (S, H)
+        several = values if len(values) > 1 else None
+        return ScoreSummary(values.mean(axis=0)[:, None], {}, several, units)
+
+
+def read_temporal(path: Path, what: str) -> dict[str, Any]:
+    """Read the scores of `nep.bench temporal`; `what` is the option that names the file.
+
+    Raises:
+        ValueError: if it is no such file.
+    """
+    try:
+        content = dict(read_json(path, allow_nan=True))
+        check_version("scores", content["version"], path)
+        for kind in content["kinds"].values():
+            [TableRow(**row) for row in kind["rows"]]
+        content["sizes"]["train_homes"], content["command"], content["made"]
+    except VersionError:
+        raise
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise make_temporal_error(what, error, path) from error
+    return content
+
+
+def make_temporal_error(what: str, error: Exception, path: Path) -> ValueError:
+    """Return the error of a file that holds no such scores."""
+    return ValueError(
+        f"{what} must be a temporal.json of nep.bench temporal, got {type(error).__name__}: "
+        f"{shorten(str(error))} in {path}. Make it with the command."
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +92,7 @@ class Beside:
         Raises:
             ValueError: if it is no such file.
         """
-        return cls(read_scores(path, "beside"), path)
+        return cls(read_temporal(path, "beside"), path)
 
     def list_rows(
         self, setting: str, known: Mapping[str, ScoreSummary], num_trainings: int
@@ -69,8 +129,8 @@ class Beside:
         """Say what the networks learnt from, and which command trained them, a paragraph."""
         sizes = self.content["sizes"]
         return (
-            "Networks with what they read in brackets have played in `nep.temporal`. The temporal "
-            f"graph networks have learnt from {sizes['train_homes']} homes x "
+            "Networks with what they read in brackets have played in `nep.bench temporal`. The "
+            f"temporal graph networks have learnt from {sizes['train_homes']} homes x "
             f"{sizes['train_steps']} steps, less than the others, so that this compares what was "
             f"trained, and no architectures. `{self.content['command']}`; {self.content['made']}."
             + (f" {self.content['note']}" if self.content.get("note") else "")

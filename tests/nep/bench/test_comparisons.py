@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from tests.tools.test_recorded import write_home
 
 from nep.bench.comparisons import compare_with_rules, count_decided, make_overview
-from nep.bench.home_games import list_benchmark, list_recorded, list_simulated
-from tests.nep.bench.test_recorded import write_home
+from tools.home_games import list_benchmark, list_recorded, list_simulated
 
 
 def make_kind(net, rule, looks=(2.0, 3.0)):

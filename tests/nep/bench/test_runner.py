@@ -10,11 +10,11 @@ from nep.bench.__main__ import SUITES, main
 from nep.bench.game import Game, strip_code
 from nep.bench.runner import play_all
 from nep.bench.score_cache import ScoreCache
-from nep.bench.suites.temporal import Temporal
 from nep.bench.table_options import Option, count, make_command
-from nep.bench.temporal.plan import keep_unit, read_unit
 from nep.report.tables import TableColumn, lay_out
 from simulator.command_line import parse
+from tools.temporal.plan import keep_unit, read_unit
+from tools.temporal.suite import Temporal
 
 PLAYERS = {"one": 1.0, "two": 2.0, "three": 3.0}
 
@@ -167,7 +167,10 @@ def test_bounds_of_options(option, value, message):
 def test_a_command_says_where_a_network_of_ones_own_goes(text, name, shown):
     parser = Temporal().make_parser()
     options = parse(parser, ["--checkpoint", text])
-    assert make_command(parser, options, [name]) == f"python -m nep.temporal --checkpoint {shown}"
+    assert (
+        make_command(parser, options, [name])
+        == f"python -m nep.bench temporal --checkpoint {shown}"
+    )
 
 
 def test_tables_are_lists_of_columns():

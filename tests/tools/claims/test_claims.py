@@ -18,11 +18,11 @@ from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
 from tools.claims import networks
-from tools.claims.__main__ import main
 from tools.claims.plan import LOCATION, ClaimsPlan
 from tools.claims.readings import READINGS, compute_listed_ndcg, find_reach, play_readings
 from tools.claims.report import make_report
 from tools.claims.scores import ClaimsScores
+from tools.claims.suite import main
 
 
 @pytest.fixture
@@ -79,7 +79,7 @@ def test_table_1_stands_for_seed_0(plan, tmp_path):
 
 def test_the_page_says_how_to_make_it_again(plan):
     text = make_report(plan)["claims.md"].decode()
-    assert "python -m tools.claims --num_homes 2 --steps 2\n" in text
+    assert "python -m nep.bench claims --num_homes 2 --steps 2\n" in text
     assert text.count("- heat, 32 places, dynamic nodes on, seed 1\n") == 1
 
 
@@ -244,7 +244,7 @@ def tiny_command(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_the_command_plays_what_is_missing_and_no_more(tiny_command, capsys, tmp_path):
     first = tiny_command("--train=false")
-    assert "python -m tools.claims" in first
+    assert "python -m nep.bench claims" in first
     assert "| 32 places, on | informed |" in first
     played = "predict_location-on, 1 homes x 1 steps, seed 0: bayesian"
     assert played in capsys.readouterr().out

@@ -10,9 +10,9 @@ import pytest
 from nep.bench.game import checksum_code
 from simulator.trace.events import GONE
 from simulator.trace.trace import load_trace
-from tools.elsewhere.__main__ import ElsewhereGame, main
 from tools.elsewhere.homes import KINDS, leave_out, list_recorded, list_simulated
 from tools.elsewhere.questions import Answers, ask
+from tools.elsewhere.suite import ElsewhereGame, main
 from tools.elsewhere.summary import (
     NUM_BINS,
     compute_calibration_error,
@@ -157,7 +157,7 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     ]  # fmt: skip
     main(command)
     text = Path("elsewhere.md").read_text(encoding="utf-8")
-    assert "`python -m nep.elsewhere --kinds carrying --num_homes 2 --days 2" in text
+    assert "`python -m nep.bench elsewhere --kinds carrying --num_homes 2 --days 2" in text
     assert "## People who carry things out" in text
     for who in ("bayesian", "adaptive", "any_home"):
         assert f"| {who} | {who} without hours | " in text

@@ -2,12 +2,12 @@
 
 import pytest
 
-from nep.bench.robot_life import FinderQuestion
 from sgm.belief import Detector
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies.heuristics import Bayesian
+from tools.robot_life import FinderQuestion
 from tools.searches.search_orders import MOST_LOOKS, SEARCHERS, search_all
 
 

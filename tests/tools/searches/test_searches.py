@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tools.searches.__main__ import main
+from tools.searches.suite import main
 
 
 @pytest.mark.slow

@@ -31,13 +31,13 @@ from nep.bench.paper.paper_tables import (
     make_table_1,
     make_table_2,
 )
-from nep.bench.suites.paper import _join
-from nep.bench.temporal.plan import Sizes
 from nep.report.results import ScoreSummary
 from nep.report.tables import compute_difference
+from nep.reproduce import _join
 from simulator.policies import POLICIES
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
+from tools.temporal.plan import Sizes
 
 PROVENANCE = Provenance(
     command="python -m nep.reproduce --table 1", num_homes=2, steps=2, seed=0,
@@ -342,7 +342,8 @@ def write_beside(path, bayesian=(0.2, 0.3, 0.5), **changes):
          "plays": [play(0.1, 0.1, 0.1)]},
     ]  # fmt: skip
     content = {
-        "command": "python -m nep.temporal", "made": "played by hand", "note": "Ours is small.",
+        "command": "python -m nep.bench temporal", "made": "played by hand",
+        "note": "Ours is small.",
         "version": 1,
         "sizes": {**asdict(Sizes()), "train_homes": 32, "train_steps": 50}, "missing": [],
         "kinds": {"paper_on": {"title": "on", "units": None, "rows": rows}}, **changes,
@@ -410,7 +411,9 @@ def test_networks_of_other_homes_are_refused_beside_others(tmp_path):
     with pytest.raises(ValueError, match="got no shared rule in"):
         beside.list_rows("predict_location-on", {"NEP-MLP": train(0.3)}, 2)
     (tmp_path / "temporal.json").write_text("{}", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"beside must be a temporal\.json of nep\.temporal, got"):
+    with pytest.raises(
+        ValueError, match=r"beside must be a temporal\.json of nep\.bench temporal, got"
+    ):
         Beside.load(tmp_path / "temporal.json")
 
 

@@ -1,1 +1,0 @@
-"""The suites, a file each: games, players and table."""

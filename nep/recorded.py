@@ -1,7 +1,0 @@
-"""`python -m nep.bench recorded`, by a name of its own."""
-
-from nep.bench.suites.recorded import main
-from simulator.process import run_main
-
-if __name__ == "__main__":
-    run_main(main)
