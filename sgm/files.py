@@ -33,7 +33,7 @@ LOCK = ".lock"  # name of the file by which a folder is locked
 MOST_BYTES = 1 << 30  # of a file that is read at once
 MOST_LEVELS = 100  # of lists and objects in each other, in JSON and YAML
 _NO_PATH = (errno.EISDIR, errno.EINVAL, errno.ELOOP, errno.ENOTDIR, errno.ENAMETOOLONG)
-_KEPT = "what was finished is kept"
+_KEPT = "finished files are kept"
 _NO_FILE = "a pipe, socket or device instead of a file"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -86,6 +87,7 @@ def _choose_backend(backend: str) -> AbstractContextManager[Any]:
     check_choice("backend", backend, BACKENDS)
     if backend == "processes":
         return nullcontext()
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # a setting of the user's stays
     try:
         from joblib import parallel_config
         from ray.util.joblib import register_ray

@@ -10,6 +10,7 @@ from sgm.finder.service import MOST_ROWS, MemoryService
 from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
 from sgm.serve.answer_schema import make_schema
+from sgm.serve.coerced import coerce
 from sgm.serve.rules import (
     PLACE,
     POSITION,
@@ -89,8 +90,12 @@ class Call:
         """Return the JSON Schema of its answer."""
         return make_schema(get_type_hints(self.method)["return"])
 
-    def read(self, values: Any, *, is_query: bool = False) -> dict[str, Any]:
+    def read(
+        self, values: Any, *, is_query: bool = False, is_coerced: bool = False
+    ) -> dict[str, Any]:
         """Return the arguments for Python, of JSON values by name, or of texts of a query.
+
+        With `is_coerced`, values of a near type are taken as what is declared (`coerce`).
 
         Raises:
             ValueError: if one is missing, unknown, or breaks its rule.
@@ -110,6 +115,8 @@ class Call:
         read = {}
         for argument in self.arguments:
             value = values.get(argument.name)
+            if is_coerced and value is not None:
+                value = coerce(value, argument.rule.schema)
             if value is None:  # null is as good as nothing
                 if argument.default is REQUIRED:
                     raise ValueError(

@@ -142,6 +142,9 @@ def _read_sighting(name: str, value: Any) -> Sighting | None:
 
 
 def _is_whole(value: Any) -> bool:
+    """Tell whether it is a whole number in the sense of JSON Schema, of which 3.0 is one."""
+    if isinstance(value, float):
+        return value.is_integer()
     return isinstance(value, int) and not isinstance(value, bool)
 
 

@@ -29,7 +29,8 @@ class MCPTools:
     """A server of MCP whose tools are the declared calls.
 
     A tool answers with the JSON of the call, as text and as structured content. What HTTP refuses
-    with a status is here the same line, marked as an error.
+    with a status is here the same line, marked as an error. Arguments may be of a near type, as
+    language models send them (`coerce`).
     """
 
     def __init__(self, caller: Caller) -> None:
@@ -84,7 +85,7 @@ class MCPTools:
                     f"tool must be one of {', '.join(BY_NAME)}, got "
                     f"{shorten_text(parameters.name)!r}. List the tools."
                 )
-            arguments = call.read(parameters.arguments or {})
+            arguments = call.read(parameters.arguments or {}, is_coerced=True)
             answer = to_json(await self._caller.call(call, arguments))
         except KeyError as error:
             return _refuse(str(error.args[0]))

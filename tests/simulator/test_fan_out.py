@@ -80,3 +80,16 @@ def test_the_manifest_is_not_written_for_every_home(tmp_path, monkeypatch):
     )  # fmt: skip
     collect(CollectConfig(num_homes=12, steps=1), tmp_path / "data", progress=False)
     assert written == [0, 1, 2, 4, 8, 12]
+
+
+@pytest.mark.parametrize(("value", "expected"), [(None, "0"), ("1", "1")])
+def test_ray_reports_no_usage_unless_the_user_says_so(monkeypatch, value, expected):
+    if value is None:
+        monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "x")  # put back at the end
+        monkeypatch.delenv("RAY_USAGE_STATS_ENABLED")
+    else:
+        monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", value)
+    monkeypatch.setitem(sys.modules, "ray", None)  # as if not installed: it is set before
+    with pytest.raises(ValueError, match="must have Ray installed"):
+        check_workers(2, "ray")
+    assert os.environ["RAY_USAGE_STATS_ENABLED"] == expected

@@ -1,0 +1,64 @@
+"""Values as clients of MCP send them, made what the schema declares: "3", 3.0, lists as text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from sgm.files import parse_json
+
+_TIMES = 3  # that a value may be written as JSON text within JSON text
+_TYPES: Mapping[str, tuple[type, ...]] = {
+    "string": (str,),
+    "integer": (int,),
+    "number": (int, float),
+    "array": (list,),
+    "object": (dict,),
+}
+
+
+def coerce(value: Any, schema: Mapping[str, Any]) -> Any:
+    """Return a value as a JSON Schema declares it, where it can be read so; else as it is.
+
+    A text is read as JSON where it may be another type than text: "3" is a number where a number
+    may be, '["mug"]' a list where a list may be. A text that may be a text and is no JSON of
+    another type stays. 3.0 is a whole number, and a whole number is a text where only texts may be.
+    """
+    options = schema.get("anyOf", (schema,))
+    for candidate in _list_candidates(value):
+        for option in options:
+            if option["type"] != "string" and _fits(candidate, option["type"]):
+                return _coerce_parts(candidate, option)
+    is_text_alone = all(option["type"] == "string" for option in options)
+    if is_text_alone and _fits(value, "integer"):
+        return str(value)
+    return value
+
+
+def _list_candidates(value: Any) -> list[Any]:
+    """List what a value may mean: itself, and what its text is as JSON."""
+    found = [value]
+    for _ in range(_TIMES):
+        if not isinstance(found[-1], str):
+            break
+        try:
+            found.append(parse_json(found[-1]))
+        except ValueError:
+            break
+    whole = [int(one) for one in found if isinstance(one, float) and one.is_integer()]
+    return whole + found
+
+
+def _fits(value: Any, name: str) -> bool:
+    return isinstance(value, _TYPES[name]) and not isinstance(value, bool)
+
+
+def _coerce_parts(value: Any, schema: Mapping[str, Any]) -> Any:
+    if isinstance(value, list) and "items" in schema:
+        return [coerce(one, schema["items"]) for one in value]
+    if isinstance(value, dict):
+        known = schema["properties"]
+        return {
+            name: coerce(one, known[name]) if name in known else one for name, one in value.items()
+        }
+    return value
