@@ -9,8 +9,7 @@ try:
     import gymnasium
 except ModuleNotFoundError as error:
     raise ModuleNotFoundError(
-        "FindObject must have Gymnasium, got none. "
-        "Install it with `pip install ./core '.[gym]'`."
+        "FindObject must have Gymnasium, got none. Install it with `pip install ./core '.[gym]'`."
     ) from error
 
 ENV_ID = "FindObject-v0"
