@@ -129,9 +129,9 @@ class MemoryBatch(Remembered):
         self._pending = None
         self.look_up_prior()
 
-    def step(self) -> None:
-        """Let one time step pass; hypothetical edges end with it."""
-        self.time += 1
+    def step(self, num_steps: int = 1) -> None:
+        """Let time steps pass; hypothetical edges end with them."""
+        self.time += num_steps
         self._pending = None
 
     def ensure_objects(

@@ -110,6 +110,7 @@ class Rollout:
         self._on_patrol, self._looks_at_random = looks == "patrol", looks == "random"
         self._looks_per_step = np.array([config.looks_per_step for config in homes.configs])
         self._num_rounds = 0  # of looks on patrol
+        self._num_evolved = 0
         self.on_change: Callable[[Change], None] = lambda change: None
         self.on_look: Callable[[Observation], None] = lambda seen: None
 
@@ -119,9 +120,12 @@ class Rollout:
         return self.ask_for(self._homes, sample_query(self.homes, self.asks_moved))
 
     def evolve(self) -> None:
-        """Let one time step pass in every home and in the memory."""
-        self.homes.evolve()
-        self.memory.step()
+        """Let a time step pass in every home and in the memory, or as many as `Homes.pauses`."""
+        pauses = self.homes.pauses
+        num_steps = 1 if pauses is None else int(pauses[self._num_evolved % len(pauses)])
+        self._num_evolved += 1
+        self.homes.pass_steps(num_steps)
+        self.memory.step(num_steps)
 
     def ask_for(self, homes: np.ndarray, slots: np.ndarray) -> tuple[np.ndarray, Queries]:
         """Ask for the objects in slots (Q,) of homes (Q,): description codes (Q,), queries."""

@@ -64,6 +64,11 @@ class Life(ABC):
         everywhere before, and becomes True where an object has moved to other furniture.
         """
 
+    def skip(self, num_steps: int) -> None:
+        """Let time steps pass at which nobody looks; `object_moved` may say anything."""
+        for _ in range(num_steps):
+            self.step()
+
     @abstractmethod
     def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return where objects of descriptions go, (n,), (n,) -> float32 (n, P).
@@ -89,4 +94,5 @@ DYNAMICS = Registry(
     "dynamics",
     paper="simulator.world.paper_dynamics.PaperDynamics",
     routine="simulator.world.routine.dynamics.RoutineDynamics",
+    sessions="simulator.world.sessions.dynamics.SessionDynamics",
 )

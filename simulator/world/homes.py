@@ -68,6 +68,8 @@ class Homes(ABC):
         object_moved: whether it moved in the last step, (H, C).
         clock: where in the week step 0 is and how long steps are (`Clock.row`), (H, 2), nan where
             unknown; None where no time of day means anything, as in the paper's homes.
+        pauses: how many time steps pass before each question of a task, in turn, and from the first
+            on again, (n,); None for one before each.
     """
 
     prior: PriorGraph
@@ -88,6 +90,7 @@ class Homes(ABC):
     object_place: np.ndarray
     object_moved: np.ndarray
     clock: np.ndarray | None = None
+    pauses: np.ndarray | None = None
 
     @property
     def is_present(self) -> np.ndarray:
@@ -166,3 +169,8 @@ class Homes(ABC):
     @abstractmethod
     def evolve(self) -> None:
         """Let one time step pass in every home."""
+
+    def pass_steps(self, num_steps: int) -> None:
+        """Let time steps pass, one at least; `object_moved` is of the last one."""
+        for _ in range(num_steps):
+            self.evolve()

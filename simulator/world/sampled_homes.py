@@ -120,6 +120,13 @@ class SampledHomes(SampledState):
         for life in self.lives:
             life.step()
 
+    def pass_steps(self, num_steps: int) -> None:
+        """Let time steps pass, one at least; lives by the clock take all but the last at once."""
+        if num_steps > 1:
+            for life in self.lives:
+                life.skip(num_steps - 1)
+        self.evolve()
+
     def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return where objects of descriptions go by the dynamics of each home."""
         if len(self.lives) == 1:
@@ -167,10 +174,14 @@ class SampledHomes(SampledState):
 
     def _sample_objects(self) -> None:
         """Draw the objects of t = 0."""
-        homes, types, places, uniform = sample_initial_objects(self)  # (n,)
-        codes = self.object_descriptions.sample(types, uniform)
+        homes, types, places, codes = self.choose_objects()  # (n,)
         objects = homes * self.num_slots + compute_rank_in_group(homes)
         self.fill_slots(objects, types, codes)
         rows = self.object_row.ravel()[objects]
         can_leave = self.transitions.can_leave(rows, homes, places.astype(np.int32))
         self.place_objects(objects, places, can_leave)
+
+    def choose_objects(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Draw homes, ascending, types, places and description codes of the objects, (n,) each."""
+        homes, types, places, uniform = sample_initial_objects(self)
+        return homes, types, places, self.object_descriptions.sample(types, uniform)

@@ -215,15 +215,17 @@ def test_bad_input_ends_with_a_message(args, message, folder, capsys):
     assert not list(folder.iterdir())
 
 
-def test_people_of_the_trial_keep_things_at_new_places_and_all_else_is_as_ever(folder):
-    configs = ("any_home.yaml", "any_home_asked.yaml", "any_home_resettling.yaml")
-    cli = FitCLI([f"--config={name}" for name in configs])
-    data = cli.datamodule
-    sources = {type(one.homes): one.homes for one in (data.train_config, *data.also_configs)}
-    assert sources.keys() == {MixtureSource, PaperSizesSource, LivedInSource}
-    assert sources[MixtureSource].mixture == Mixture(carrying_share=0.5, resettling_share=0.5)
-    usual = LivedInSource().mixture
-    assert sources[LivedInSource].mixture == replace(usual, resettling_share=0.5)
+def test_any_home_learns_from_what_people_ask_in_homes_of_four_kinds(folder):
+    data = FitCLI(["--config=any_home.yaml"]).datamodule
+    configs = (data.train_config, *data.also_configs)
+    assert {config.task for config in configs} == {"simulator.tasks.ask_anything:AskAnything"}
+    assert {config.asked.task for config in configs} == {0.15}
+    lived, hourly, mixed, _ = sources = [config.homes for config in configs]
+    kinds = [LivedInSource, LivedInSource, MixtureSource, PaperSizesSource]
+    assert [type(source) for source in sources] == kinds
+    assert (lived.pace, hourly.pace) == ("minutes", "hours")
+    assert mixed.mixture == Mixture(carrying_share=0.5, resettling_share=0.3)
+    assert len({tuple(source.labels) for source in sources}) == 1
 
 
 def test_unknown_key_in_a_config_file_is_named(folder, capsys):

@@ -48,13 +48,14 @@ class Behaviour:
     same_way: float
 
 
-def follow_homes(homes: Homes, num_steps: int) -> list[np.ndarray]:
+def follow_homes(homes: Homes, num_steps: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """Let homes live and note the furniture at which every object is, home by home.
 
     An object is known by its slot and description: one that leaves and comes back is the same.
 
     Returns:
-        For every home (N, T + 1): furniture index, `OUT` between two stays, `NOT_THERE` otherwise.
+        For every home the furniture index of its objects, `OUT` between two stays, `NOT_THERE`
+        otherwise, (N, T + 1), and their types, (N,).
     """
     furniture, codes = [homes.object_furniture.copy()], [homes.object_code.copy()]
     for _ in range(num_steps):
@@ -62,7 +63,8 @@ def follow_homes(homes: Homes, num_steps: int) -> list[np.ndarray]:
         furniture.append(homes.object_furniture.copy())
         codes.append(homes.object_code.copy())
     at, code = np.stack(furniture, axis=2), np.stack(codes, axis=2)  # (H, C, T + 1)
-    return [_list_objects(*home) for home in zip(at, code, strict=True)]
+    type_of_code = homes.object_descriptions.type_of_code
+    return [_list_objects(*home, type_of_code) for home in zip(at, code, strict=True)]
 
 
 def measure_behaviour(at: np.ndarray, hour: np.ndarray) -> Behaviour:
@@ -90,7 +92,7 @@ def measure_behaviour(at: np.ndarray, hour: np.ndarray) -> Behaviour:
         share = np.unique(own, return_counts=True)[1] / len(own)
         entropies.append(-(share * np.log2(share)).sum())
         places.append(len(share))
-        most = _find_mode(own)
+        most = find_mode(own)
         usual += (own == most).sum()
         hours = hour[row != NOT_THERE]
         by_hour += sum(_count_mode(own[hours == h]) for h in np.unique(hours))
@@ -114,9 +116,11 @@ def measure_behaviour(at: np.ndarray, hour: np.ndarray) -> Behaviour:
     )
 
 
-def _list_objects(at: np.ndarray, code: np.ndarray) -> np.ndarray:
-    """List the objects of a home, a row each, (C, T + 1), (C, T + 1) -> (N, T + 1)."""
-    rows = []
+def _list_objects(
+    at: np.ndarray, code: np.ndarray, type_of_code: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """List the objects of a home, a row each, and their types; of slots (C, T + 1) each."""
+    rows, types = [], []
     for places, codes in zip(at, code, strict=True):
         for own in np.unique(codes[places >= 0]):
             is_here = np.flatnonzero((codes == own) & (places >= 0))
@@ -124,10 +128,12 @@ def _list_objects(at: np.ndarray, code: np.ndarray) -> np.ndarray:
             row[is_here[0] : is_here[-1] + 1] = OUT
             row[is_here] = places[is_here]
             rows.append(row)
-    return np.array(rows)
+            types.append(type_of_code[own])
+    return np.array(rows), np.array(types)
 
 
-def _find_mode(values: np.ndarray) -> int:
+def find_mode(values: np.ndarray) -> int:
+    """Return the most frequent of values, of equals the least."""
     found, count = np.unique(values, return_counts=True)
     return int(found[count.argmax()])
 

@@ -55,7 +55,7 @@ def measure_source(source: HomeSource, num_homes: int, days: int, seed: int) -> 
             raise ValueError(
                 f"steps must be an hour, got {clock[:, 1].max():g} s. Set step_seconds to 3600."
             )
-        for at, (start, _) in zip(follow_homes(homes, num_steps), clock, strict=True):
+        for (at, _), (start, _) in zip(follow_homes(homes, num_steps), clock, strict=True):
             hour = (start / _HOUR + np.arange(num_steps + 1)) % 24 // 1
             found.append(measure_behaviour(at, hour))
     return found

@@ -35,7 +35,7 @@ _MORE_ROOMS = (0.05, 0.2, 0.5, 0.25)  # of which kind a fifth room and those aft
 _CARRIED = (0.5, 1.0)  # bounds of how often what is carried goes along, where people do so
 _NEW = (0.02, 0.5)  # bounds of how often what is put back gets a new place for good, likewise
 _TIDY = (0.0, 0.7)  # and of how much of what lies about is put back in the evening
-_EARLIEST = datetime(2024, 1, 1)
+EARLIEST = datetime(2024, 1, 1)
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class Mixture:
         least = max(self.min_objects, num_places)  # one each, as a rule
         num_objects = _draw_count(rng, least, max(self.max_objects, least))
         step_seconds = float(rng.choice(self.step_seconds))
-        start = _EARLIEST + timedelta(hours=int(rng.integers(0, 366 * 24)))
+        start = EARLIEST + timedelta(hours=int(rng.integers(0, 366 * 24)))
         has_routine = rng.random() < self.routine_share
         has_clock = has_routine or rng.random() < self.clock_share
         config = replace(
@@ -146,7 +146,7 @@ class Mixture:
                 math.ceil(self.min_objects / num_places),
                 1,
             ),
-            move_share=_draw_rate(rng, self.min_moves, self.max_moves),
+            move_share=draw_rate(rng, self.min_moves, self.max_moves),
             detection_error=float(rng.uniform(0, self.max_miss)),
             dynamic_nodes=bool(rng.random() < self.coming_share),
             cross_room_moves=bool(rng.random() < self.crossing_share),
@@ -161,7 +161,7 @@ class Mixture:
                 own = replace(own, carry_share=carried, carries_anything=bool(rng.random() < 0.5))
             if rng.random() < self.resettling_share:
                 tidied = float(rng.uniform(*_TIDY))
-                own = replace(own, new_share=_draw_rate(rng, *_NEW), tidy_share=tidied)
+                own = replace(own, new_share=draw_rate(rng, *_NEW), tidy_share=tidied)
             return replace(config, dynamics=own), own.clock
         return config, Clock(start, step_seconds) if has_clock else None
 
@@ -170,12 +170,13 @@ class Mixture:
         return int(rng.choice(self.lives))
 
 
-def _draw_rate(rng: np.random.Generator, least: float, most: float) -> float:
+def draw_rate(rng: np.random.Generator, least: float, most: float) -> float:
+    """Draw a number evenly on a logarithmic scale."""
     return float(np.exp(rng.uniform(math.log(least), math.log(most))))
 
 
 def _draw_count(rng: np.random.Generator, least: int, most: int) -> int:
-    return min(int(_draw_rate(rng, least, most + 1)), most)
+    return min(int(draw_rate(rng, least, most + 1)), most)
 
 
 class MixtureSource(HomeSource):

@@ -7,120 +7,68 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
-from simulator.kernel import kernel
-from simulator.world.dynamics import Life
+from simulator.world.own_places import NUM_OWN_PLACES, draw_own_places
 from simulator.world.routine.activity_kinds import (
     compute_object_weights,
     compute_spot_weights,
     load_kinds,
 )
 from simulator.world.routine.carried import add_carried
-from simulator.world.routine.life_kernel import RULES, Habits, State, draw_habits, live
+from simulator.world.routine.life_kernel import (
+    DAY,
+    DAY_STARTS,
+    RULES,
+    Habits,
+    State,
+    draw_habits,
+    live,
+)
 from simulator.world.routine.rules import ROLES, RoutineRules
 from simulator.world.sampled_state import SampledState
+from simulator.world.timed_life import TimedLife, draw_seed
 
-_LATER_PLACES = 4  # of an object: its usual place, a second one, two that may become usual
 
-
-class RoutineLife(Life):
+class RoutineLife(TimedLife):
     """The residents of some homes of a group; changes `object_place` of these homes alone.
 
     A home's numbers come from its own streams "routine", "routine places" and "routine outlook",
     and depend on no other home.
     """
 
+    state: State
+
     def __init__(
         self, homes: SampledState, members: np.ndarray, rules: Sequence[RoutineRules]
     ) -> None:
         """Draw residents, habits and usual places, and live up to the first step."""
-        self._homes = homes
-        self._members = members
-        self._outlook: np.ndarray | None = None
-        self._outlook_hours = np.array([24 * rule.outlook_days for rule in rules])
-        self._step = np.array([rule.step_seconds for rule in rules])
-        self._start = np.array([rule.clock.row[0] for rule in rules])
-        self._num_steps = 0
+        clocks = [rule.clock for rule in rules]
+        super().__init__(homes, members, clocks, [rule.outlook_days for rule in rules], "routine")
         own = dict(zip(members.tolist(), rules, strict=True))
         habits = _make_habits(homes, own)
         self.state = _make_state(homes, own, habits)
-        _draw_own_places(homes, own, self.state.own_place)
+        for home, rule in own.items():
+            self.state.own_place[home] = draw_own_places(
+                homes, home, float(rule.gathering), rule.second_place_share, "routine places"
+            )
         homes.object_place[members] = np.where(
             homes.object_place[members] >= 0, self.state.own_place[members, :, 0], -1
         )
         draw_habits(habits, self.state)
         self.habits = add_carried(homes, own, habits, self.state.num_residents)
         warm_up = np.array([rule.warm_up_days for rule in rules])
-        day = 86_400.0
-        four = 4 * 3600.0
-        self.state.day_end[members] = (np.floor((self._start - four) / day) - warm_up) * day + four
-        live(self.habits, self.state, members, self._start)
-        self._at_start = _copy(self.state)
+        days = np.floor((self._start - DAY_STARTS) / DAY) - warm_up
+        self.state.day_end[members] = days * DAY + DAY_STARTS
+        self.live(self.state, members, self._start)
+        self.note_start()
 
     @property
     def num_residents(self) -> np.ndarray:
         """Residents of each home, (n,)."""
         return self.state.num_residents[self._members]
 
-    def step(self) -> None:
-        """Let one time step pass."""
-        homes = self._homes
-        before = homes.object_place[self._members]
-        self._num_steps += 1
-        until = self._start + self._num_steps * self._step
-        live(self.habits, self.state, self._members, until)
-        after = homes.object_place[self._members]
-        has_moved = before // NUM_RELATIONS != after // NUM_RELATIONS
-        homes.object_moved[self._members] = has_moved & (after >= 0)
-        homes.num_objects[self._members] = (after >= 0).sum(axis=1)
-
-    def count_hours(self) -> np.ndarray:
-        """Count at how many hours of `outlook_days` objects are at each place, float32 (H, C, P).
-
-        They are lived in a copy of the homes as at step 0. Time out of the home does not count.
-        """
-        if self._outlook is None:
-            state = self._start_copy("routine outlook")
-            num_places = self._homes.num_furniture * NUM_RELATIONS
-            counts = np.zeros((*state.place.shape, num_places), dtype=np.float32)
-            for hour in range(1, self._outlook_hours.max() + 1):
-                is_on = hour <= self._outlook_hours
-                own = self._members[is_on]
-                live(self.habits, state, own, self._start[is_on] + 3600.0 * hour)
-                row, slot = np.nonzero(state.place[own] >= 0)
-                counts[own[row], slot, state.place[own[row], slot]] += 1
-            self._outlook = counts
-        return self._outlook
-
-    def sample_hours(self, num_hours: int) -> np.ndarray:
-        """Live on from step 0 with the same habits and other random numbers; see `Life`."""
-        state = self._start_copy("routine copy")
-        num_homes, num_slots = state.place.shape
-        lived = np.empty((num_homes, num_hours, num_slots), dtype=np.int16)
-        for hour in range(num_hours):
-            live(self.habits, state, self._members, self._start + 3600.0 * hour)
-            lived[:, hour] = state.place // NUM_RELATIONS  # -1 // 2 == -1
-        return lived
-
-    def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
-        """Return the share of time that objects are at each place; see `count_hours`."""
-        counts = self.count_hours()
-        rows, slots = np.nonzero(self._homes.object_code[homes] == codes[:, None])
-        found = np.zeros((len(homes), counts.shape[2]), dtype=np.float32)
-        np.add.at(found, rows, counts[homes[rows], slots])
-        total = found.sum(axis=1, keepdims=True)
-        return np.divide(found, total, out=found, where=total > 0)
-
-    def _start_copy(self, purpose: str) -> State:
-        """Return the state at step 0, with the random numbers of a purpose."""
-        state = _copy(self._at_start)
-        for home in self._members:
-            state.random[home] = _draw_seed(self._homes.streams.generator(purpose, home))
-        return state
-
-
-def _copy(state: State) -> State:
-    return State(*(array.copy() for array in state))
+    def live(self, state: State, members: np.ndarray, until: np.ndarray) -> None:
+        """Let some of the homes (n,) live until times (n,): the state changes in place."""
+        live(self.habits, state, members, until)
 
 
 def _make_habits(homes: SampledState, rules: Mapping[int, RoutineRules]) -> Habits:
@@ -190,7 +138,7 @@ def _make_state(homes: SampledState, rules: Mapping[int, RoutineRules], habits: 
     num_occurrences = num_residents * num_occasions
     state = State(
         place=homes.object_place,
-        own_place=np.full((num_homes, num_slots, _LATER_PLACES), -1, dtype=np.int32),
+        own_place=np.full((num_homes, num_slots, NUM_OWN_PLACES), -1, dtype=np.int32),
         random=np.zeros(num_homes, dtype=np.uint64),
         day_end=np.zeros(num_homes),
         num_residents=np.zeros(num_homes, dtype=np.int32),
@@ -210,58 +158,6 @@ def _make_state(homes: SampledState, rules: Mapping[int, RoutineRules], habits: 
     )
     for home, rule in rules.items():
         rng = homes.streams.generator("routine", home)
-        state.random[home] = _draw_seed(rng)
+        state.random[home] = draw_seed(rng)
         state.num_residents[home] = rng.integers(rule.min_residents, rule.max_residents + 1)
     return state
-
-
-def _draw_seed(rng: np.random.Generator) -> np.uint64:
-    return rng.integers(0, 2**64, dtype=np.uint64)
-
-
-def _draw_own_places(
-    homes: SampledState, rules: Mapping[int, RoutineRules], own_place: np.ndarray
-) -> None:
-    """Draw the places of objects from T^i, (H, C, 4), in place; without a row they stay."""
-    for home, rule in rules.items():
-        num_slots = int(homes.home_num_slots[home])
-        uniform = homes.streams.generator("routine places", home).random((num_slots, 5))
-        slots = np.flatnonzero(homes.object_place[home, :num_slots] >= 0)
-        weights = homes.transitions.read(homes.object_row[home, slots])
-        none = ~weights.any(axis=1)
-        weights[none, homes.object_place[home, slots[none]]] = 1
-        own_place[home, slots] = _draw_places(
-            weights, uniform[slots], float(rule.gathering), rule.second_place_share
-        )
-
-
-@kernel
-def _draw_places(
-    weights: np.ndarray, uniform: np.ndarray, gathering: float, second_place_share: float
-) -> np.ndarray:
-    """Draw the places of a home's objects by weights (n, P), one after the other, int32 (n, 4).
-
-    The usual place, a second one, or again the usual one, and two others, by numbers (n, 5); see
-    `RoutineRules`.
-    """
-    num_places = weights.shape[1]
-    num_kept = np.zeros(num_places)
-    own = np.empty((len(weights), 4), dtype=np.int32)
-    for i in range(len(weights)):
-        for turn in range(4):
-            total = 0.0
-            for place in range(num_places):
-                if turn == 0 or place != own[i, 0]:
-                    total += weights[i, place] * (1 + gathering * num_kept[place])
-            own[i, turn] = own[i, 0]
-            mark = uniform[i, turn] * total
-            for place in range(num_places if total > 0 else 0):
-                if weights[i, place] > 0 and (turn == 0 or place != own[i, 0]):
-                    own[i, turn] = place
-                    mark -= weights[i, place] * (1 + gathering * num_kept[place])
-                    if mark < 0:
-                        break
-        if uniform[i, 4] >= second_place_share:
-            own[i, 1] = own[i, 0]
-        num_kept[own[i, 0]] += 1
-    return own

@@ -61,7 +61,8 @@ def test_out_of_the_home_is_a_place_and_before_and_after_are_not():
 
 def test_what_leaves_and_comes_back_is_followed(make_default_homes):
     homes = make_default_homes(dynamic_nodes=True, dynamics=RoutineDynamics())
-    (at,) = follow_homes(homes, 72)
+    ((at, types),) = follow_homes(homes, 72)
+    assert np.array_equal(types[at[:, 0] >= 0], homes.object_type[homes.is_present])
     assert at.shape == (homes.num_objects[0] + (at[:, -1] == OUT).sum(), 73)
     assert (at == OUT).any()
     assert ((at != NOT_THERE).all(axis=1)).mean() > 0.95  # the first and the last hour may be out

@@ -1,0 +1,1 @@
+"""Homes in which things move while somebody is there, along ways, and lie still between."""
