@@ -88,16 +88,3 @@ def check_seed(seed: int) -> None:
     """Raise ValueError unless a seed is one that numpy takes."""
     if not isinstance(seed, Integral) or isinstance(seed, bool) or seed < 0:
         raise ValueError(f"seed must be non-negative, got {shorten(seed)}. Choose 0 or more.")
-
-
-def check_elsewhere_share(share: float) -> None:
-    """Check how often things are elsewhere.
-
-    Raises:
-        ValueError: if it is no share above 0 and below 1.
-    """
-    if not is_number(share) or not 0 < share < 1:
-        raise ValueError(
-            f"elsewhere_share must lie above 0 and below 1, got {shorten(share)}. Choose for "
-            "example 0.1: one search in ten is for something that is at no known place."
-        )

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.belief import CORRECTIONS, Belief, Detector
+from sgm.belief import Belief, Detector
+from sgm.evidence.elsewhere import ELSEWHERE
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -48,7 +49,7 @@ def play_searches(
     num_searches: int,
     *,
     max_looks: int = 8,
-    elsewhere_share: float = CORRECTIONS.elsewhere_share,
+    elsewhere_share: float = ELSEWHERE,
     on_search: Callable[[], None] = lambda: None,
 ) -> Decisions:
     """Let a policy search every home, once per time step, and keep what it thought.
@@ -101,7 +102,7 @@ def measure_calibration(decisions: Decisions, *, asks_again: bool = False) -> di
     Args:
         decisions: the searches.
         asks_again: whether the softmax of the network after every look is measured, which has no
-            "elsewhere". Else it is asked once, a share of `CORRECTIONS.elsewhere_share` is
+            "elsewhere". Else it is asked once, a share of `ELSEWHERE` is
             elsewhere, and looks are folded in by Bayes' rule.
 
     Returns:
@@ -113,7 +114,7 @@ def measure_calibration(decisions: Decisions, *, asks_again: bool = False) -> di
     if asks_again:
         belief = Belief.of_logits(decisions.asked_again, 0.0)
     else:
-        belief = Belief.of_logits(decisions.scores, CORRECTIONS.elsewhere_share).look(
+        belief = Belief.of_logits(decisions.scores, ELSEWHERE).look(
             np.log(Detector().compute_miss(decisions.is_absent.astype(float)))
         )
     probability, truth = belief.probabilities, decisions.answers

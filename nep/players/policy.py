@@ -13,12 +13,11 @@ from nep.layers.equal_rows import equal_rows
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import checksum_trained, load_trained
-from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.evidence_features import compute_features
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
-from sgm.network.policy import StepPolicy, mix_answers
+from sgm.network.policy import DECIMALS, StepPolicy
 from simulator.policies.filters import HomeFilter
 from simulator.snapshots.snapshots import take_snapshots
 from simulator.world.homes import Homes
@@ -33,18 +32,11 @@ class NEPPolicy(StepPolicy):
     computes within `nep.layers.equal_rows`, or in float64 where its encoder, or a device that is no
     CPU, cannot; its logits are rounded to six decimals.
 
-    A network with evidence may share its answers with a filter of the prior, whatever was seen
-    before the last sighting (`PlayingConfig.prior_share`, `follow_prior`): the probability of a
-    place is then (1 - share) times the network's plus share times that one's. A network that has
-    seen a thing at three places for weeks is too sure of them where people live. The share is up to
-    ten times as great where the prior has told well where things are (`Features.follow_prior`).
-
     Asked again in a time step, it says what it said first and, by Bayes' rule, what looks have
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
 
     Half of what the tasks ask for has just moved, whereas users ask for anything. A network that
-    has learnt from both kinds of questions reads which it is (`PlayingConfig.learns_asked`); the
-    answers of another one are corrected (`Features.compare_asked`).
+    has learnt from both kinds of questions reads which it is (`PlayingConfig.learns_asked`).
     """
 
     def __init__(
@@ -130,15 +122,12 @@ class NEPPolicy(StepPolicy):
     def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits of every place, (Q, F, 2), the last axis "in", "onTop"; -inf for none."""
         predictor, playing = self._take_predictor(), self._module.playing
-        # The share of questions about what has moved, that features and that corrections are for.
-        read, corrected = self._asks_moved, TASKS_ASK_MOVED
-        if not playing.learns_asked:
-            read, corrected = corrected, read
-        extras, question_extras, evidence = {}, {}, None
+        asked = self._asks_moved if playing.learns_asked else TASKS_ASK_MOVED
+        extras, question_extras = {}, {}
         if self._belief_filter is not None:
             extras["belief"] = self._belief_filter.compute_features(memory, queries)
         if self._builder.config.evidence:
-            evidence = compute_features(memory, queries, read)
+            evidence = compute_features(memory, queries, asked)
             extras["evidence"] = evidence.place
             question_extras["evidence"] = evidence.question
         alone = self._builder.reads_asked_alone
@@ -150,12 +139,10 @@ class NEPPolicy(StepPolicy):
         first = next(predictor.parameters())
         with equal_rows(first.dtype == torch.float32):
             logits = predictor(batch.to(first.device, first.dtype))
-        logits = logits.double().cpu().numpy().round(CORRECTIONS.decimals)
+        logits = logits.double().cpu().numpy().round(DECIMALS)
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
         scores[tuple(place.numpy() for place in places)] = logits
-        if evidence is None:
-            return scores
-        return mix_answers(scores, evidence, playing.prior_share, corrected)
+        return scores
 
     def _take_predictor(self) -> NodeEdgePredictor:
         """Return the network as it was at the last reset or first question."""

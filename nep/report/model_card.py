@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from nep.report.tables import join_table
-from sgm.belief import CORRECTIONS
 from sgm.evidence.columns import CLOCK_GROUPS
+from sgm.evidence.elsewhere import ELSEWHERE
 
 # Who is scored in the same homes, worst first as a rule.
 REFERENCES = ("priors", "last_seen_prior", "bayesian", "prior_filter", "ceiling")
@@ -181,7 +181,7 @@ def _describe_measured(name: str, measured: Mapping[str, Any], kinds: str) -> st
         ceiling=_CEILING if "ceiling" in first_guesses else "",
         kinds=kinds,
         calibrated=calibrated,
-        elsewhere_share=CORRECTIONS.elsewhere_share,
+        elsewhere_share=ELSEWHERE,
     )
 
 

@@ -1,7 +1,15 @@
 """Where things may be: one algebra of beliefs, and what looks say about them."""
 
 from sgm.belief.belief import Belief
-from sgm.belief.corrections import CORRECTIONS, Corrections
-from sgm.belief.detector import Detector, compute_miss
+from sgm.belief.detector import SEEN_NOW, Detector, compute_miss
+from sgm.belief.posterior import Posterior, compute_posterior, compute_stay
 
-__all__ = ["CORRECTIONS", "Belief", "Corrections", "Detector", "compute_miss"]
+__all__ = [
+    "SEEN_NOW",
+    "Belief",
+    "Detector",
+    "Posterior",
+    "compute_miss",
+    "compute_posterior",
+    "compute_stay",
+]

@@ -6,16 +6,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sgm.belief.corrections import CORRECTIONS
 from sgm.checks import is_number
 from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 
+# Looks that the usual miss rate counts as beside a robot's own count, which is too low: what is
+# missed for long is often elsewhere when it is seen again.
+USUAL_LOOKS = 1000.0
+SEEN_NOW = 0.97  # probability of the place at which a thing was seen in this step: detectors err
+
 
 @dataclass(frozen=True, slots=True)
 class Detector:
-    """What is known of the robot's eyes, and of how fast the home changes.
+    """What is known of the robot's eyes.
 
     A robot's own, given by its user or counted by its memory (`estimate`); docs/design.md,
     agreement "Rates", says which rates there are besides.
@@ -23,16 +27,13 @@ class Detector:
     Attributes:
         miss_rate: probability that a look at a place does not show what is there, .25 in the
             paper's homes.
-        leave_rate: share of the things that leave their place in a time step, .05 in the paper's
-            homes; a negative look of long ago says little.
         repeated_share: share of the misses that another look in the same time step repeats: the
             thing is hidden, or the detector has another name for it. 0 where looks are independent,
             1 where a second look says nothing new.
     """
 
     miss_rate: float = 0.25
-    leave_rate: float = 0.05
-    repeated_share: float = CORRECTIONS.repeated_share
+    repeated_share: float = 0.2
 
     @classmethod
     def estimate(cls, memory: SceneGraphMemory, usual: Detector | None = None) -> Detector:
@@ -40,28 +41,25 @@ class Detector:
 
         Counted are looks that missed what later looks found at the same place. The usual rate,
         before anything was counted (None for the default), counts as a thousand such looks, since
-        the count takes no notice of what was missed and then moved. The leave rate stays as it is:
-        how often things are found moved does not say how often something comes to a place, and
-        answers got worse with it in all homes tried.
+        the count takes no notice of what was missed and then moved.
         """
         usual = usual or cls()
         counted = {name: float(column[0]) for name, column in memory.batch.history.counters.items()}
         looks = counted["num_missed"] + counted["num_refound"]
-        missed = counted["num_missed"] + CORRECTIONS.usual_looks * usual.miss_rate
-        return replace(usual, miss_rate=missed / (looks + CORRECTIONS.usual_looks))
+        missed = counted["num_missed"] + USUAL_LOOKS * usual.miss_rate
+        return replace(usual, miss_rate=missed / (looks + USUAL_LOOKS))
 
     def __post_init__(self) -> None:
         """Check all of them.
 
         Raises:
-            ValueError: if one is no probability, or a rate is 1: such looks say nothing.
+            ValueError: if one is no probability, or the miss rate is 1: such looks say nothing.
         """
-        for name, value in (("miss_rate", self.miss_rate), ("leave_rate", self.leave_rate)):
-            if not is_number(value) or not 0 <= value < 1:
-                raise ValueError(
-                    f"{name} must lie in [0, 1), got {shorten(value)}. Give a probability: the "
-                    "paper's homes have 0.25 and 0.05."
-                )
+        if not is_number(self.miss_rate) or not 0 <= self.miss_rate < 1:
+            raise ValueError(
+                f"miss_rate must lie in [0, 1), got {shorten(self.miss_rate)}. Give a probability: "
+                "the paper's homes have 0.25."
+            )
         if not is_number(self.repeated_share) or not 0 <= self.repeated_share <= 1:
             raise ValueError(
                 f"repeated_share must lie in [0, 1], got {shorten(self.repeated_share)}. Give a "
@@ -100,44 +98,15 @@ class Detector:
     def weigh_seen(self, looks: Looks) -> np.ndarray:
         """Return how likely it is where it was seen in this step, 0 where it was not, (..., F).
 
-        The confidence of the sighting, at most `CORRECTIONS.seen_now`, and Bayes' rule for looks
+        The confidence of the sighting, at most `SEEN_NOW`, and Bayes' rule for looks
         since that did not show it.
         """
         if not looks.seen.any():
             return np.zeros(looks.seen.shape)
-        seen = np.minimum(looks.seen, CORRECTIONS.seen_now)
+        seen = np.minimum(looks.seen, SEEN_NOW)
         missed = seen * self.compute_miss(looks.negative)
         weighed: np.ndarray = missed / (missed + 1 - seen)
         return weighed
-
-    def compute_log_likelihood(
-        self, looks: Looks, looks_counted: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the log likelihood of negative looks if a thing is at each place, (V, F) both.
-
-        Looks of this step all miss it with `compute_miss`. After one of s steps ago the object may
-        have come, so that its likelihood is 1 - (1 - miss rate) (1 - leave rate)^s.
-
-        Args:
-            looks: at every place, of V objects.
-            looks_counted: share of what looks of earlier steps say that is in the belief already
-                where the object was ever seen; the rest is that power of their likelihood.
-
-        Returns:
-            That of the looks of earlier steps that were for whatever is there, which the memory
-            keeps for all objects; and that of the others: of this step, and for this object alone.
-        """
-        weight = 1 - looks_counted * looks.is_remembered
-        counts = weight > 0
-        remains = 1 - self.leave_rate
-        stay = remains**looks.steps_ago * (np.isfinite(looks.steps_ago) & counts[..., None])
-        stay_sought = remains**looks.sought_ago * (np.isfinite(looks.sought_ago) & counts)
-        sought_missed = self.compute_miss(looks.sought)
-        with np.errstate(divide="ignore"):  # a look that misses nothing rules out what has stayed
-            earlier = weight * np.log(1 - (1 - self.miss_rate) * stay).sum(axis=-1)
-            alone = np.log(self.compute_miss(looks.negative))
-            alone += weight * np.log(1 - (1 - sought_missed) * stay_sought)
-        return earlier, alone
 
 
 def compute_miss(

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from sgm.arrays.grouped import sum_rows
-from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.look_filter import follow_looks
@@ -181,52 +180,6 @@ def list_look_times(memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, 
         return np.ascontiguousarray(history.look_times), queries.home.astype(np.int64)
     times = history.list_look_times(queries.home, memory.compute_relation_shares(queries))
     return times, np.arange(len(times))
-
-
-def follow_prior(
-    memory: MemoryBatch,
-    queries: Queries,
-    rates: Rates,
-    prior: Expected,
-    asks_moved: float = TASKS_ASK_MOVED,
-) -> np.ndarray:
-    """Return the belief by the last sighting and the looks since, but no earlier ones.
-
-    Objects go where the prior has them, and what it does not know to any place alike: a second
-    opinion where all sightings of a thing were at a few places, and it is at none of them.
-
-    Returns:
-        Probability of each place, (Q, F); the rest is elsewhere.
-    """
-    anywhere = 1 + CORRECTIONS.prior_anywhere - prior.trust
-    goes = _spread(memory, queries, prior.share, anywhere[:, None])
-    # An object is soon elsewhere in its room.
-    follows = FilterSettings(CORRECTIONS.prior_rate, crossing=0.0, asks_moved=asks_moved)
-    return compute_beliefs(memory, queries, rates, goes, [follows])[:, 0, :-1]
-
-
-def trust_prior(
-    memory: MemoryBatch,
-    queries: Queries,
-    rates: Rates,
-    prior: Expected,
-    counts: ObjectCounts,
-    asks_moved: float = TASKS_ASK_MOVED,
-) -> np.ndarray:
-    """Return the belief by all sightings, with the prior as sixteen sightings more.
-
-    A second opinion where the prior has told well where things are: a network that has learnt from
-    homes in which priors err soon uses the sightings alone.
-
-    Returns:
-        Probability of each place, (Q, F); the rest is elsewhere.
-    """
-    weight = counts.num_true + CORRECTIONS.prior_sightings * prior.share
-    anywhere = 1 + CORRECTIONS.other_sightings - prior.trust
-    goes = _spread(memory, queries, weight, anywhere[:, None])
-    # It leaves as often as it was found gone.
-    trusts = FilterSettings(crossing=1.0, asks_moved=asks_moved, counts_left=True)
-    return compute_beliefs(memory, queries, rates, goes, [trusts])[:, 0, :-1]
 
 
 def _compute_left_rates(

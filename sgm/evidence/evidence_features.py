@@ -11,21 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.belief.corrections import CORRECTIONS
 from sgm.evidence import (
     expected_columns,
     home_columns,
     question_columns,
     sighting_columns,
 )
-from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED, follow_prior, trust_prior
+from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
-from sgm.evidence.expected_places import Expected
 from sgm.evidence.question import Question
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-
-_LEAST = 1e-6  # of a belief
 
 # What computes the columns of each group of `sgm.evidence.columns`, by name: (Q, F) each, whatever
 # it is where a home has no place, or (Q,). What a group leaves out is zero.
@@ -53,7 +49,6 @@ QUESTION_GROUPS: Mapping[str, Callable[[Question], Mapping[str, np.ndarray]]] = 
 }
 _PLACE_NUMBER = {name: number for number, name in enumerate(PLACE_COLUMNS)}
 _QUESTION_NUMBER = {name: number for number, name in enumerate(QUESTION_COLUMNS)}
-_LIFT = _QUESTION_NUMBER["trust.prior_lift"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,47 +69,6 @@ class Features:
     def is_place(self) -> np.ndarray:
         """Which columns are furniture, bool (Q, F)."""
         return self.asked.arrays.is_place
-
-    def follow_prior(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far to trust the prior, (Q,), and the belief of its filter, (Q, F).
-
-        No feature but a second opinion: `follow_prior`, up to half of it `trust_prior`. The memory
-        must be as it was when the features were computed.
-        """
-        asked, trust = self.asked, self._compute_trust()
-        prior = Expected.by_prior(asked.memory, asked.queries)
-        belief = follow_prior(asked.memory, asked.queries, asked.rates, prior, asked.asks_moved)
-        if trust.any():
-            trusting = trust_prior(
-                asked.memory, asked.queries, asked.rates, prior, asked.counts, asked.asks_moved
-            )
-            belief += CORRECTIONS.prior_second * trust[:, None] * (trusting - belief)
-        return trust, belief
-
-    def compare_asked(self) -> np.ndarray:
-        """Return how much likelier each place is if anything may be asked for, (Q, F).
-
-        In logarithms, beside half of the questions being about what has just moved, as in the tasks
-        (docs/design.md, ruling 9), by the adaptive filter of the home's own rates.
-        """
-        learnt, asked = (self.asked.get_belief(name) + _LEAST for name in ("learnt", "asked"))
-        return np.log(learnt / asked)
-
-    def _compute_trust(self) -> np.ndarray:
-        """Return how far the prior is to be trusted in this home about each thing, 0 to 1, (Q,).
-
-        0 where it gives the places at which things were seen up to 1.5 nats more than an even guess
-        does, on average, or up to half of what one does that is sure of them; 1 from 2 nats and six
-        tenths on, and of a thing that was seen twenty times half as much.
-        """
-        lift = self.question[:, _LIFT].astype(float)
-        share = lift / np.log(np.maximum(self.asked.arrays.num_places, 2))
-        one = CORRECTIONS
-        by_lift = (lift - one.lift_from) / (one.lift_to - one.lift_from)
-        by_share = (share - one.known_from) / (one.known_to - one.known_from)
-        own = one.own_sightings / (one.own_sightings + self.asked.arrays.num_seen)
-        trust: np.ndarray = by_lift.clip(0, 1) * by_share.clip(0, 1) * own
-        return trust
 
 
 def compute_features(

@@ -1,4 +1,4 @@
-"""Where an object can be, and whether it has left, given its last sighting and all looks since.
+"""Where an object can be, given its last sighting and all looks since.
 
 Loops are over looks alone: each step is that of all questions, filters and places, (Q, K, P).
 """
@@ -11,12 +11,7 @@ import numpy as np
 
 _SAME = 0.97  # probability that what is seen is the object that is asked for
 _TINY = 1e-12
-_SMALL = 1e-100
-_FEW, _BLOCK = 8, 32  # rows: how a product is rounded depends on how many it has
-# A look that does not show what is still in the home counts for a little less than a look: what
-# hides a thing once may hide it again.
-_LOOKS_COUNTED = 0.85
-_CARRIED_OFF = 0.005  # right after it was seen, whatever the rate at which things leave
+_FEW = 8  # rows: how a product is rounded depends on how many it has
 
 
 class LooksSince(NamedTuple):
@@ -110,10 +105,10 @@ def follow_looks(
         0
     )
     first, number = np.unique(twin.argmax(axis=1), return_inverse=True)
-    first = np.resize(first, -(-len(first) // _FEW) * _FEW)  # see _BLOCK
+    first = np.resize(first, -(-len(first) // _FEW) * _FEW)
     since = looks.take(~is_now)
     steps = since.elapsed(since.start(last_place, last_time, now), now)
-    before, _ = _follow(
+    before = _follow(
         _start(destination, last_place)[:, None].repeat(len(first), axis=1), destination[:, None],
         room, num_rooms, since.where, np.where(since.counts, 1 - miss[:, None], 0.0)[:, None],
         (steps * hours[:, None])[:, None], rate[:, first], crossing[:, first],
@@ -156,7 +151,7 @@ def _follow(
     hours: np.ndarray,
     rate: np.ndarray,
     crossing: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> np.ndarray:
     """Follow N filters in each of G homes over n looks at the same places.
 
     Args:
@@ -171,8 +166,7 @@ def _follow(
         crossing: share of their ways that lead anywhere, (G, N).
 
     Returns:
-        The belief at the end, up to a factor, (G, N, P); and what it summed up to before the looks
-        and after each, (n + 1, G, N).
+        The belief at the end, up to a factor, (G, N, P).
     """
     is_in = (room[:, :, None] == np.arange(num_rooms)).astype(float)
     places_of = np.ascontiguousarray(is_in.swapaxes(1, 2))
@@ -183,12 +177,12 @@ def _follow(
     stays, in_room = np.exp(-rate * hours), np.exp(-rate * crossing * hours)
     inwards, anywhere = (in_room - stays)[..., None], (1 - in_room)[..., None]
     stays, passes, home = stays[..., None], hours.any(axis=(1, 2)), np.arange(len(belief))
-    mass = np.ones((len(hours), *rate.shape))
+    mass = np.ones(rate.shape)  # what the belief sums up to
     for look in range(len(hours)):
         if passes[look]:
             flow = belief @ is_in
             flow *= inwards[look]
-            flow += total * (anywhere[look] * mass[look][..., None])
+            flow += total * (anywhere[look] * mass[..., None])
             came = flow @ places_of
             came *= share
             belief *= stays[look]
@@ -196,8 +190,8 @@ def _follow(
         if look < len(found):
             here = found[look] * belief[home, :, where[:, look]]
             belief[home, :, where[:, look]] -= here
-            mass[look + 1] = mass[look] - here
-    return belief, mass
+            mass -= here
+    return belief
 
 
 def _move_once(
@@ -227,69 +221,6 @@ def _move_once(
     cross, probability = cross[:, None], probability[:, None]
     after = cross * came + (1 - cross) * inside
     return (1 - probability) * density + probability * after
-
-
-def follow_left(
-    seen: np.ndarray,
-    prior: np.ndarray,
-    room: np.ndarray,
-    num_rooms: int,
-    look_times: np.ndarray,
-    look_row: np.ndarray,
-    last_place: np.ndarray,
-    last_time: np.ndarray,
-    now: int,
-    hours: np.ndarray,
-    rate: np.ndarray,
-    crossing: np.ndarray,
-    miss: np.ndarray,
-    leaving: np.ndarray,
-) -> np.ndarray:
-    """Follow whether Q objects have left the home at J rates; see `sgm.evidence.leaving`.
-
-    The arguments are those of `follow_looks` without the place elsewhere, but for: `seen`,
-    sightings of each object at each place, (Q, F); `prior`, what is expected of each place, in
-    proportion, zeros where nothing is, (Q, F); `rate` and `crossing`, of one filter, (Q,); and
-    `leaving`, rates at which it may leave the home for good, per hour, (Q, J).
-
-    Returns:
-        Probability that it has left at each of the rates, (Q, J).
-    """
-    # Destinations: where it was seen, one sighting more of what is expected, a little anywhere.
-    is_place, prior = room >= 0, prior.astype(float)
-    expected = _add_up(prior)
-    trust = expected > 1e-9
-    anywhere = (1.3 - trust) / is_place.sum(axis=1, keepdims=True)
-    goes = (seen + trust * prior / np.maximum(expected, 1e-9) + anywhere) * is_place
-    goes /= _add_up(goes)
-    looks = LooksSince.list(look_times, look_row, last_place, last_time)
-    steps = looks.elapsed(looks.start(last_place, last_time, now), now)
-    found = np.where(looks.counts, 1 - miss[:, None], 0.0)
-    rows = [np.flatnonzero(look_row == row) for row in np.unique(look_row)]
-    unseen = np.empty((len(goes), looks.where.shape[1]))
-    for own in rows:  # of one home: they share rooms and looks
-        own = np.resize(own, (-(-len(own) // _BLOCK), _BLOCK))
-        home = own[:, 0]
-        _, mass = _follow(
-            _start(goes, last_place)[own],
-            goes[own],
-            room[home],
-            num_rooms,
-            looks.where[home],
-            found[own],
-            (steps * hours[:, None])[own],
-            rate[own],
-            crossing[own],
-        )
-        unseen[own] = np.moveaxis(mass[1:] / np.maximum(mass[:-1], _SMALL), 0, 2)
-    # How likely all looks until then missed it, and that it has not left, given that it stayed.
-    weight = np.cumprod(np.maximum(unseen, _TINY) ** _LOOKS_COUNTED, axis=1)
-    weight = np.column_stack([np.ones(len(goes)), weight])
-    since = np.cumsum(steps * hours[:, None], axis=1)
-    stayed = np.exp(-leaving[:, None] * np.column_stack([np.zeros(len(goes)), since])[..., None])
-    left = np.einsum("qn,qnj->qj", weight, stayed[:, :-1] - stayed[:, 1:]) * (1 - _CARRIED_OFF)
-    left += _CARRIED_OFF
-    return left / (left + (1 - _CARRIED_OFF) * weight[:, -1:] * stayed[:, -1])
 
 
 def _add_up(values: np.ndarray) -> np.ndarray:

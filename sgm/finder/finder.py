@@ -10,13 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from sgm.belief import CORRECTIONS, Belief, Detector
-from sgm.checks import check_elsewhere_share, check_kind, check_shares
-from sgm.evidence.doubted import doubt_sightings
-from sgm.evidence.leaving import Leaving
-from sgm.evidence.outings import Outings, join_left
+from sgm.belief import Belief, Detector, Posterior, compute_posterior
+from sgm.checks import check_kind, check_shares
 from sgm.finder.adaptation import Adaptation
-from sgm.finder.judged import JudgedBeliefs, list_said_moves, show_said_move, take_thing
+from sgm.finder.judged import JudgedBeliefs
 from sgm.finder.ranking import Place, Ranking, gather_evidence
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
@@ -25,7 +22,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
 from sgm.names.name_matching import Resolution, Similarity
-from sgm.policies.policy import Policy, compute_probabilities
+from sgm.policies.policy import Policy
 
 _USUAL_DETECTOR = Detector()
 _DETECTOR_HINT = "Give for example Detector(miss_rate=0.1)."
@@ -42,20 +39,15 @@ class Finder:
         >>> print(finder.rank(memory, "the red mug", k=3))
 
     Attributes:
-        detector: how often a look misses what is there, and how fast the home changes. If one is
-            given, its miss rate is that of the policy's counts, of `Leaving` and of Bayes' rule
-            alike; else the memory counts it for the former, and the last has the usual one.
-        elsewhere_share: how often what is asked for is at no known place. Things never seen are so
-            with this share before the first look for them; for what was seen, the memory says how
-            likely it has left (`Leaving`), with odds that are greater or less than that as those of
-            the share are than those of one in ten.
+        detector: how often a look misses what is there. If one is given, its miss rate is that of
+            the policy and of Bayes' rule alike; else the memory counts it for the former, and the
+            latter has the usual one.
     """
 
     def __init__(
         self,
         policy: Policy,
         detector: Detector | None = None,
-        elsewhere_share: float = CORRECTIONS.elsewhere_share,
         asks_moved: float = 0.0,
     ) -> None:
         """Ask a policy.
@@ -63,7 +55,6 @@ class Finder:
         Args:
             policy: who judges, such as `Bayesian()`; only oracles cannot.
             detector: None for the detector of the paper's homes.
-            elsewhere_share: above 0 and below 1.
             asks_moved: share of the questions that are about what has moved in this very time step,
                 0 to 1: half of them in the tasks, and none of those of a person, who asks for what
                 is needed.
@@ -72,23 +63,18 @@ class Finder:
             TypeError: if the policy or the detector is something else.
             ValueError: if a share is out of range.
         """
-        check_elsewhere_share(elsewhere_share)
         check_shares(asks_moved=asks_moved)
         check_kind("policy", policy, Policy, "Give for example Bayesian().")
         if detector is not None:
             check_kind("detector", detector, Detector, _DETECTOR_HINT)
         self._detector = detector
-        self.elsewhere_share = elsewhere_share
-        self._asks_moved = asks_moved
         self._policy = policy.for_questions(asks_moved)
         self._lock = Lock()
-        # What was learnt of which state of a memory, at which time: the same for all questions.
-        self._learnt: tuple[object, int, Leaving, Outings | None] | None = None
         self._judged = JudgedBeliefs()
 
     @property
     def detector(self) -> Detector:
-        """How often a look misses what is there, and how fast the home changes."""
+        """How often a look misses what is there."""
         return self._detector or _USUAL_DETECTOR
 
     @detector.setter
@@ -96,7 +82,6 @@ class Finder:
         check_kind("detector", detector, Detector, _DETECTOR_HINT)
         with self._lock:
             self._detector = detector
-            self._learnt = None  # with the former miss rate
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
         """Say which remembered things a question means; see `NameIndex` for the rules.
@@ -148,7 +133,7 @@ class Finder:
         check_ids(exclude)
         resolution = self.resolve(memory, description)
         asked = memory.ask(resolution.matches or (description,), at=at)
-        probabilities, elsewhere, detection = self._compute_belief(asked)
+        probabilities, elsewhere, detection = self._compute_posterior(asked)
         relations = asked.choose_relation().tolist()
         order = np.argsort(-probabilities, kind="stable")
         if exclude:
@@ -257,93 +242,28 @@ class Finder:
             "Take ObjectFinder.load(), or Adaptive(), which learns from the memory alone."
         )
 
-    def _compute_belief(self, asked: Asked) -> tuple[np.ndarray, float, np.ndarray]:
-        """Return where any of the things asked for is: at each place, (F,), and at none of them.
-
-        Also how likely a look at each place now shows one that is there, (F,).
-        """
-        was_seen, carried, looks = asked.was_seen, asked.carried, asked.looks
+    def _compute_posterior(self, asked: Asked) -> Posterior:
+        """Return where any of the things asked for is."""
         self._tell_miss_rate(asked)
         with self._lock:  # policies keep caches
-            belief = self._judged.recall(
-                asked, self._list_settings(), self._judge_said, self._policy.answers_apart
+            prior = self._judged.recall(
+                asked, self._list_settings(), self._believe, self._policy.answers_apart
             )
-        belief = _doubt(belief, asked)
-        rows, is_another = _list_variants(asked, carried)
-        if any(is_another):
-            looks, belief = looks.take(rows, is_another), Belief(belief.log_weights[rows])
-            was_seen, carried = was_seen[rows], np.where(is_another, 0.0, carried[rows])
-        earlier, since = self.detector.compute_log_likelihood(looks, self._policy.looks_counted)
-        belief = belief.look(earlier, was_seen).look(since)
-        joined = belief.join(self.detector.weigh_seen(looks), carried)
-        shown = self.detector.compute_detection(looks.negative)
-        return *joined, _join_detection(belief.places, shown)
+        return compute_posterior(prior, asked, self.detector)
+
+    def _list_settings(self) -> tuple[object, ...]:
+        """Return what `_believe` reads besides what is asked."""
+        return (self._policy, self._detector)
 
     def _tell_miss_rate(self, asked: Asked) -> None:
-        """Give policies and `Leaving` the miss rate of the finder's detector, if one was given."""
+        """Give policies the miss rate of the finder's detector, if one was given."""
         if self._detector is not None:
             asked.batch.history.given_miss_rate = self._detector.miss_rate
 
-    def _judge_said(self, asked: Asked, is_looked: np.ndarray) -> Belief:
-        """Return the belief before this step's looks, in which things may be at any place.
-
-        What was said to be elsewhere counts as missed by a look at where it was. No look was made,
-        so that this holds for that thing alone: the things of such a question are judged one by
-        one.
-        """
-        moved = list_said_moves(asked)
-        if not moved:
-            return self._judge_elsewhere(asked, is_looked).spread(CORRECTIONS.anywhere)
-        beliefs = []
-        for row in range(len(asked.rows)):
-            own = show_said_move(asked, row) if row in moved else take_thing(asked, row)
-            belief = self._judge_elsewhere(own, is_looked[[row]])
-            if row in moved:
-                counted = self._policy.looks_counted
-                missed, _ = self.detector.compute_log_likelihood(own.looks, counted)
-                belief = belief.look(missed, keeps_elsewhere=True)
-            beliefs.append(belief)
-        belief = Belief(np.concatenate([belief.log_weights for belief in beliefs]))
-        return belief.spread(CORRECTIONS.anywhere)
-
-    def _judge_elsewhere(self, asked: Asked, is_looked: np.ndarray) -> Belief:
-        """Return the belief before this step's looks, with what may have left the home."""
-        was_seen = asked.was_seen
-        belief = self._judge(asked)
-        if was_seen.any():
-            left = np.where(was_seen, self._compute_left(asked), belief.elsewhere)
-            belief = belief.with_elsewhere(left)
-        share = self.elsewhere_share
-        return doubt_sightings(belief, asked.batch, asked.queries, is_looked, share)
-
-    def _list_settings(self) -> tuple[object, ...]:
-        """Return what `_judge_elsewhere` reads besides what is asked."""
-        return (self.elsewhere_share, self._policy, self._detector, CORRECTIONS)
-
-    def _compute_left(self, asked: Asked) -> np.ndarray:
-        """Return how likely each thing is out, before this step's looks, for good or not, (K,)."""
-        batch, known = asked.batch, self._learnt
-        if known is None or known[0] is not asked.origin or known[1] != batch.time:
-            outings = None if batch.clock is None else Outings(batch)
-            known = self._learnt = asked.origin, batch.time, Leaving(batch, asked.queries), outings
-        _, _, leaving, outings = known
-        left = leaving.compute(batch, asked.queries)
-        left = np.minimum(join_left(left, *self._compute_out(asked, outings)), 1 - 1e-9)
-        odds = left / (1 - left) * _odds(self.elsewhere_share) / _odds(CORRECTIONS.elsewhere_share)
-        return odds / (1 + odds)
-
-    def _compute_out(self, asked: Asked, outings: Outings | None) -> tuple[np.ndarray, np.ndarray]:
-        """Return how likely things are out for a while, and what that explains; see `Outings`."""
-        if outings is None:  # without a clock
-            return np.zeros(len(asked.rows)), np.ones(len(asked.rows))
-        return outings.compute(asked.batch, asked.queries)
-
-    def _judge(self, asked: Asked) -> Belief:
-        """Return the belief before this step's looks about each of the K things."""
+    def _believe(self, asked: Asked) -> Belief:
+        """Return what the policy believes about each of the K things."""
         self._policy.reset(asked.batch)
-        scores = self._policy.scores(asked.batch, asked.queries)
-        places = compute_probabilities(scores, self._policy.score_kind)
-        return Belief.of(places).with_elsewhere(self.elsewhere_share)
+        return self._policy.believe(asked.batch, asked.queries)
 
     def _get_similarity(self) -> Similarity | None:
         """Return how alike labels are; None without text vectors."""
@@ -352,61 +272,6 @@ class Finder:
     def _get_cosines(self, asked: Asked) -> np.ndarray | None:
         """Return the cosines of all pairs of labels (L, L); None without text vectors."""
         return None
-
-
-def _doubt(belief: Belief, asked: Asked) -> Belief:
-    """Return the belief with as much of it as if people were wrong in what they said last.
-
-    Then a thing is where it was held to be before; where that is nowhere, it may be at any place.
-    What was said in this time step is weighed as what was seen in it.
-    """
-    if all(said is None for said in asked.said):
-        return belief
-    share = np.zeros(len(asked.said))
-    places = np.ones((len(share), len(asked.furniture_ids)))
-    elsewhere = belief.elsewhere.copy()
-    for row, said in enumerate(asked.said):
-        if said is None or said.furniture is None or said.time == asked.current.time:
-            continue
-        share[row] = 1 - said.confidence
-        if said.was_at:
-            places[row] = np.isin(asked.furniture_ids, said.was_at)
-            elsewhere[row] = 0.0
-    return belief.mix(Belief.of(places).with_elsewhere(elsewhere), share) if share.any() else belief
-
-
-def _list_variants(asked: Asked, in_hand: np.ndarray) -> tuple[list[int], list[bool]]:
-    """List what may be meant: each thing, and as many of its like as were seen at once.
-
-    `in_hand` is the probability that the robot carries each of the K things, (K,).
-
-    Returns:
-        Which of the K things each is, or is like, V of them; and whether it is another one.
-    """
-    if asked.num_instances.max() == 1:
-        return list(range(len(in_hand))), [False] * len(in_hand)
-    num_seen = np.count_nonzero(asked.looks.seen, axis=1)
-    others = np.where(num_seen > 0, np.maximum(asked.num_instances - num_seen, 0), 0)
-    others = np.where((num_seen == 0) & (in_hand > 0), asked.num_instances - 1, others)
-    rows = np.repeat(np.arange(len(others)), 1 + others)
-    is_another = np.append(False, rows[1:] == rows[:-1])  # the first of each is itself
-    return rows.tolist(), is_another.tolist()
-
-
-def _odds(share: float) -> float:
-    return share / (1 - share)
-
-
-def _join_detection(places: np.ndarray, detection: np.ndarray) -> np.ndarray:
-    """Return how likely a look shows one of several things, if any of them is there, (F,).
-
-    Of the probability of each thing at each place, and how likely a look shows it there, (K, F).
-    """
-    if len(places) == 1:
-        return detection[0]
-    there, shown = (1 - np.prod(1 - share, axis=0) for share in (places, places * detection))
-    joined: np.ndarray = np.divide(shown, there, out=detection.max(axis=0), where=there > 0)
-    return joined
 
 
 def check_ids(exclude: Collection[int]) -> None:

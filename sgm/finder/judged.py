@@ -1,7 +1,4 @@
-"""Beliefs about one state of a memory, each computed once, and what is judged along or alone.
-
-What was said of a thing is evidence about that thing alone: it left where it was.
-"""
+"""Beliefs of a policy about one state of a memory, each computed once, several in one pass."""
 
 from __future__ import annotations
 
@@ -13,17 +10,15 @@ import numpy as np
 
 from sgm.belief import Belief
 from sgm.memory.asking import Asked
-from sgm.memory.home_history import BOTH, NUM_LOOKS_KEPT
 from sgm.memory.queries import Queries
 
 MOST_TOGETHER = 16  # things in one pass: twice the time of one
 _MOST_BELIEFS = 2000  # that are kept of a state
 _MOST_LATELY = 500  # things of a home, or asked for, among which is chosen what comes along
 
-# Row, label and type of a thing, and whether a look has shown it last: what a belief depends on.
-_Thing = tuple[int, str, int, bool]
+_Thing = tuple[int, str, int]  # row, label and type: what a belief depends on
 _Things = tuple[_Thing, ...]  # of one question; how many they are, the evidence shows
-Judge = Callable[[Asked, np.ndarray], Belief]
+Judge = Callable[[Asked], Belief]
 
 
 class JudgedBeliefs:
@@ -53,8 +48,7 @@ class JudgedBeliefs:
         Args:
             asked: K things.
             settings: what `judge` reads besides; beliefs of others do not count.
-            judge: returns the belief about such things, and whether the last sighting of each was a
-                look, bool (K,).
+            judge: returns the belief about such things.
             comes_along: whether other things may be judged in one pass: their beliefs, and those
                 of what is asked for, must be the same to the bit.
         """
@@ -71,7 +65,7 @@ class JudgedBeliefs:
         if belief is None:
             more = self._choose_more(asked, things) if comes_along else []
             belief = self._judge(asked, things, more, judge)
-        if len(things) < MOST_TOGETHER and _is_looked(asked):
+        if len(things) < MOST_TOGETHER:
             self._lately.pop(things, None)
             self._lately[things] = None
             if len(self._lately) > _MOST_LATELY:
@@ -80,8 +74,7 @@ class JudgedBeliefs:
 
     def _judge(self, asked: Asked, things: _Things, more: list[_Things], judge: Judge) -> Belief:
         questions = [things, *more]
-        is_looked = np.array([is_looked for own in questions for *_, is_looked in own])
-        joined = judge(_add_questions(asked, more), is_looked).log_weights
+        joined = judge(_add_questions(asked, more)).log_weights
         if len(self._beliefs) + len(more) >= _MOST_BELIEFS:
             self._beliefs.clear()
         ends = np.cumsum([len(own) for own in questions]).tolist()
@@ -90,15 +83,12 @@ class JudgedBeliefs:
         return self._beliefs[things]
 
     def _choose_more(self, asked: Asked, things: _Things) -> list[_Things]:
-        """Choose what is judged along: the latest that was asked for, then the latest seen.
-
-        Not what was spoken of last, which is judged by itself.
-        """
-        if not _is_looked(asked) or not asked.was_seen.all():
+        """Choose what is judged along: the latest that was asked for, then the latest seen."""
+        if not asked.was_seen.all():
             return []
         objects, labels = asked.batch.objects, asked.batch.labels
 
-        def is_here(row: int, label: str, kind: int, _: bool) -> bool:
+        def is_here(row: int, label: str, kind: int) -> bool:
             """Whether it is a thing of this memory, still."""
             return (
                 row < len(objects)
@@ -119,11 +109,6 @@ class JudgedBeliefs:
         return list(more)
 
 
-def _is_looked(asked: Asked) -> bool:
-    """Whether looks have shown last all that is asked for."""
-    return all(said is None for said in asked.said)
-
-
 def _list_seen(asked: Asked) -> Iterator[_Things]:
     """List the things of a home, the latest seen first; of one with thousands of things, none."""
     batch, objects = asked.batch, asked.batch.objects
@@ -132,15 +117,14 @@ def _list_seen(asked: Asked) -> Iterator[_Things]:
     rows = np.flatnonzero((objects["num_observed"] > 0) & (objects["same_as"] < 0))
     rows = rows[np.argsort(-objects["last_observed"][rows], kind="stable")]
     for row in rows.tolist():
-        yield ((row, batch.labels[objects["label"][row]], int(objects["type"][row]), True),)
+        yield ((row, batch.labels[objects["label"][row]], int(objects["type"][row])),)
 
 
 def _list_things(asked: Asked) -> _Things:
     batch, rows = asked.batch, asked.queries.object
     labels = [batch.labels[label] for label in batch.objects["label"][rows].tolist()]
     types = batch.objects["type"][rows].tolist()
-    is_looked = [said is None for said in asked.said]
-    return tuple(zip(rows.tolist(), labels, types, is_looked, strict=True))
+    return tuple(zip(rows.tolist(), labels, types, strict=True))
 
 
 def _add_questions(asked: Asked, more: list[_Things]) -> Asked:
@@ -155,59 +139,4 @@ def _add_questions(asked: Asked, more: list[_Things]) -> Asked:
     return replace(
         asked,
         queries=asked.queries.join(Queries(home, rows, prior, num_asked - len(asked.rows))),
-        rows=np.append(asked.rows, rows),
-        said=(*asked.said, *[None] * len(rows)),
-    )
-
-
-def list_said_moves(asked: Asked) -> list[int]:
-    """List the rows of things that were said in an earlier step to be elsewhere, and not seen."""
-    return [
-        row
-        for row, said in enumerate(asked.said)
-        if said is not None and said.furniture is not None and said.was_at
-        and said.time < asked.current.time
-    ]  # fmt: skip
-
-
-def show_said_move(asked: Asked, row: int) -> Asked:
-    """Return the question about one thing that was moved, as if a look had missed it where it was.
-
-    The look, at the time of the newest word about it, is in its memory, for policies, and alone in
-    `looks`, for Bayes' rule.
-    """
-    own, said = take_thing(asked, row), asked.said[row]
-    assert said is not None
-    places = np.flatnonzero(np.isin(asked.furniture_ids, said.was_at))
-    batch = asked.batch.share()
-    batch.derived = {}
-    batch.furniture = batch.furniture.copy()
-    batch.count_history(batch.history.copy())
-    column = batch.furniture["num_observed"][0, places] % NUM_LOOKS_KEPT
-    batch.history.look_times[0, places, column] = said.time
-    if batch.history.look_relations is not None:
-        batch.history.look_relations[0, places, column] = BOTH
-    batch.furniture["num_observed"][0, places] += 1
-    last = batch.furniture["last_observed"]
-    last[0, places] = np.maximum(last[0, places], said.time)
-    nothing = np.zeros_like(own.looks.negative)
-    steps_ago = np.full((*nothing.shape, 1), np.inf)
-    steps_ago[0, places] = asked.current.time - said.time
-    looks = replace(
-        own.looks, negative=nothing, steps_ago=steps_ago, sought=nothing,
-        sought_ago=np.full_like(nothing, np.inf), seen=nothing,
-    )  # fmt: skip
-    return replace(own, batch=batch, origin=object(), looks=looks)
-
-
-def take_thing(asked: Asked, row: int) -> Asked:
-    """Return what a policy is asked about one of several things."""
-    return replace(
-        asked,
-        queries=asked.queries.take(np.array([row])),
-        rows=asked.rows[[row]],
-        said=(asked.said[row],),
-        statements=(asked.statements[row],),
-        looks=asked.looks.take([row], [False]),
-        num_instances=asked.num_instances[[row]],
     )

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.belief import CORRECTIONS, Belief, Detector
+from sgm.belief import Belief, Detector
 from sgm.finder.adaptation import Adaptation, AskedAgain, Questions, fit_adaptation
 from sgm.finder.finder import Finder
 from sgm.memory.asking import Asked
@@ -49,7 +49,6 @@ class ObjectFinder(Finder):
     def __init__(
         self,
         model: Any,
-        elsewhere_share: float | None = None,
         detector: Detector | None = None,
         asks_moved: float = 0.0,
     ) -> None:
@@ -57,7 +56,6 @@ class ObjectFinder(Finder):
 
         Args:
             model: the network: a `Network`, or in `nep` one that torch runs.
-            elsewhere_share: as in `load`.
             detector: as in `load`.
             asks_moved: as in `Finder`.
 
@@ -65,20 +63,18 @@ class ObjectFinder(Finder):
             ValueError: if the network reads the belief of a filter, which knows the rules of
                 simulated homes, or the share is out of range.
         """
-        if elsewhere_share is None:
-            elsewhere_share = CORRECTIONS.elsewhere_share
         policy = self._make_policy(model, asks_moved)
         self._network = policy
         self._text = load_text(policy.text_pipeline)
         self._cosines: tuple[tuple[str, ...], np.ndarray] = ((), np.zeros((0, 0)))
         self.adaptation = Adaptation()
-        super().__init__(policy, detector, elsewhere_share, asks_moved)
+        super().__init__(policy, detector, asks_moved)
+        self._asks_moved = asks_moved
 
     @classmethod
     def load(
         cls,
         source: str | Path = "any_home",
-        elsewhere_share: float | None = None,
         detector: Detector | None = None,
         asks_moved: float = 0.0,
     ) -> ObjectFinder:
@@ -87,10 +83,7 @@ class ObjectFinder(Finder):
         Args:
             source: "any_home" or "heat", which ship with the package; a folder of
                 `python -m nep.export`; or a checkpoint of `python -m nep.fit`.
-            elsewhere_share: how often what is asked for is at no known place, above 0 and below 1;
-                None for 0.1.
-            detector: how often a look misses what is there, and how fast things leave; None for
-                those of the paper's homes.
+            detector: how often a look misses what is there; None for that of the paper's homes.
             asks_moved: as in `Finder`; networks without evidence, such as "heat", answer as if it
                 were 0.5.
 
@@ -100,7 +93,7 @@ class ObjectFinder(Finder):
                 schema or other text vectors than those installed; or if it needs torch, and that
                 is not installed.
         """
-        return cls(cls._read(find_trained(source)), elsewhere_share, detector, asks_moved)
+        return cls(cls._read(find_trained(source)), detector, asks_moved)
 
     @classmethod
     def _read(cls, path: Path) -> Any:
@@ -214,12 +207,12 @@ class ObjectFinder(Finder):
         belief = Adaptive().for_questions(self._asks_moved).follow(asked.batch, asked.queries)
         return self._network.ask_anew(asked.batch, asked.queries), belief[:, :-1]
 
-    def _judge(self, asked: Asked) -> Belief:
-        if self.adaptation.is_used:
-            scores = self.adaptation.change(*self._score(asked), asked.furniture_ids)
-        else:
-            scores = self._network.ask_anew(asked.batch, asked.queries)
-        return Belief.of_logits(scores, self.elsewhere_share)
+    def _believe(self, asked: Asked) -> Belief:
+        belief = super()._believe(asked)
+        if not self.adaptation.is_used:
+            return belief
+        scores = self.adaptation.change(*self._score(asked), asked.furniture_ids)
+        return Belief.of_logits(scores, belief.elsewhere)
 
     def _list_settings(self) -> tuple[object, ...]:
         return (*super()._list_settings(), self.adaptation)

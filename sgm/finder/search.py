@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sgm.belief import compute_stay
 from sgm.checks import is_number
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.search_plan import (
@@ -311,8 +312,8 @@ class ObjectSearch:
     def _count_missed(self, furniture: int) -> float:
         """Return how many looks of this search missed it, each by how likely nothing changed."""
         num_looks, time = self._missed.get(furniture, (0.0, 0))
-        stay = 1 - self._finder.detector.leave_rate
-        return num_looks * stay ** (self.memory.time - time)
+        steps = np.array(self.memory.time - time)
+        return num_looks * float(compute_stay(self.memory.batch, steps))
 
     def _get_going(self) -> Look:
         if self.going is None:

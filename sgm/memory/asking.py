@@ -23,7 +23,6 @@ from sgm.memory.sighting import SeenAt
 from sgm.memory.thing import ROBOT_CONFIDENCE, Statement
 from sgm.names.words import read_words
 
-_HOME = np.zeros(1, dtype=np.int64)  # the number of the only home
 _NOTHING_SAID = -2  # as a place
 
 
@@ -41,21 +40,17 @@ class Looks:
     Attributes:
         negative: looks of this time step that did not show it, since it was seen there in this step
             or all, each weighed by how much of the furniture was in view, (V, F).
-        steps_ago: time steps since each of the latest looks of earlier steps that did not show it,
-            since it was last seen there, infinite where there was none, (V, F, n).
         sought: how often it alone was looked for in an earlier step and not found, (V, F).
         sought_ago: time steps since then, infinite where that never was, (V, F).
         seen: confidence with which it was seen there in this step, 0 where it was not, (V, F).
-        is_remembered: whether it was ever seen there, so that the memory counts the looks that did
-            not show it, which policies read, bool (V, F).
+        num_seen: how many of its description were seen there at once in this step, (V, F).
     """
 
     negative: np.ndarray
-    steps_ago: np.ndarray
     sought: np.ndarray
     sought_ago: np.ndarray
     seen: np.ndarray
-    is_remembered: np.ndarray
+    num_seen: np.ndarray
 
     def take(self, rows: Sequence[int], is_another: Sequence[bool]) -> Looks:
         """Return those about some of the objects, of one perhaps several times, (n,).
@@ -65,7 +60,7 @@ class Looks:
         looks = Looks(*(getattr(self, name)[rows] for name in Looks.__slots__))
         if any(is_another):
             looks.negative[is_another] += looks.seen[is_another] > 0
-            looks.seen[is_another] = 0.0
+            looks.seen[is_another] = looks.num_seen[is_another] = 0
         return looks
 
 
@@ -253,32 +248,28 @@ def _list_looks(
     share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
     if step.looks_by_relation or batch.history.look_relations is not None:
         share = batch.compute_relation_shares(queries)
-    query, edge = batch.edges_of(queries)
-    place, relation = batch.edges["furniture"][edge], batch.edges["relation"][edge]
-    shape = len(rows), len(position), NUM_RELATIONS
-    last_true, is_remembered = np.full(shape, NEVER), np.zeros(shape[:2], dtype=bool)
-    last_true[query, place, relation] = batch.edges["last_true"][edge]
-    is_remembered[query, place] = True
-    homes = _HOME if share is None else queries.home
-    look_times = batch.history.list_look_times(homes, share)  # (K or 1, F, n)
-    is_later = look_times > max_relations(last_true)[..., None]
-    steps_ago = np.where(is_later, now - look_times, np.inf)
     said_now = np.full(len(rows), _NOTHING_SAID)  # not where it was seen before that in this step
     for row, one in enumerate(said):
         if one is not None and one.time == now:
             said_now[row] = -1 if one.furniture is None else position[one.furniture]
-    (thing, edge), edges, confidence = found, current.edges, np.zeros(shape)
+    (thing, edge), edges = found, current.edges
+    confidence = np.zeros((len(rows), len(position), NUM_RELATIONS))
     place, said_there = edges["furniture"][edge], said_now[thing]
     is_now = edges["last_true"][edge] == now
     is_now &= (said_there == _NOTHING_SAID) | (said_there == place)
     confidence[thing, place, edges["relation"][edge]] = edges["confidence"][edge] * is_now
     seen = max_relations(confidence)
+    num_seen = (seen > 0).astype(np.int64)
     negative, sought, sought_ago = np.zeros((3, *seen.shape))
     sought_ago[:] = np.inf
     counts_looks = step.before is not None and batch.time == now == state.time
     for number, (row, name) in enumerate(zip(rows.tolist(), words, strict=True)):
         members = state.list_members(row)
         if counts_looks:
+            for member in members:
+                for furniture, num_here in step.counts.get(member, {}).items():
+                    here = number, position[furniture]
+                    num_seen[here] = max(num_seen[here], num_here) if seen[here] else 0
             own = None if share is None else share[number]
             sums = [step.sum_negative(member, name, own, position) for member in members]
             places = list(set.intersection(*map(set, sums)))  # where no name of it was seen
@@ -293,4 +284,4 @@ def _list_looks(
             elif other in names:
                 sought[number, position[furniture]] = count
                 sought_ago[number, position[furniture]] = now - time
-    return Looks(negative, steps_ago, sought, sought_ago, seen, is_remembered)
+    return Looks(negative, sought, sought_ago, seen, num_seen)

@@ -36,7 +36,7 @@ class Network:
 
     Attributes:
         session: ONNX Runtime's, on the CPU.
-        prior_share: share of a filter of the prior in its answers, see `mix_answers`.
+        prior_share: no longer read.
         learns_asked: whether it has learnt from both kinds of questions, and reads which it is.
         checksum: SHA-256 of network.onnx and the share.
     """

@@ -11,15 +11,20 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.grouped import mark_rows
-from sgm.belief import CORRECTIONS, compute_miss
+from sgm.belief import Belief, Detector, compute_miss
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
-from sgm.evidence.evidence_features import Features, compute_features
+from sgm.evidence.elsewhere import compute_elsewhere
+from sgm.evidence.evidence_features import compute_features
 from sgm.evidence.object_counts import choose_edges
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.network.network import Network
-from sgm.policies.policy import Policy, compute_probabilities
+from sgm.policies.policy import Policy
 from sgm.prior.place_prior import PlacePrior
+
+# Of a logit: sums in another order differ nine orders of magnitude below, so that an answer does
+# not depend on who shares the batch.
+DECIMALS = 6
 
 
 class StepPolicy(Policy):
@@ -46,6 +51,16 @@ class StepPolicy(Policy):
         if self._answers is None or memory is not self._answers.memory:
             return self.ask_anew(memory, queries)
         return self._answers.answer(queries, partial(self.ask_anew, memory))
+
+    def believe(self, memory: MemoryBatch, queries: Queries) -> Belief:
+        """Return its logits of the places and of elsewhere, (Q, F + 1).
+
+        Of a network that answers places alone, elsewhere is that of the rules.
+        """
+        logits = self.ask_anew(memory, queries)
+        if logits.shape[1] > memory.num_furniture:
+            return Belief(logits)
+        return Belief.of_logits(logits, compute_elsewhere(memory, queries))
 
     @abstractmethod
     def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
@@ -108,52 +123,7 @@ class NetworkPolicy(StepPolicy):
         # Prior weight of each place, and relation in which it was seen there the most often.
         edge, is_place = choose_edges(memory, queries), evidence.is_place
         logits = self.network.compute_logits(evidence.place, evidence.question, edge, is_place)
-        scores = np.where(is_place, logits.round(CORRECTIONS.decimals), -np.inf)
-        corrected = TASKS_ASK_MOVED if learns else self._asks_moved
-        mixed = mix_answers(scores[..., None], evidence, self.network.prior_share, corrected)
-        return mixed[..., 0]
-
-
-def mix_answers(
-    scores: np.ndarray,
-    evidence: Features,
-    prior_share: float,
-    asks_moved: float,
-) -> np.ndarray:
-    """Share answers with a filter of the prior, and count what is asked.
-
-    Args:
-        scores: logits of places and relations, (Q, F, R).
-        evidence: what the network has read.
-        prior_share: share of the filter of the prior, up to ten times that where the prior has
-            told well where things are (`Features.follow_prior`).
-        asks_moved: share of the questions that are about what has just moved; other questions
-            than those of the tasks move the logits (`Features.compare_asked`).
-    """
-    if prior_share > 0:
-        trust, belief = evidence.follow_prior()
-        shares = np.minimum(prior_share * (1 + CORRECTIONS.prior_gain * trust), 1)
-        scores = share_answers(scores, belief, shares, evidence.is_place)
-    if asks_moved != TASKS_ASK_MOVED:
-        weight = CORRECTIONS.asked_weight * (1 - asks_moved / TASKS_ASK_MOVED)
-        scores = scores + weight * evidence.compare_asked()[..., None]
-        scores = scores.round(CORRECTIONS.decimals)
-    return scores
-
-
-def share_answers(
-    scores: np.ndarray, belief: np.ndarray, share: np.ndarray, is_place: np.ndarray
-) -> np.ndarray:
-    """Mix the probabilities of the places with a belief; relations of a place keep their odds.
-
-    Scores are logits of places and relations, (Q, F, R), the belief need not sum to one, (Q, F),
-    its share is (Q,), and `is_place` says which columns are furniture, bool (Q, F).
-    """
-    own = compute_probabilities(scores.max(axis=2), "logits", is_place)
-    other, share = compute_probabilities(belief, "weights", is_place), share[:, None]
-    mixed = (1 - share) * own + share * other
-    gain = np.log(np.divide(mixed, own, out=np.ones_like(own), where=own > 0))
-    return (scores + gain[..., None]).round(CORRECTIONS.decimals)
+        return np.where(is_place, logits.round(DECIMALS), -np.inf)
 
 
 class StepAnswers:
@@ -211,7 +181,7 @@ class StepAnswers:
         place[change.home] = change.furniture
         before = self._looked[change.home, change.furniture]
         miss_rate = memory.history.compute_miss_rate()[change.home]
-        repeated = CORRECTIONS.repeated_share
+        repeated = Detector().repeated_share
         missed[change.home] = compute_miss(before + change.coverage, miss_rate, repeated)
         missed[change.home] /= compute_miss(before, miss_rate, repeated)
         self._looked[change.home, change.furniture] += change.coverage

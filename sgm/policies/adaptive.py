@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sgm.belief import Belief
 from sgm.evidence.adaptive_filter import (
     TASKS_ASK_MOVED,
     FilterSettings,
@@ -13,11 +14,12 @@ from sgm.evidence.adaptive_filter import (
     compute_beliefs,
     compute_destinations,
 )
+from sgm.evidence.elsewhere import compute_elsewhere
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.policies.policy import Policy, mask_furniture
+from sgm.policies.policy import Policy, mask_furniture, spread_unexpected
 
 
 class Adaptive(Policy):
@@ -27,8 +29,6 @@ class Adaptive(Policy):
     misses it are estimated from what was seen in this home. It keeps no state: a question follows
     the looks since the object was last seen (`compute_beliefs`).
     """
-
-    looks_counted = 1.0
 
     def __init__(self, settings: FilterSettings | None = None) -> None:
         """Choose the filter; None for rates of the home's own, and half of all questions moved."""
@@ -44,8 +44,13 @@ class Adaptive(Policy):
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, (Q, F)."""
-        belief = self.follow(memory, queries)[:, :-1]
-        return mask_furniture(memory, queries, belief)
+        return mask_furniture(memory, queries, self.follow(memory, queries)[:, :-1])
+
+    def believe(self, memory: MemoryBatch, queries: Queries) -> Belief:
+        """Return where objects may be, (Q, F + 1): the places as the filter has them."""
+        places = self.follow(memory, queries)[:, :-1]
+        places = spread_unexpected(places, memory.is_furniture[queries.home])
+        return Belief.of(places, compute_elsewhere(memory, queries))
 
     def follow(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, and last of elsewhere, (Q, F + 1)."""

@@ -14,8 +14,6 @@ from sgm.policies.policy import Policy, mask_furniture, spread_over_furniture
 class Random(Policy):
     """Every furniture node alike. Source: paper section 5.3."""
 
-    looks_counted = 0.0
-
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return zeros, (Q, F)."""
         return mask_furniture(memory, queries, np.zeros(queries.prior.shape[:2]))
@@ -23,8 +21,6 @@ class Random(Policy):
 
 class Priors(Policy):
     """The most likely place according to the prior. Source: paper section 5.3."""
-
-    looks_counted = 0.0
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the prior weight, (Q, F), -inf where it is zero."""

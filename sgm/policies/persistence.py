@@ -56,7 +56,7 @@ class Persistence(Policy):
     prior_departures = 2.0
     prior_stays = 1.0
 
-    looks_counted = 1.0
+    counts_looks = True
 
     def __init__(self, miss_rate: np.ndarray | float, false_rate: float = 1e-6) -> None:
         """Say what the detector is like.

@@ -9,12 +9,16 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from sgm.arrays.grouped import sum_rows
-from sgm.belief.corrections import CORRECTIONS
+from sgm.belief import Belief, Detector
+from sgm.evidence.adaptive_filter import compute_own_rates, list_look_times
+from sgm.evidence.elsewhere import compute_elsewhere
+from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.messages import shorten
 
 ScoreKind = Literal["weights", "logits"]
+UNEXPECTED = 0.05  # share of what is asked for that is anywhere, whatever a rule says
 
 
 class Policy(ABC):
@@ -25,10 +29,8 @@ class Policy(ABC):
 
     Attributes:
         score_kind: what its scores mean as probabilities, see `compute_probabilities`.
-        looks_counted: how much of what negative looks of earlier time steps say is in its
-            scores already, by which a finder counts them less where the object was ever seen: 0
-            nothing, 1 all of it, as in a Bayes filter. Who reads the counters of the memory has
-            half of it: measured (results/notes.md).
+        counts_looks: whether what looks of earlier time steps did not show is in its scores
+            already, as in a Bayes filter; else `believe` counts it.
         answers_apart: whether an answer is the same to the bit whatever else is asked at once, in
             one pass that takes less time than several: a finder then has more things judged than
             the one that is asked for.
@@ -36,7 +38,7 @@ class Policy(ABC):
     """
 
     score_kind: ClassVar[ScoreKind] = "weights"
-    looks_counted: ClassVar[float] = CORRECTIONS.looks_counted
+    counts_looks: ClassVar[bool] = False
     answers_apart: ClassVar[bool] = False
     needs: ClassVar[frozenset[str]] = frozenset()
 
@@ -98,8 +100,57 @@ class Policy(ABC):
         batch with it.
         """
 
+    def believe(self, memory: MemoryBatch, queries: Queries) -> Belief:
+        """Return where the objects asked for may be: at each place, or elsewhere, (Q, F + 1).
+
+        What a finder asks. `UNEXPECTED` of what a rule says is spread over all places, as it is not
+        sure. Unless it `counts_looks`, what looks did not show follows by Bayes' rule
+        (`weigh_looks_since`). `compute_elsewhere` says how likely it is at no place. The memory
+        counts its history.
+        """
+        is_place = memory.is_furniture[queries.home]
+        places = compute_probabilities(self.scores(memory, queries), self.score_kind, is_place)
+        places = spread_unexpected(places, is_place)
+        if not self.counts_looks:
+            places = places * weigh_looks_since(memory, queries)
+        return Belief.of(places, compute_elsewhere(memory, queries))
+
     def observe(self, memory: MemoryBatch, change: Change) -> None:  # noqa: B027
         """Take note of a look that the memory has just folded in."""
+
+
+def spread_unexpected(places: np.ndarray, is_place: np.ndarray) -> np.ndarray:
+    """Return what a rule says of the places, weights (Q, F), but for `UNEXPECTED`: that anywhere.
+
+    `is_place` says which columns are furniture, bool (Q, F).
+    """
+    even = is_place / is_place.sum(axis=1, keepdims=True)
+    total = np.maximum(places.sum(axis=1, keepdims=True), 1e-12)
+    spread: np.ndarray = (1 - UNEXPECTED) * places / total + UNEXPECTED * even
+    return spread
+
+
+def weigh_looks_since(memory: MemoryBatch, queries: Queries) -> np.ndarray:
+    """Return the likelihood of the looks at each place since objects were last seen there, (Q, F).
+
+    None of them showed it. One of some time ago says little, as the object may have come since, at
+    its own rate of moves: 1 - (1 - miss rate) exp(-rate time). Where an object was ever seen, half
+    of that is in the counters, which rules read. The miss rate is the usual one unless it is given:
+    a count of its own is too low, as what is missed for long is often elsewhere when it is seen.
+    """
+    home, row = queries.home, queries.object
+    hours, _, rate = compute_own_rates(memory, home, row)
+    look_times, number = list_look_times(memory, queries)
+    times = look_times[number]  # (Q, F, L), -1 for none
+    since = np.full(times.shape[:2], NEVER)
+    query, edge = memory.edges_of(queries)
+    np.maximum.at(since, (query, memory.edges["furniture"][edge]), memory.edges["last_true"][edge])
+    stay = np.exp(-(rate * hours)[:, None, None] * (memory.time - times))
+    given = memory.history.given_miss_rate
+    detection = 1 - (Detector().miss_rate if given is None else given)
+    is_later = times > since[..., None]
+    likelihood: np.ndarray = np.where(is_later, 1 - detection * stay, 1.0).prod(axis=2)
+    return likelihood ** np.where(since == NEVER, 1.0, 0.5)
 
 
 def mask_furniture(memory: MemoryBatch, queries: Queries, scores: np.ndarray) -> np.ndarray:

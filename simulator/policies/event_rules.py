@@ -29,7 +29,6 @@ class EdgeBank(Policy):
         window: sightings count for so many time steps; None for ever.
     """
 
-    looks_counted = 0.0
     window: ClassVar[int | None] = None
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
@@ -58,7 +57,6 @@ class PopTrack(Policy):
     Dynamics". Differs: time steps decay, not batches of events.
     """
 
-    looks_counted = 0.0
     decay: ClassVar[float] = 0.95
 
     def reset(self, memory: MemoryBatch) -> None:

@@ -90,7 +90,7 @@ class Informed(Policy):
     Source: paper appendix A, "Sampling noise"; docs/design.md, rulings 3-9.
     """
 
-    looks_counted = 1.0
+    counts_looks = True
 
     def __init__(
         self, prior: PriorGraph, config: HomeRules | Sequence[HomeRules],

@@ -44,7 +44,7 @@ class PlaceFilter(Policy):
         num_basis: rows of `compute_basis`, B.
     """
 
-    looks_counted = 1.0
+    counts_looks = True
     num_rows: ClassVar[int] = 2
     num_basis: ClassVar[int] = 1
 

@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
 from jsonargparse import Namespace
 
 from nep.bench.runner import Report, TableSuite
@@ -16,7 +15,6 @@ from nep.bench.table_options import Option, count, describe_made, list_table_opt
 from nep.players.contestants import Checkpoint
 from nep.robot.finder import ObjectFinder
 from sgm.finder.finder import Finder
-from sgm.memory.asking import Asked
 from sgm.memory.clock import DAY_SECONDS
 from sgm.policies import Adaptive, Bayesian
 from simulator.process import run_main
@@ -34,8 +32,7 @@ _ABOUT = """\
 In each home a robot looked at {looks} random places a time step of half an hour, for {days} days.
 Then it went on for {play_days} days. Asked for were all things that are out at some time of these
 days, and as many other things. Each could be asked for at every fifth step once it had been seen;
-{questions} such questions were drawn in each home. *Without hours*: *elsewhere* is what has left
-for good alone, and nothing is expected back. All were asked of the same memories.
+{questions} such questions were drawn in each home. All were asked of the same memories.
 
 Of the things that go out the tables have:
 
@@ -48,11 +45,9 @@ Of the things that go out the tables have:
 independent. *Of all things*: the calibration error where the others count as all things of the home
 that stay in it. A finder that does not know what goes out is too low for these things, and right
 over all. Of the others: *elsewhere* and the NLL of where they are.
-All but the calibration errors are means over homes. Differences are paired over homes, with 95 %
-intervals. The smallest true difference that would be found with 80 % power is *d*.
+All but the calibration errors are means over homes.
 
-The constants of `sgm.evidence.outings` were chosen in thirty simulated homes of seed 2000 and in
-household 1 of HOMER, which are not in this table."""
+No constant of `sgm.evidence.elsewhere` was chosen in these homes."""
 
 
 @dataclass(frozen=True)
@@ -78,34 +73,19 @@ class ElsewhereGame(LifeGame):
         }
 
 
-class _WithoutHours(Finder):
-    """A finder for which things leave for good alone."""
-
-    def _compute_out(self, asked: Asked, outings: object) -> tuple[np.ndarray, np.ndarray]:
-        num_things = len(asked.queries.home)
-        return np.zeros(num_things), np.ones(num_things)
-
-
-class _NetworkWithoutHours(_WithoutHours, ObjectFinder):
-    """The same of a network."""
-
-
 def list_players(checkpoints: Sequence[Checkpoint]) -> dict[str, Callable[[], Finder]]:
-    """List what makes each finder, with and without the hours at which things are out."""
+    """List what makes each finder."""
     players: dict[str, Callable[[], Finder]] = {
         "bayesian": lambda: Finder(Bayesian()),
-        f"bayesian{WITHOUT}": lambda: _WithoutHours(Bayesian()),
         "adaptive": lambda: Finder(Adaptive()),
-        f"adaptive{WITHOUT}": lambda: _WithoutHours(Adaptive()),
     }
     for point in checkpoints:
         players[point.name] = partial(ObjectFinder.load, point.path)
-        players[f"{point.name}{WITHOUT}"] = partial(_NetworkWithoutHours.load, point.path)
     return players
 
 
 class Elsewhere(TableSuite[ElsewhereGame]):
-    """Finders with and without the hours at which things are out."""
+    """Finders of things that leave the home and come back."""
 
     command = "nep.bench elsewhere"
     summary = (
@@ -141,7 +121,7 @@ class Elsewhere(TableSuite[ElsewhereGame]):
     def list_players(
         self, options: Namespace, game: ElsewhereGame, checkpoints: Sequence[Checkpoint]
     ) -> Mapping[str, Callable[[], Finder]]:
-        """List rules and networks, each with and without hours."""
+        """List rules and networks."""
         return list_players(checkpoints)
 
     def write(self, report: Report) -> list[str]:

@@ -25,7 +25,6 @@ class EventPolicy(Policy):
     """Plays a temporal network in float64, so that a home is answered alike in any company."""
 
     score_kind: ClassVar[ScoreKind] = "logits"
-    looks_counted: ClassVar[float] = 0.5
 
     def __init__(self, trained: TrainedNetwork) -> None:
         """Keep the network; it may go on learning, and plays as it is at the next `reset`."""

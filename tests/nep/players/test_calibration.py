@@ -9,7 +9,7 @@ from nep.players.calibration_searches import (
     measure_calibration,
     play_searches,
 )
-from sgm.belief import CORRECTIONS
+from sgm.evidence.elsewhere import ELSEWHERE
 from sgm.policies.policy import Policy
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy
@@ -38,7 +38,7 @@ def test_what_is_ruled_out_everywhere_is_elsewhere():
     got = measure_calibration(decisions)
     assert got["nll"] == pytest.approx(-np.log(0.9 * 3 / 4) / 2)
     assert got["elsewhere_gone"] == pytest.approx(1)
-    assert got["elsewhere_there"] == pytest.approx(CORRECTIONS.elsewhere_share)
+    assert got["elsewhere_there"] == pytest.approx(ELSEWHERE)
 
 
 def test_measures_worked_by_hand():

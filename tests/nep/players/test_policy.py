@@ -8,14 +8,8 @@ from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
-from nep.model.settings import NetworkConfig, PlayingConfig
+from nep.model.settings import NetworkConfig
 from nep.players.policy import NEPPolicy
-from sgm.evidence.adaptive_filter import follow_prior, trust_prior
-from sgm.evidence.columns import QUESTION_COLUMNS
-from sgm.evidence.evidence_features import compute_features
-from sgm.evidence.expected_places import Expected
-from sgm.network.policy import share_answers
-from sgm.policies.policy import compute_probabilities
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy
 from simulator.snapshots.snapshots import take_snapshots
@@ -185,58 +179,3 @@ def test_a_file_that_is_no_checkpoint_is_refused(tmp_path):
     path.write_bytes(b"not a checkpoint")
     with pytest.raises(ValueError, match=r"must be one that nep\.fit wrote.*odd\.ckpt"):
         NEPPolicy.load(path)
-
-
-def test_answers_shared_with_the_prior_by_hand():
-    """p = (.6, .3, .1) and a belief of (0, .3, .1), of which a fifth: (.48, .39, .13)."""
-    logit = np.log([[0.6, 0.3, 0.1]])
-    scores = np.stack([logit, logit - 1], axis=2)
-    scores = np.append(scores, np.full((1, 1, 2), -np.inf), axis=1)  # of a larger home beside it
-    belief = np.array([[0.0, 0.3, 0.1, 0.0]])
-    found = share_answers(scores, belief, np.array([0.2]), np.array([[True, True, True, False]]))
-    assert np.isneginf(found[0, 3]).all()
-    probability = compute_probabilities(found.max(axis=2), "logits")
-    np.testing.assert_allclose(probability, [[0.48, 0.39, 0.13, 0]], atol=1e-5)
-    np.testing.assert_allclose(found[0, :3, 0] - found[0, :3, 1], 1, atol=2e-6)
-
-
-# Of 32 places one that is sure of them gives ln 32 nats more than an even guess.
-@pytest.mark.parametrize(
-    ("lift", "trust"), [(1.5, 0), (1.8, 0.6 * (1.8 / np.log(32) - 0.5) / 0.1), (2.5, 1)]
-)
-def test_the_shipped_network_shares_its_answers_with_the_prior(lift, trust, monkeypatch):
-    """A twentieth, as its configuration says; ten times that where the prior tells well.
-
-    Half of that is who takes the prior for sightings. A thing's own sightings count against both.
-    """
-    column = QUESTION_COLUMNS.index("trust.prior_lift")
-
-    def compute(memory, queries, *asked):
-        features = compute_features(memory, queries, *asked)
-        features.question[:, column] = lift
-        return features
-
-    monkeypatch.setattr("nep.players.policy.compute_features", compute)
-    homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)))
-    policy, found = NEPPolicy.load("any_home"), {}
-    rollout = Rollout(homes, policy)
-    assert len(list(predict_locations(rollout, 40))) == 40
-    memory = rollout.memory
-    objects = memory.objects
-    queries = memory.query(*(objects[name] for name in ("home", "key", "label", "type")))
-    for share in (policy._module.playing.prior_share, 0.0):
-        policy._module.playing = PlayingConfig(share)
-        scores = policy.score_places(memory, queries).max(axis=2)
-        found[share] = compute_probabilities(scores, "logits")
-    asked = compute_features(memory, queries).asked
-    num_seen = asked.arrays.num_seen[:, None]
-    assert num_seen.min() < num_seen.max()
-    trust = trust * 20 / (20 + num_seen)
-    prior = Expected.by_prior(memory, queries)
-    following = follow_prior(memory, queries, asked.rates, prior)
-    trusting = trust_prior(memory, queries, asked.rates, prior, asked.counts)
-    belief = (1 - trust / 2) * following + trust / 2 * trusting
-    belief = belief / belief.sum(axis=1, keepdims=True)
-    share = 0.05 * (1 + 9 * trust)
-    mixed = (1 - share) * found[0.0] + share * belief
-    np.testing.assert_allclose(found[0.05], mixed, atol=1e-5)

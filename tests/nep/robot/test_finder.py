@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep import ObjectFinder, SceneGraphMemory, Sighting
-from nep.encoders import HEAT, MLP
+from nep.encoders import HEAT
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel
 from sgm.belief import Detector
@@ -165,33 +164,6 @@ def test_any_home_gives_probabilities(finder, layout, looks, asked):
     assert probability.sum() == pytest.approx(1, abs=1e-9)
     plan = finder.search_plan(memory, asked)
     assert plan.expected_cost <= len(plan)
-
-
-def test_a_network_says_elsewhere_as_often_as_asked(home):
-    memory, _ = home
-    torch.manual_seed(0)
-    module = NEPModule(MLP())
-    model = TrainedModel(module, GraphBuilder(FeatureConfig(), module.num_hops))
-    seldom = ObjectFinder(model).rank(memory, "wrench").elsewhere
-    often = ObjectFinder(model, elsewhere_share=0.5).rank(memory, "wrench").elsewhere
-    # Four of five places were looked at in vain two steps ago, so elsewhere has risen from its
-    # share; by Bayes' rule its odds are those of the share times a factor that both have.
-    assert 0.1 < seldom < 0.5 < often < 1
-    assert often / (1 - often) == pytest.approx(9 * seldom / (1 - seldom))
-
-
-def test_a_user_may_lose_things_more_often(finder, home):
-    memory, _ = home
-    usual = finder.rank(memory, "large red mug")
-    often = ObjectFinder.load("heat", elsewhere_share=0.5).rank(memory, "large red mug")
-    # Odds of elsewhere grow as the odds of its share do.
-    share = finder.elsewhere_share
-    odds = usual.elsewhere / (1 - usual.elsewhere) * (1 - share) / share
-    assert often.elsewhere == pytest.approx(odds / (1 + odds))
-    assert [p.furniture for p in often] == [p.furniture for p in usual]
-    for bad in (0, 1, -0.1, float("nan")):
-        with pytest.raises(ValueError, match=r"elsewhere_share must lie above 0 and below 1"):
-            ObjectFinder.load("heat", elsewhere_share=bad)
 
 
 def test_bad_input_is_refused(finder, home, tmp_path):

@@ -31,7 +31,7 @@ def test_ask_move_and_click(browser, serve, desk):
     assert read(browser, "h1") == "my home"
     ask(browser, "the red mug")
     rows = wait_for(browser, lambda: read_answer(browser))
-    # What is seen in this step is there with 97 % (`Corrections.seen_now`); all parts sum to one.
+    # What is seen in this step is there with 97 % (`sgm.belief.SEEN_NOW`); all parts sum to one.
     assert rows[0][1] == "elsewhere"
     assert rows[1] == ["97%", "counter top in kitchen, on top", "seen here in this step; prior 60%"]
     assert sum(float(row[0][:-1]) for row in rows) == pytest.approx(100, abs=0.3)

@@ -8,8 +8,6 @@ from sgm.evidence.adaptive_filter import (
     Rates,
     compute_beliefs,
     compute_destinations,
-    follow_prior,
-    trust_prior,
 )
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.look_filter import follow_looks
@@ -132,54 +130,6 @@ def test_destinations_by_hand(rollout):
     weight = counts.num_true + queries.prior.sum(axis=2) + 0.05
     expected = weight / (weight.sum(axis=1, keepdims=True) + 0.05)
     np.testing.assert_allclose(found[:, :-1], expected, rtol=1e-6)
-
-
-def test_who_goes_by_the_prior_forgets_earlier_sightings(rollout):
-    """What is believed of a home does not change with the sightings before the last one."""
-    memory = rollout.memory.copy()
-    queries = ask_all(memory, 0)
-    rates, adaptive = estimate(memory, queries), Adaptive()
-    prior = Expected.by_prior(memory, queries)
-    before, other = follow_prior(memory, queries, rates, prior), adaptive.follow(memory, queries)
-    num_true = memory.edges["num_true"]
-    num_true *= 5
-    np.testing.assert_array_equal(follow_prior(memory, queries, rates, prior), before)
-    assert not np.allclose(adaptive.follow(memory, queries), other)
-
-
-def test_who_goes_by_the_prior_by_hand(make_tiny_homes):
-    """Nothing was seen: three hundredths are spread evenly, over the six places and elsewhere."""
-    rollout = Rollout(make_tiny_homes(2), Adaptive())
-    _, queries = rollout.ask()
-    memory = rollout.memory
-    rates = estimate(memory, queries)._replace(any_moved=np.zeros(2))
-    prior = queries.prior.sum(axis=2)
-    assert prior.any(axis=1).all()
-    prior /= prior.sum(axis=1, keepdims=True)
-    found = follow_prior(memory, queries, rates, Expected.by_prior(memory, queries))
-    np.testing.assert_allclose(found, (prior + 0.005) / (1 + 0.03 + 0.005), rtol=1e-5)
-
-
-def test_who_trusts_the_prior_takes_it_for_sightings(rollout, monkeypatch):
-    """Sixteen, beside the thing's own and a tenth that is spread over the six places."""
-    memory = rollout.memory
-    queries = ask_all(memory, 0)
-    counts, asked = ObjectCounts.gather(memory, queries), []
-
-    def compute(*arguments):
-        asked.append(arguments)
-        return compute_beliefs(*arguments)
-
-    monkeypatch.setattr("sgm.evidence.adaptive_filter.compute_beliefs", compute)
-    expected = Expected.by_prior(memory, queries)
-    found = trust_prior(memory, queries, estimate(memory, queries), expected, counts)
-    prior = queries.prior.sum(axis=2)
-    weight = counts.num_true + 16 * prior / prior.sum(axis=1, keepdims=True) + 0.1 / 6
-    goes = weight / (weight.sum(axis=1, keepdims=True) + 0.1 / 6)
-    *_, destinations, (leaves,) = asked[0]
-    np.testing.assert_allclose(destinations[:, :-1], goes, rtol=1e-6)
-    assert leaves == FilterSettings(crossing=1.0, asks_moved=0.5, counts_left=True)
-    np.testing.assert_array_equal(found, compute_beliefs(*asked[0])[:, 0, :-1])
 
 
 def test_rates_by_hand(rollout):

@@ -3,12 +3,10 @@
 import threading
 from datetime import datetime
 
-import numpy as np
 import pytest
 
 from sgm.belief import Detector
 from sgm.evidence.adaptive_filter import FilterSettings
-from sgm.evidence.leaving import Leaving
 from sgm.finder.finder import Finder
 from sgm.memory.clock import Clock
 from sgm.memory.home_history import HomeHistory
@@ -191,64 +189,8 @@ def test_last_seen_goes_by_the_same_names(make_home):
     assert memory.find_furniture("hammock") == ()
 
 
-@pytest.mark.slow
-def test_looks_that_the_policy_has_read_count_by_half(make_home, monkeypatch):
-    """In full they count twice, and what is there seems to be elsewhere; not at all is too little.
-
-    The half was chosen in homes of other seeds.
-    """
-    loss = {}
-    for share in (0.0, 0.5, 1.0):
-        monkeypatch.setattr(Bayesian, "looks_counted", share)
-        found = []
-        for seed in (31, 32):
-            home, finder = make_home(seed, miss_rate=0.25), Finder(Bayesian())
-            for _ in range(6):
-                home.pass_time()
-                for thing, place in home.at.items():
-                    ranking = finder.rank(home.memory, thing)
-                    truth = home.furniture[place]
-                    found += [p.probability for p in ranking if p.furniture == truth]
-                for furniture in home.choose(3):
-                    home.memory.observe(furniture, home.look(furniture))
-        loss[share] = -np.log(found).mean()
-    assert loss[0.5] < min(loss[0.0], loss[1.0])
-
-
-def test_what_leaves_is_learnt_once_a_step(make_home, finder, monkeypatch):
-    """Of each memory by itself; an answer is that of a finder that was never asked before."""
-    learnt = []
-
-    class Counted(Leaving):
-        def __init__(self, memory, asked=None):
-            learnt.append(memory)
-            super().__init__(memory, asked)
-
-    monkeypatch.setattr("sgm.finder.finder.Leaving", Counted)
-    homes = [make_home(), make_home()]
-    for home in homes:
-        home.live(3)
-        home.memory.step()
-    things = [*homes[0].at][:2]
-    for memory in (homes[0].memory, homes[1].memory):
-        for thing in things:
-            assert finder.rank(memory, thing) == Finder(Bayesian()).rank(memory, thing)
-    assert len(learnt) == 2 + 4  # each memory once, and once by every new finder
-    homes[1].memory.observe(homes[1].furniture[0], [])
-    for thing in things:
-        finder.rank(homes[1].memory, thing)
-    homes[1].memory.observe(homes[1].furniture[1], [])
-    finder.rank(homes[1].memory, things[0])
-    assert len(learnt) == 6  # the state before the looks of this step was asked of already
-    homes[1].memory.step()
-    assert finder.rank(homes[1].memory, things[0]) == Finder(Bayesian()).rank(
-        homes[1].memory, things[0]
-    )
-    assert len(learnt) == 8
-
-
 def test_a_given_miss_rate_is_that_of_every_part(monkeypatch):
-    """Of a policy, `Leaving` and Bayes' rule; the memory goes on counting its own."""
+    """Of a policy and of Bayes' rule; the memory goes on counting its own."""
     told = []
 
     def compute(history, original=HomeHistory.compute_miss_rate):
@@ -300,9 +242,7 @@ def test_a_thing_is_judged_once_a_step_and_answers_are_the_same(make_home):
     def ask(name):
         """The finder's answer, which is that of a new one to the bit."""
         ranking = finder.rank(home.memory, name)
-        assert ranking == Finder(Bayesian(), elsewhere_share=finder.elsewhere_share).rank(
-            home.memory, name
-        )
+        assert ranking == Finder(Bayesian()).rank(home.memory, name)
         return ranking
 
     first = ask(thing)
@@ -317,12 +257,9 @@ def test_a_thing_is_judged_once_a_step_and_answers_are_the_same(make_home):
     for name in (other, "new thing", "flux capacitor", "warp drive"):
         ask(name)
     assert policy.num_asked == 5
-    finder.elsewhere_share = 0.5
-    assert ask(thing).elsewhere > first.elsewhere
-    assert policy.num_asked == 6
     home.memory.note_moved(thing, first[2].furniture, "anna")
     ask(thing)
     home.memory.step()
     ask(thing)
-    assert policy.num_asked >= 7
+    assert policy.num_asked >= 6
     assert finder.rank(home.memory, thing, at=home.memory.time + 5) != ask(thing)

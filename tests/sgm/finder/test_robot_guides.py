@@ -5,13 +5,12 @@ from dataclasses import fields
 
 import pytest
 
-from sgm.belief import CORRECTIONS, Detector
-from sgm.finder.finder import Finder
+from sgm.belief import Detector
+from sgm.evidence.elsewhere import ELSEWHERE
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.search_plan import EXACT_PLACES, Look, SearchPlan
 from sgm.memory.sighting import SeenAt, Sighting
 from sgm.memory.thing_changes import ThingChange, ThingEvent
-from sgm.policies.heuristics import Bayesian
 from tests.guides import BLOCK, DOCS, run_page
 
 GUIDES = [DOCS / "robot.md", *sorted((DOCS / "robot").glob("*.md"))]
@@ -54,5 +53,5 @@ def test_every_field_is_named(answer):
 def test_numbers_of_the_guides():
     assert EXACT_PLACES == 9
     assert "up to nine looks" in TEXTS["search"]
-    assert Finder(Bayesian()).elsewhere_share == CORRECTIONS.elsewhere_share == 0.1
+    assert ELSEWHERE == 0.1
     assert "one in ten" in TEXTS["leaving"]

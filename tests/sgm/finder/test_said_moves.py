@@ -3,11 +3,9 @@
 import json
 from datetime import datetime
 
-import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.finder.judged import list_said_moves, show_said_move
 from sgm.finder.object_finder import ObjectFinder
 from sgm.policies.adaptive import Adaptive
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
@@ -50,8 +48,11 @@ def rank(finder, memory, thing="keys", at=None):
 @pytest.mark.parametrize("policy", POLICIES)
 @pytest.mark.parametrize("num_days", [1, 10])
 @pytest.mark.parametrize("num_steps", [1, 6])
-def test_a_statement_is_believed_as_looks_that_show_the_same(policy, num_days, num_steps):
-    """Of ten days, Bayesian had .35 for the drawer and .44 for the table, instead of .45, .27."""
+def test_a_statement_is_believed_as_much_as_looks_that_show_the_same(policy, num_days, num_steps):
+    """Or more: it is right with its confidence, .9, where one look misses a fifth of what is there.
+
+    A thing is as likely as that where it was said to be a step ago, and else where it was.
+    """
     stated, shown = live(num_days), live(num_days)
     state(stated)
     show(shown)
@@ -59,8 +60,10 @@ def test_a_statement_is_believed_as_looks_that_show_the_same(policy, num_days, n
         memory.step(num_steps)
     finder = Finder(POLICIES[policy]())
     told, seen = rank(finder, stated), rank(finder, shown)
-    assert told[DRAWER] == pytest.approx(seen[DRAWER], abs=0.06)
-    assert told[TABLE] == pytest.approx(seen[TABLE], abs=0.06)
+    assert seen[DRAWER] - 0.03 < told[DRAWER] <= 0.9
+    assert told[TABLE] < seen[TABLE] + 0.03
+    if num_steps == 1:
+        assert told[DRAWER] > 0.85
 
 
 def test_the_network_believes_a_person_as_much_as_looks_that_show_the_same():
@@ -157,23 +160,3 @@ def test_what_the_robot_carries_is_where_it_was_if_it_lost_it():
     ranking = Finder(Bayesian()).rank(memory, "keys")
     assert ranking.with_robot == 0.6
     assert ranking[0].furniture == TABLE
-
-
-def test_it_left_the_place_whatever_looks_had_in_view():
-    """The look that is the oldest of those kept was of the upper side alone; the keys were in."""
-    memory = live(1)
-    memory.observe(TABLE, [Sighting("keys", "in")])
-    for _ in range(8):
-        memory.step()
-        memory.observe(TABLE, [], {"in": 0, "onTop": 1})
-    state(memory)
-    memory.step()
-    asked = memory.ask(["keys"])
-    (row,) = list_said_moves(asked)
-    is_in = np.tile([1.0, 0.0], (1, 3, 1))
-    before, after = (
-        one.batch.history.list_look_times(np.zeros(1, int), is_in)[0, TABLE]
-        for one in (asked, show_said_move(asked, row))
-    )
-    assert asked.said[row].time not in before
-    assert asked.said[row].time in after

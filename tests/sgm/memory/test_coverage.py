@@ -104,7 +104,8 @@ def test_probabilities_count_what_was_in_view():
     for policy in (Bayesian(), Adaptive()):
         before = ask(policy=policy)
         assert ask((SHUT, ()), (SHUT, ()), policy=policy) == pytest.approx(before, abs=1e-6)
-        assert ask(({"in": 1, "onTop": 0}, ()), policy=policy) < before - 0.05
+        after = ask(({"in": 1, "onTop": 0}, ()), policy=policy)
+        assert after / (1 - after) < 0.5 * before / (1 - before)  # all but a quarter would show it
         assert ask((1.0, ["milk"]), policy=policy) == pytest.approx(before, abs=1e-6)
     assert ask(({"in": 0.5, "onTop": 1}, ())) < unlooked
     assert ask(({"in": 1, "onTop": 0}, ())) == pytest.approx(ask((1.0, ())), abs=1e-6)
@@ -121,11 +122,6 @@ def test_looks_of_earlier_steps_are_of_their_relation():
     memory.step()
     batch = memory.batch
     assert sorted(batch.history.look_relations[0, table].tolist()) == [2, *[3] * 7]
-    since = {
-        name: np.min(memory.ask([name], before_looks=False).looks.steps_ago[0, table])
-        for name in ("cup", "ruler")
-    }
-    assert since == {"cup": 1, "ruler": np.inf}
     asked = memory.ask(["cup", "ruler"], before_looks=False)
     times, row = list_look_times(asked.batch, asked.queries)
     times = times[row][:, table].max(axis=1)

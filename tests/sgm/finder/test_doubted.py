@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sgm.evidence.doubted import compute_confidence
+from sgm.belief.posterior import find_last_word
 from sgm.finder.finder import Finder
 from sgm.finder.object_finder import ObjectFinder
 from sgm.policies import Adaptive, Bayesian
@@ -46,8 +46,7 @@ def test_a_doubtful_sighting_weighs_less_after_its_step(make):
 def test_a_later_sure_sighting_ends_the_doubt():
     finder = Finder(Adaptive())
     memory, desk, _ = make_home(0.5, 1.0)
-    asked = memory.ask(["cup"])
-    assert compute_confidence(asked.batch, asked.queries) == [1.0]
+    assert find_last_word(memory.ask(["cup"]))[1] == [1.0]
     sure, _, _ = make_home(1.0, 1.0)
     assert rank(finder, memory, desk) == rank(finder, sure, desk)
 
@@ -56,8 +55,9 @@ def test_a_doubtful_last_sighting_leaves_the_earlier_ones():
     memory, desk, shelf = make_home(1.0, 1.0, 1.0)
     memory.observe(shelf, [Sighting("cup", confidence=0.5)])
     memory.step()
-    asked = memory.ask(["cup", "piano"])
-    np.testing.assert_array_equal(compute_confidence(asked.batch, asked.queries), [0.5, 1.0])
+    last, confidence = find_last_word(memory.ask(["cup", "piano"]))
+    np.testing.assert_array_equal(last, [shelf, -1])
+    np.testing.assert_array_equal(confidence, [0.5, 1.0])
     finder = Finder(Adaptive())
     sure = memory.copy()
     sure.observe(shelf, [Sighting("cup")])

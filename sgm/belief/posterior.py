@@ -1,0 +1,206 @@
+r"""Where what is asked for is: the belief of a policy, then what was said and seen since, in order.
+
+With p one of F places or elsewhere, for each thing that is meant:
+
+    P(p) ∝ P(p | memory before this step)   the policy's belief (`Policy.believe`)
+           P(last word | p)                 what was seen or said last may be wrong
+           P(looks | p)                     of this step, and of looks for this thing alone
+
+and of several, at least one is at a place with 1 - Π (1 - P(p)), all of them elsewhere with Π P.
+Nothing else changes what a policy believes. The numbers are those of the `Detector`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sgm.belief.belief import Belief
+from sgm.belief.detector import Detector
+from sgm.memory.asking import Asked, Looks
+from sgm.memory.memory_batch import MemoryBatch
+
+
+class Posterior(NamedTuple):
+    """Where any of the things asked for is.
+
+    Attributes:
+        places: probability that at least one of them is at each place, (F,).
+        elsewhere: that none is at any, or in the robot's hand. All sum to one with what the robot
+            carries for one thing, unless it was seen at several places at once.
+        detection: how likely one look at each place now shows one that is there, (F,).
+    """
+
+    places: np.ndarray
+    elsewhere: float
+    detection: np.ndarray
+
+
+def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Posterior:
+    """Return where any of the K things asked for is, (F,), of what a policy believes, (K, F + 1).
+
+    The policy has read the memory as it was before the looks of this step (`asked.batch`).
+    """
+    belief = weigh_last_word(prior, asked)
+    belief, looks, carried = list_copies(belief, asked)
+    belief = belief.look(compute_log_likelihood(looks, asked.batch, detector))
+    places, elsewhere = see(belief, detector.weigh_seen(looks))
+    places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
+    shown = detector.compute_detection(looks.negative)
+    if len(places) == 1:
+        return Posterior(places[0], float(elsewhere[0]), shown[0])
+    any_there, any_shown = (1 - np.prod(1 - one, axis=0) for one in (places, places * shown))
+    detection = np.divide(any_shown, any_there, out=shown.max(axis=0), where=any_there > 0)
+    return Posterior(any_there, float(np.prod(elsewhere)), detection)
+
+
+def weigh_last_word(belief: Belief, asked: Asked) -> Belief:
+    """Weigh a belief by how sure what was seen or said last of each thing is.
+
+    Policies take for true that a thing was where it was last seen or said to be, l. With confidence
+    c that was right; else the thing is at any other place, or elsewhere, as the policy has these:
+
+        P(p) = c P(p | right) + (1 - c) P(p | not l)
+
+    A look that shows a thing at l says by itself that it had left where it was before. What was
+    said does not: if it was right t ago, the thing is where it was before only if it has come back
+    since, so that this place has the likelihood 1 - `compute_stay` (t) there.
+    """
+    memory, now = asked.batch, asked.current.time
+    last, confidence = find_last_word(asked)
+    factor = np.ones(belief.places.shape)
+    for row, said in enumerate(asked.said):
+        if said is not None and said.furniture is not None and said.time < now:
+            was_there = np.isin(asked.furniture_ids, said.was_at)
+            factor[row, was_there] = 1 - compute_stay(memory, np.array(now - said.time))
+    is_doubted = (confidence < 1) & (last >= 0)
+    if not is_doubted.any() and (factor == 1).all():
+        return belief
+    with np.errstate(divide="ignore"):
+        right = belief.look(np.log(factor)).probabilities
+        wrong = belief.log_weights.copy()
+        wrong[is_doubted, last[is_doubted]] = -np.inf
+        share = np.where(is_doubted, confidence, 1.0)[:, None]
+        mixed = share * right + (1 - share) * Belief(wrong).probabilities
+        log_weights = np.log(mixed)
+    is_same = ~is_doubted & np.all(factor == 1, axis=1)  # to the bit
+    log_weights[is_same] = belief.log_weights[is_same]
+    return Belief(log_weights)
+
+
+def find_last_word(asked: Asked) -> tuple[np.ndarray, np.ndarray]:
+    """Return where each thing was last seen or said to be, -1 for nowhere, and how sure, (K,)."""
+    memory, queries = asked.batch, asked.queries
+    edges, objects = memory.edges, memory.objects
+    last = objects["last_furniture"][queries.object]
+    query, edge = memory.edges_of(queries)
+    is_last = edges["furniture"][edge] == last[query]
+    is_last &= edges["last_true"][edge] == objects["last_observed"][queries.object[query]]
+    confidence = np.zeros(len(last))
+    np.maximum.at(confidence, query[is_last], edges["confidence"][edge[is_last]])
+    return last, np.where(confidence > 0, confidence, 1.0)
+
+
+def list_copies(belief: Belief, asked: Asked) -> tuple[Belief, Looks, np.ndarray]:
+    """Return belief, looks and how likely the robot carries it, of all V things that are meant.
+
+    Each of the K things, and others of its description, as many as were seen at once:
+
+    - Whatever was seen in this step is known, and says nothing about the others but that they were
+      missed there.
+    - One that was last seen at a place stays there as the one that was seen last of all: the
+      policy's belief, with the two places exchanged.
+    - Of others nothing is known but what the policy believes. They are counted only where one was
+      seen in this step, or is in the robot's hand.
+    """
+    looks, carried = asked.looks, asked.carried
+    rows: list[int] = []
+    moved_to: list[int] = []  # where a copy was last seen, -1 where it is as the policy has it
+    is_another: list[bool] = []
+    for row, num_things in enumerate(asked.num_instances.tolist()):
+        others: list[int] = []
+        if num_things > 1:
+            num_seen = int(looks.num_seen[row].sum())
+            num_others = num_things - max(num_seen, 1)
+            is_seen = looks.num_seen[row] > 0
+            held = [place for place in _list_held(asked, row) if not is_seen[place]]
+            if num_seen == 0 and not carried[row]:
+                others = held[1:][:num_others]
+            else:
+                others = (held + [-1] * num_others)[: max(num_others, 0)]
+        rows += [row] * (1 + len(others))
+        moved_to += [-1, *others]
+        is_another += [False] + [True] * len(others)
+    if len(rows) == len(carried):
+        return belief, looks, carried
+    log_weights = belief.log_weights[rows]
+    last = asked.batch.objects["last_furniture"][asked.queries.object[rows]]
+    for copy, place in enumerate(moved_to):
+        from_place = last[copy] if last[copy] >= 0 else int(log_weights[copy, :-1].argmax())
+        if place >= 0:
+            log_weights[copy, [from_place, place]] = log_weights[copy, [place, from_place]]
+    looks = looks.take(rows, is_another)
+    return Belief(log_weights), looks, np.where(is_another, 0.0, carried[rows])
+
+
+def _list_held(asked: Asked, row: int) -> list[int]:
+    """List the places where a thing was before this step's looks, the one seen last first."""
+    edges = asked.batch.edges
+    _, own = asked.batch.edges_of(asked.queries.take(np.array([row])))
+    own = own[edges["is_true"][own]]
+    own = own[np.argsort(-edges["last_true"][own], kind="stable")]
+    last = int(asked.batch.objects["last_furniture"][asked.queries.object[row]])
+    places = edges["furniture"][own].tolist()
+    return list(dict.fromkeys(([last] if last in places else []) + places))
+
+
+def compute_log_likelihood(looks: Looks, memory: MemoryBatch, detector: Detector) -> np.ndarray:
+    """Return the log likelihood of looks that did not show V things, if at each place, (V, F).
+
+    Looks of this step all miss a thing that is there with `Detector.compute_miss`. Of looks for it
+    alone in an earlier step, of which policies know nothing, a thing that came since is not missed:
+
+        1 - (1 - miss) stay(t)
+    """
+    log_likelihood = np.zeros(looks.negative.shape)
+    if looks.negative.any():
+        log_likelihood += np.log(detector.compute_miss(looks.negative))
+    if looks.sought.any():
+        shown = 1 - detector.compute_miss(looks.sought)
+        with np.errstate(divide="ignore"):
+            log_likelihood += np.log1p(-shown * compute_stay(memory, looks.sought_ago))
+    return log_likelihood
+
+
+def see(belief: Belief, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the probability of the places, (V, F), and of elsewhere, (V,), with what is seen now.
+
+    `seen` says how likely each thing is where it was seen in this step, 0 where it was not, (V, F).
+    What is left over keeps its proportions.
+    """
+    places, elsewhere = belief.places, belief.elsewhere
+    if not seen.any():
+        return places, elsewhere
+    missing = np.prod(1 - seen, axis=1)  # no sighting was right
+    rest = np.where(seen > 0, 0.0, places)
+    left = rest.sum(axis=1) + elsewhere
+    share = np.divide(missing, left, out=np.zeros(len(left)), where=left > 0)
+    is_seen = np.any(seen > 0, axis=1)
+    shown = np.where(seen > 0, seen, rest * share[:, None])
+    return (
+        np.where(is_seen[:, None], shown, places),
+        np.where(is_seen, elsewhere * share, elsewhere),
+    )
+
+
+def compute_stay(memory: MemoryBatch, steps: np.ndarray) -> np.ndarray:
+    """Return how likely a thing of a home stays where it is for some time steps, of any shape.
+
+    At the rate at which things were found moved there (`HomeHistory.compute_move_rate`).
+    """
+    seconds = np.nan if memory.clock is None else float(memory.clock[0, 1])
+    hours = 1.0 if np.isnan(seconds) else seconds / 3600
+    rate = float(memory.history.compute_move_rate(hours)[0])
+    stay: np.ndarray = np.exp(-rate * hours * steps)
+    return stay

@@ -1,0 +1,170 @@
+"""Things at no known place: by hand, and homes in which it is plain."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+
+from sgm.evidence.elsewhere import compute_elsewhere, compute_out
+from sgm.finder.finder import Finder
+from sgm.finder.object_finder import ObjectFinder
+from sgm.memory.clock import Clock
+from sgm.policies import Adaptive, Bayesian
+from sgm.prior.prior_graph import PriorGraph
+from simulator import SceneGraphMemory, Sighting
+from simulator.tasks.predict_location import predict_locations
+from simulator.tasks.rollout import Rollout
+from simulator.world.config import HomeConfig
+from simulator.world.routine.dynamics import RoutineDynamics
+from simulator.world.sampled_homes import SampledHomes
+from simulator.world.streams import Streams
+
+THINGS = [f"{colour} mug" for colour in "red green blue white black grey brown pink".split()]
+START = datetime(2026, 11, 9, 6)  # a Monday
+STEP = 1800
+
+
+def live(thing="car keys", days=9, until=7.0, clock=True):
+    """A home whose keys leave at 8:30 on working days and are back at 17:30.
+
+    Everything is looked at every half hour from six to eleven.
+    """
+    memory = SceneGraphMemory(clock=Clock(START, STEP) if clock else None)
+    hall, kitchen = memory.add_room("hall"), memory.add_room("kitchen")
+    dresser = memory.add_furniture("dresser", hall)
+    counter, shelf = (memory.add_furniture(label, kitchen) for label in ("counter", "shelf"))
+    while True:
+        now = START + memory.time * timedelta(seconds=STEP)
+        hour = now.hour + now.minute / 60
+        if (now - START).days >= days - 1 and hour >= until and hour >= 6:
+            return memory
+        if 6 <= hour < 23:
+            is_out = now.weekday() < 5 and 8.5 <= hour < 17.5
+            memory.observe(dresser, [] if is_out else [Sighting(thing)])
+            memory.observe(counter, [Sighting("kettle"), Sighting("mug")])
+            memory.observe(shelf, [Sighting("book")])
+        memory.step()
+
+
+@pytest.fixture(scope="module")
+def memory():
+    return live()  # until Tuesday of the second week, 7:00, after six working days
+
+
+def say(finder, memory, thing, hour, minute, day=17):
+    at = datetime(2026, 11, day, hour, minute)
+    return finder.rank(memory, thing, at=at).elsewhere
+
+
+@pytest.mark.parametrize(
+    "make", [lambda: Finder(Bayesian()), lambda: Finder(Adaptive()), ObjectFinder.load]
+)
+def test_keys_are_out_on_working_mornings_and_back_in_the_evening(memory, make):
+    finder = make()
+    assert say(finder, memory, "car keys", 9, 50) > 0.75
+    assert say(finder, memory, "car keys", 13, 0) > 0.85
+    assert say(finder, memory, "car keys", 20, 0) < 0.1
+    assert say(finder, memory, "car keys", 9, 50, day=21) < 0.3  # a Saturday
+    assert finder.rank(memory, "car keys").elsewhere < 0.1  # seen an hour ago, at six
+    for thing in ("kettle", "mug", "book"):
+        assert say(finder, memory, thing, 9, 50) < 0.05
+
+
+def test_it_is_learnt_and_no_matter_of_names():
+    memory = live("red thing")
+    assert say(Finder(Bayesian()), memory, "red thing", 9, 50) > 0.75
+
+
+def test_a_negative_look_says_more_where_it_goes_out(memory):
+    """Not at its place at nine on a working day: out. At seven in the evening: left, or moved."""
+    said = {}
+    for hour in (9, 19):
+        later = live(until=8.0)  # Tuesday, seen at half past seven
+        now = START + later.time * timedelta(seconds=STEP)
+        later.step((hour - now.hour) * 2)
+        for furniture in later.furniture_ids:
+            later.observe(furniture, [])
+        later.step()
+        said[hour] = Finder(Bayesian()).rank(later, "car keys").elsewhere
+    assert said[9] > 0.9
+    assert said[9] > said[19]
+
+
+def ask(memory, *names):
+    asked = memory.ask(names)
+    return compute_elsewhere(asked.batch, asked.queries)
+
+
+def test_never_seen_by_hand():
+    """Two looks at each of three places, whose miss rate was not counted: .2, a fifth of it hidden.
+
+    .04 + .96 (.16 / .96)^2 of what is in the home is missed by them; a tenth was elsewhere before.
+    """
+    memory = SceneGraphMemory()
+    room = memory.add_room("study")
+    places = [memory.add_furniture(label, room) for label in ("desk", "shelf", "sofa")]
+    assert ask(memory, "piano") == pytest.approx(0.1)
+    for _ in range(2):
+        for place in places:
+            memory.observe(place, [])
+        memory.step()
+    missed = 0.04 + 0.16**2 / 0.96
+    assert ask(memory, "piano") == pytest.approx(0.1 / (0.1 + 0.9 * missed))
+
+
+def test_last_seen_by_hand():
+    """Nine steps of an hour ago; it was not looked for since, so that only time tells."""
+    memory = SceneGraphMemory()
+    desk = memory.add_furniture("desk", memory.add_room("study"))
+    memory.observe(desk, [Sighting("mug")])
+    assert ask(memory, "mug") == pytest.approx(0.1)  # not before this step
+    memory.step(9)
+    # Moves per hour: (.5 / 15) of the home, 1.5 / (1.5 x 30) of the thing itself, as before.
+    assert ask(memory, "mug") == pytest.approx(0.1 * (1 - np.exp(-9 / 30)), rel=1e-6)
+
+
+def test_without_a_clock_nothing_is_out():
+    asked = live(days=3, clock=False, until=7).ask(["car keys"])
+    assert compute_out(asked.batch, asked.queries, np.full((1, 3), 1 / 3)) == 0
+
+
+def look_around(leave):
+    """Four places that are looked at in turn; from step 20 on, half of the things may be gone."""
+    memory = SceneGraphMemory()
+    room = memory.add_room("kitchen")
+    places = [memory.add_furniture(label, room) for label in ("table", "shelf", "fridge", "bed")]
+    for step in range(40):
+        here = [n for n in range(8) if n % 4 == step % 4 and not (leave and step >= 20 and n < 4)]
+        memory.observe(places[step % 4], [Sighting(THINGS[n], relation="in") for n in here])
+        memory.step()
+    return memory
+
+
+def test_what_is_nowhere_has_left_and_what_was_just_seen_has_not():
+    left = ask(look_around(leave=True), *THINGS)
+    assert (left[:4] > 0.5).all()
+    assert (left[4:] < 0.1).all()
+
+
+def test_many_homes_are_each_by_themselves():
+    rules = RoutineDynamics(carry_share=0.9, step_seconds=3600)
+    config = HomeConfig(furniture_per_room=3, objects_per_furniture=3, dynamics=rules)
+
+    def compute(numbers):
+        homes = SampledHomes(
+            PriorGraph.household(), [config] * len(numbers), Streams(0, "test", numbers)
+        )
+        rollout = Rollout(homes, Adaptive())
+        for _ in predict_locations(rollout, 40):
+            pass
+        batch = rollout.memory
+        rows = np.flatnonzero(batch.objects["num_observed"] > 0)
+        columns = (batch.objects[name][rows] for name in ("home", "key", "label", "type"))
+        left = compute_elsewhere(batch, batch.query(*columns))
+        own = batch.objects["home"][rows] == numbers.index(1)
+        return left[own][np.argsort(batch.objects["key"][rows][own])]
+
+    alone = compute([1])
+    assert ((alone >= 0) & (alone < 1)).all()
+    assert alone.max() > alone.min()
+    np.testing.assert_allclose(compute([0, 1, 2]), alone, atol=1e-9)
