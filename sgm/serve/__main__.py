@@ -8,6 +8,7 @@ import os
 import sys
 import warnings
 from datetime import datetime
+from importlib.util import find_spec
 from pathlib import Path
 
 from sgm.finder.finder import Finder
@@ -79,13 +80,11 @@ def _run(options: argparse.Namespace) -> None:
             )
     if not 0 <= options.port <= 65535:
         raise ValueError(f"--port must be 0 to 65535, got {options.port}. Leave it out.")
-    try:
-        from sgm.serve import server, tools
-    except ModuleNotFoundError as error:
-        raise ValueError(
-            f"extra serve must be installed, got no {error.name}. Run pip install "
-            "'./core[serve]'."
-        ) from None
+    for name in ("uvicorn", "mcp"):
+        if find_spec(name) is None:
+            raise ValueError(
+                f"extra serve must be installed, got no {name}. Run pip install './core[serve]'."
+            )
     token = _read_token(options.token_file)
     guard = _make_guard(options, token)
     clock = Clock(datetime.now().replace(microsecond=0), options.step_seconds)
@@ -95,35 +94,43 @@ def _run(options: argparse.Namespace) -> None:
         home.memory, finder, accept_jump=options.accept_jump, ignore=options.ignore
     )
     caller = Caller(service, home, options.sync, options.timeout)
-    own = tools.MCPTools(caller)
     try:
         if options.stdio:
-            warm_up(finder)
-            asyncio.run(own.run_stdio())
+            from sgm.serve.tools import MCPTools
+
+            warm_up(finder, home.memory)
+            asyncio.run(MCPTools(caller).run_stdio())
             return
-        application = server.Application(caller, guard, own, options.snapshot_seconds)
+        from sgm.serve import server  # here, as tests of the options need no uvicorn
+
+        application = server.Application(
+            caller, guard, has_tools=True, snapshot_seconds=options.snapshot_seconds
+        )
         listening = server.open_socket(options.host, options.port)
         host, port = listening.getsockname()[:2]
         where = f"[{host}]" if ":" in host else host
         said = f"serving {options.home} at http://{where}:{port}/"
-        warm_up(finder)
+        warm_up(finder, home.memory)
         server.serve(application, listening, lambda: print(said, flush=True))
     finally:
         caller.close()
 
 
-def warm_up(finder: Finder) -> None:
+def warm_up(finder: Finder, memory: SceneGraphMemory | None = None) -> None:
     """Load what the first question would wait for.
 
-    The home may be new and empty, so that another one is asked.
+    A home that is given is asked; one that has no places yet says little, so that another one,
+    with things that were seen, is asked, too.
     """
-    memory = SceneGraphMemory(clock=Clock(datetime(2026, 1, 1), 600))
-    kitchen = memory.add_room("kitchen")
-    table, _ = (memory.add_furniture(name, room=kitchen) for name in ("table", "fridge"))
-    memory.observe(table, [Sighting("cup")])
-    memory.step()
+    other = SceneGraphMemory(clock=Clock(datetime(2026, 1, 1), 600))
+    kitchen = other.add_room("kitchen")
+    table, _ = (other.add_furniture(name, room=kitchen) for name in ("table", "fridge"))
+    other.observe(table, [Sighting("cup")])
+    other.step()
     for name in ("cup", "thing"):  # one that was seen, and one that was not
-        finder.rank(memory, name)
+        finder.rank(other, name)
+    if memory is not None and memory.num_furniture:
+        finder.rank(memory, "cup")
 
 
 def _make_guard(options: argparse.Namespace, token: str | None) -> Guard:

@@ -7,7 +7,8 @@ import json
 import time
 from collections import Counter
 from collections.abc import Mapping, MutableMapping, Sequence
-from contextlib import AsyncExitStack, suppress
+from contextlib import suppress
+from importlib import import_module
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
@@ -21,7 +22,7 @@ from sgm.serve.documents import make_openapi, make_page
 from sgm.serve.feed import Feed
 from sgm.serve.guard import BODY_SECONDS, MOST_LINE, Guard, Receive, Refused, Scope, Send, read_body
 
-if TYPE_CHECKING:  # mcp is an extra
+if TYPE_CHECKING:  # mcp is an extra, and takes as long to import as all else
     from sgm.serve.tools import MCPTools
 
 # Upper bounds of the times that are counted, in seconds.
@@ -77,6 +78,41 @@ class Metrics:
         return "\n".join(lines) + "\n"
 
 
+class LateTools:
+    """The tools of MCP, which are loaded when the first client asks for them."""
+
+    def __init__(self, caller: Caller) -> None:
+        """Offer the calls of a caller."""
+        self._caller = caller
+        self._ended = asyncio.Event()
+        self._running: asyncio.Task[None] | None = None
+        self._made: asyncio.Future[MCPTools] = asyncio.get_running_loop().create_future()
+
+    async def get(self) -> MCPTools:
+        """Return the tools, ready to answer until `close`."""
+        if self._running is None:
+            self._running = asyncio.create_task(self._run())
+        return await asyncio.shield(self._made)
+
+    async def _run(self) -> None:
+        try:
+            module = await asyncio.to_thread(import_module, "sgm.serve.tools")
+            tools = module.MCPTools(self._caller)
+            async with tools.run():
+                self._made.set_result(tools)
+                await self._ended.wait()
+        except Exception as error:
+            if self._made.done():
+                raise
+            self._made.set_exception(error)
+
+    async def close(self) -> None:
+        """End what was begun."""
+        self._ended.set()
+        if self._running is not None:
+            await self._running
+
+
 class Application:
     """Answers HTTP requests: /v1/CALL, /v1/feed, /mcp, /health, /metrics, /openapi.json, /.
 
@@ -87,11 +123,12 @@ class Application:
         self,
         caller: Caller,
         guard: Guard,
-        tools: MCPTools | None = None,
+        *,
+        has_tools: bool = False,
         snapshot_seconds: float = 300.0,
         body_seconds: float = BODY_SECONDS,
     ) -> None:
-        """Answer requests, those of /mcp with tools; snapshots are written some time apart.
+        """Answer requests, with `has_tools` those of /mcp; snapshots are written some time apart.
 
         The body of a request has to arrive in `body_seconds`.
         """
@@ -99,7 +136,8 @@ class Application:
         self.metrics = Metrics()
         self.feed: Feed | None = None
         self._guard = guard
-        self._tools = tools
+        self._has_tools = has_tools
+        self._tools: LateTools | None = None  # while it runs
         self._snapshot_seconds = snapshot_seconds
         self._body_seconds = body_seconds
         self._openapi = json.dumps(make_openapi()).encode()
@@ -115,18 +153,19 @@ class Application:
             await send({"type": "websocket.close", "code": 1003})
 
     async def _live(self, receive: Receive, send: Send) -> None:
-        async with AsyncExitStack() as stack:
-            await receive()
-            self.feed = Feed(self.caller.service)
-            if self._tools is not None:
-                await stack.enter_async_context(self._tools.run())
-            keeping = asyncio.create_task(self.caller.keep(self._snapshot_seconds))
-            await send({"type": "lifespan.startup.complete"})
-            await receive()
-            self.feed.close()
-            keeping.cancel()
-            with suppress(asyncio.CancelledError):
-                await keeping
+        await receive()
+        self.feed = Feed(self.caller.service)
+        if self._has_tools:
+            self._tools = LateTools(self.caller)
+        keeping = asyncio.create_task(self.caller.keep(self._snapshot_seconds))
+        await send({"type": "lifespan.startup.complete"})
+        await receive()
+        self.feed.close()
+        if self._tools is not None:
+            await self._tools.close()
+        keeping.cancel()
+        with suppress(asyncio.CancelledError):
+            await keeping
         await send({"type": "lifespan.shutdown.complete"})
 
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -172,7 +211,8 @@ class Application:
             await _send(send, 200, _JSON, write_json(answer))
         elif path == "/mcp" and self._tools is not None:
             body = b"" if method == "GET" else await read_body(headers, receive, self._body_seconds)
-            await self._tools.handle(scope, _give(body, receive), send)
+            tools = await self._tools.get()
+            await tools.handle(scope, _give(body, receive), send)
         elif path in ("/", "/health", "/metrics", "/openapi.json", f"/{VERSION}/feed"):
             if method != "GET":
                 raise _refuse_method(path, method, ["GET"])

@@ -79,12 +79,9 @@ def run_server(service, home=None, guard=None, tools=True, most_connections=None
     server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
     own = {key: settings.pop(key) for key in ("sync", "timeout") if key in settings}
     caller = Caller(service, home, **own)
-    offered = None
     if tools:
-        offered = pytest.importorskip("sgm.serve.tools", reason="mcp is not installed").MCPTools(
-            caller
-        )
-    application = server.Application(caller, guard or Guard(), offered, **settings)
+        pytest.importorskip("mcp", reason="mcp is not installed")
+    application = server.Application(caller, guard or Guard(), has_tools=tools, **settings)
     listening = server.open_socket("127.0.0.1", 0)
     running = server.make_server(application, listening)
     if most_connections is not None:
