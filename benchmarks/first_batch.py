@@ -1,10 +1,10 @@
 """How long `python -m nep.fit` takes to the end of its first batch on data that is on disk.
 
-From the start of the interpreter: imports of torch, dgl and lightning, checking and reading the
+From the start of the interpreter: imports of torch and lightning, checking and reading the
 shards, spaCy for the text vectors, the graphs of 100 snapshots, two batches of validation, forward,
 backward and Adam. The heuristics play later, before the model's first online evaluation.
 
-The limit is what nothing of ours can change: `import torch, dgl, lightning.pytorch`, 4,000 modules
+The limit is what nothing of ours can change: `import torch, lightning.pytorch`, 4,000 modules
 that took 6.3 s of processor time with a warm cache on a busy machine. `libraries` is the same on
 the machine at hand, `imports` the time of `import nep.fit`.
 """
@@ -49,7 +49,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         seconds = {
             name: _time([sys.executable, "-c", f"import {modules}"])
             for name, modules in (
-                ("libraries", "torch, dgl, lightning.pytorch"), ("imports", "nep.fit")
+                ("libraries", "torch, lightning.pytorch"), ("imports", "nep.fit")
             )
         }  # fmt: skip
         figure = _time(command)

@@ -53,7 +53,14 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("name", "num_hops"),
-    [("mlp", 0), ("gcn", 1), ("heat", 1), ("hgt", 1), ("dgl_hgt", 1), ("han", 1)],
+    [
+        ("mlp", 0),
+        ("gcn", 1),
+        ("heat", 1),
+        ("hgt", 1),
+        pytest.param("dgl_hgt", 1, marks=pytest.mark.dgl),
+        ("han", 1),
+    ],
 )
 def test_packaged_configs_build_the_papers_setting(name, num_hops, folder):
     cli = FitCLI(["--config", f"{name}.yaml"])

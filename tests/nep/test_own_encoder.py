@@ -14,6 +14,8 @@ from datamodules.features import FeatureConfig
 from nep.fit import main
 from nep.players.checkpoints import load_trained
 
+pytestmark = pytest.mark.dgl
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "research.md"
 # What makes each command small.

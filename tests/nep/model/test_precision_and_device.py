@@ -18,7 +18,7 @@ OURS = {"mlp": MLP, "gcn": GCN, "heat": HEAT, "hgt": HGT, "han": HAN}
 DEVICE = torch.device("meta")  # stands for a GPU: the numbers are there, in `DeviceTensor.content`
 
 
-@pytest.mark.parametrize("encoder", [*OURS.values(), DGLHGT])
+@pytest.mark.parametrize("encoder", [*OURS.values(), pytest.param(DGLHGT, marks=pytest.mark.dgl)])
 def test_a_step_of_training_in_bfloat16(random_batch, encoder):
     batches = [random_batch(seed) for seed in range(3)]
     torch.manual_seed(0)

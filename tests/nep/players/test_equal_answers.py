@@ -75,7 +75,10 @@ NETWORKS = {
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "task"),
-    [(name, "find_object") for name in NETWORKS]
+    [
+        pytest.param(name, "find_object", marks=[pytest.mark.dgl] if name == "dgl" else [])
+        for name in NETWORKS
+    ]
     + [("heat", "predict_location"), ("any_home", "relative_likelihood")],
 )
 def test_a_home_is_told_the_same_whoever_shares_the_batch(name, task):
@@ -110,7 +113,12 @@ def test_places_that_nothing_tells_apart_are_tied():
 
 
 @pytest.mark.parametrize(
-    ("name", "dtype"), [("gcn", torch.float32), ("hgt", torch.float64), ("dgl", torch.float64)]
+    ("name", "dtype"),
+    [
+        ("gcn", torch.float32),
+        ("hgt", torch.float64),
+        pytest.param("dgl", torch.float64, marks=pytest.mark.dgl),
+    ],
 )
 def test_what_cannot_compute_in_equal_rows_computes_in_float64(name, dtype):
     network = NETWORKS[name]()
