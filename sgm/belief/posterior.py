@@ -59,9 +59,10 @@ def weigh_last_word(belief: Belief, asked: Asked) -> Belief:
     """Weigh a belief by how sure what was seen or said last of each thing is.
 
     Policies take for true that a thing was where it was last seen or said to be, l. With confidence
-    c that was right; else the thing is at any other place, or elsewhere, as the policy has these:
+    c that was right; else the thing is where its n other sightings were, or, as one more, where the
+    policy has it if not at l:
 
-        P(p) = c P(p | right) + (1 - c) P(p | not l)
+        P(p) = c P(p | right) + (1 - c) (n_p + P(p | not l)) / (n + 1)
 
     A look that shows a thing at l says by itself that it had left where it was before. What was
     said does not: if it was right t ago, the thing is where it was before only if it has come back
@@ -79,11 +80,12 @@ def weigh_last_word(belief: Belief, asked: Asked) -> Belief:
         return belief
     with np.errstate(divide="ignore"):
         right = belief.look(np.log(factor)).probabilities
-        wrong = belief.log_weights.copy()
-        wrong[is_doubted, last[is_doubted]] = -np.inf
+        not_last = belief.log_weights.copy()
+        not_last[is_doubted, last[is_doubted]] = -np.inf
+        wrong = Belief(not_last).probabilities + _count_others(asked, last)
+        wrong /= np.maximum(wrong.sum(axis=1, keepdims=True), 1e-12)
         share = np.where(is_doubted, confidence, 1.0)[:, None]
-        mixed = share * right + (1 - share) * Belief(wrong).probabilities
-        log_weights = np.log(mixed)
+        log_weights = np.log(share * right + (1 - share) * wrong)
     is_same = ~is_doubted & np.all(factor == 1, axis=1)  # to the bit
     log_weights[is_same] = belief.log_weights[is_same]
     return Belief(log_weights)
@@ -100,6 +102,16 @@ def find_last_word(asked: Asked) -> tuple[np.ndarray, np.ndarray]:
     confidence = np.zeros(len(last))
     np.maximum.at(confidence, query[is_last], edges["confidence"][edge[is_last]])
     return last, np.where(confidence > 0, confidence, 1.0)
+
+
+def _count_others(asked: Asked, last: np.ndarray) -> np.ndarray:
+    """Count the sightings of each thing by place, but for the last one, (K, F + 1)."""
+    edges = asked.batch.edges
+    query, edge = asked.batch.edges_of(asked.queries)
+    counts = np.zeros((len(last), asked.batch.num_furniture + 1))
+    np.add.at(counts, (query, edges["furniture"][edge]), edges["num_true"][edge])
+    counts[np.arange(len(last)), last] -= 1  # where it was never seen: elsewhere, below 0
+    return np.maximum(counts, 0)
 
 
 def list_copies(belief: Belief, asked: Asked) -> tuple[Belief, Looks, np.ndarray]:

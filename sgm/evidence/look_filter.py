@@ -176,7 +176,7 @@ def _follow(
     found, hours = (np.ascontiguousarray(np.moveaxis(each, 2, 0)) for each in (found, hours))
     stays, in_room = np.exp(-rate * hours), np.exp(-rate * crossing * hours)
     inwards, anywhere = (in_room - stays)[..., None], (1 - in_room)[..., None]
-    stays, passes, home = stays[..., None], hours.any(axis=(1, 2)), np.arange(len(belief))
+    stays, passes, home = stays[..., None], np.any(hours, axis=(1, 2)), np.arange(len(belief))
     mass = np.ones(rate.shape)  # what the belief sums up to
     for look in range(len(hours)):
         if passes[look]:
