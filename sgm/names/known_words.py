@@ -19,20 +19,6 @@ def load_known_words() -> frozenset[str]:
     return frozenset(map(spell, words | AliasTable.household().words)) | PROPERTIES
 
 
-@lru_cache(maxsize=1)
-def _load_nouns() -> frozenset[str]:
-    """Load what of these names a thing alone: of phrases only those of one word."""
-    path = resources.files("sgm.names").joinpath("data", "words.txt")
-    words = set(path.read_text(encoding="utf-8").split())
-    words.update(text for text in load_text().words if " " not in text)
-    return frozenset(map(spell, words))
-
-
-def is_noun(word: str) -> bool:
-    """Tell whether a word, in any spelling, names a thing by itself; "samsung" does not."""
-    return spell(word) in _load_nouns()
-
-
 def is_word(word: str) -> bool:
     """Tell whether a word, in any spelling, is one that names a thing or says how it is."""
     return spell(word) in load_known_words()

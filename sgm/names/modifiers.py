@@ -18,7 +18,7 @@ _ALIKE = {
     "huge": "large", "flowery": "flower", "floral": "flower", "flowered": "flower",
     "colored": "color", "tall": "large", "steel": "metal", "colorful": "color", "metallic": "metal",
     "leathern": "leather", "grayish": "gray", "uppermost": "upper", "righthand": "right",
-    "lefthand": "left",
+    "lefthand": "left", "cuddly": "stuffed", "plush": "stuffed",
 }  # fmt: skip
 # Properties that shut one another out: what is red is not blue, unless it is said to be both.
 COLOURS = frozenset(
@@ -73,7 +73,7 @@ _QUALITIES = frozenset(
 _BELONGING = frozenset(
     "kitchen bathroom bedroom livingroom diningroom office garden garage hallway hall "
     "corridor balcony patio basement attic cellar nursery study school gym guest master "
-    "outdoor indoor outside inside home household house domestic desktop desk bedside "
+    "outdoor indoor outside inside home household house domestic bedside "
     "wall mounted ceiling floor freestanding standing hanging corner travel camping "
     "picnic beach hiking walking running trekking cycling winter summer rain work "
     "workshop evening gaming everyday sunday christmas easter birthday party wedding "
@@ -88,7 +88,7 @@ _NO_PROPERTIES = frozenset(  # nouns with an ending of adjectives
 # Words that say how most things are, and make these things other ones.
 _CHANGES = {
     "back": "pack board", "bamboo": "shoot", "beach": "ball buggy", "big": "foot",
-    "birthday": "cake card", "black": "board bird berry smith", "blue": "berry bird",
+    "birthday": "cake card", "black": "board bird berry pepper smith", "blue": "berry bird",
     "christmas": "tree stocking", "clay": "pigeon", "cold": "sore",
     "cotton": "ball bud candy pad swab wool", "cream": "cheese cracker jug pitcher maker",
     "crystal": "ball", "dark": "room", "deep": "fryer", "double": "bass decker",
@@ -96,7 +96,7 @@ _CHANGES = {
     "flat": "bread fish iron car", "floor": "plan", "flower": "bed pot girl",
     "foam": "cutter roller", "garden": "egg", "gas": "mask station",
     "glass": "cleaner cutter case wiper", "gold": "fish", "green": "house", "half": "pipe",
-    "hard": "drive disk hat ware", "high": "chair heel", "home": "plate",
+    "hard": "drive disk hat ware", "high": "chair heel", "home": "base plate run",
     "hot": "dog plate pot sauce pants rod tub", "house": "boat fly key", "iron": "board",
     "kitchen": "hood island roll", "lavender": "oil plant", "leather": "conditioner polish",
     "left": "over", "light": "bulb house switch", "master": "key", "metal": "detector",
@@ -109,8 +109,8 @@ _CHANGES = {
     "smart": "phone", "soft": "ball", "solar": "system panel", "spare": "rib tire",
     "square": "root", "stone": "mason oven", "straw": "berry", "tan": "line", "tin": "opener can",
     "top": "hat", "usb": "stick", "walking": "stick cane frame", "wall": "paper nut outlet socket",
-    "walnut": "tree", "wedding": "ring cake", "wet": "suit wipe", "white": "board out",
-    "wood": "burner chipper pecker stove cutter", "wool": "brush", "work": "book bench out",
+    "walnut": "meat tree", "wedding": "ring cake", "wet": "suit wipe", "white": "board out",
+    "wood": "burner chip chipper pecker stove cutter", "wool": "brush", "work": "book bench out",
 }  # fmt: skip
 _CHANGED = {word: frozenset(heads.split()) for word, heads in _CHANGES.items()}
 # Things of which other words before them name a kind: a "claw hammer" is a hammer. Of "can",
@@ -127,21 +127,36 @@ _PLAIN_HEADS = frozenset(
     "television tv laptop computer phone telephone smartphone headphone earbud speaker "
     "camera webcam printer scanner router keyboard charger microphone projector guitar "
     "piano violin trumpet flute drum doll bike bicycle scooter skateboard tent basketball "
-    "football racket poster painting calendar newspaper magazine notebook pencil crayon "
-    "stapler calculator scissors comb razor toothbrush toothpaste shampoo lipstick "
-    "perfume necklace book remote bracelet earring wristwatch vase flowerpot toaster "
-    "blender microwave refrigerator fridge freezer dishwasher stove sink toilet bathtub "
-    "vacuum heater fan novel spoon fork remotecontrol".split()
+    "football racket poster painting calendar newspaper magazine notebook crayon stapler "
+    "calculator scissors comb razor toothbrush toothpaste shampoo lipstick perfume "
+    "necklace book remote bracelet earring wristwatch vase flowerpot toaster blender "
+    "microwave refrigerator fridge freezer dishwasher stove sink toilet bathtub vacuum "
+    "heater fan novel spoon fork remotecontrol".split()
 )
 # Words that make even these another thing.
 _MAKES_OTHER = frozenset(
-    "toy doll dollhouse model fake pretend stuffed plush miniature replica chocolate "
-    "gingerbread baby pet dog cat bird hamster horse picture photo drawing air water "
-    "table bunk sound drum record hair tape heat video ear head web tele steam hand foot "
-    "sweat sweeper".split()
+    "power life sea stationary toy doll dollhouse model fake pretend stuffed miniature "
+    "replica chocolate gingerbread baby pet dog cat bird hamster horse picture photo "
+    "drawing air water table bunk sound drum record hair tape heat video ear head web "
+    "tele steam hand foot sweat sweeper".split()
+)
+# What is of one of these is not of another: a "kitchen cabinet", and a "bathroom cabinet".
+_ROOMS = frozenset(
+    "kitchen bathroom bedroom livingroom diningroom office garden garage hallway balcony "
+    "patio basement attic cellar nursery".split()
 )
 _DRINKS = frozenset("coffee tea wine beer water juice whiskey cocktail champagne espresso".split())
 _VESSELS = frozenset("mug cup glass bottle jug pitcher carafe tumbler".split())
+
+
+_USES = (_ROOMS, _DRINKS)
+_HOW = frozenset().union(*_CLASSES) | frozenset(
+    "stripe dot check color flower plain enamel eaten favorite good nice used other spare "
+    "extra broken bright heavy paperback hardcover fluffy cute beautiful bloody stupid "
+    "damn lovely own same whole half fresh fancy cheap expensive sharp blunt shiny matte "
+    "glossy rusty dusty muddy sticky greasy crumpled torn chipped cracked wide narrow "
+    "deep shallow tilted cast".split()
+)
 
 
 def spell(word: str) -> str:
@@ -157,20 +172,33 @@ def is_property(word: str) -> bool:
         return True
     if word in _NO_PROPERTIES or len(word) < 5:
         return False
-    return word.endswith(("ed", "ly", "ful", "less", "ish"))
+    return word.endswith(("ed", "ful", "less", "ish"))
 
 
-def narrows(word: str, head: str) -> bool:
+def says_how(word: str) -> bool:
+    """Tell whether a word says how one thing is, now or to look at, and not of which sort it is.
+
+    "Red", "wooden" and "dirty" do; "digital", "kitchen" and "ski" name a sort.
+    """
+    return word in _HOW
+
+
+def narrows(word: str, heads: tuple[str, ...]) -> bool:
     """Tell whether a thing with a word before its name is a thing of that name.
 
-    Both are as they are compared, and the head is the last word: "red" narrows "mug", and "trash"
-    does not narrow "can".
+    All are as they are compared. Heads are the last word and the name of the thing, written
+    together: "red" narrows "mug", and "trash" does not narrow "can".
     """
-    if head in _CHANGED.get(word, ()):
+    if not _CHANGED.get(word, frozenset()).isdisjoint(heads):
         return False
-    if is_property(word) or (word in _DRINKS and head in _VESSELS):
+    if is_property(word) or (word in _DRINKS and heads[0] in _VESSELS):
         return True
-    return head in _PLAIN_HEADS and word not in _MAKES_OTHER
+    return word not in _MAKES_OTHER and not _PLAIN_HEADS.isdisjoint(heads)
+
+
+def is_elsewhere(asked: frozenset[str], said: frozenset[str]) -> bool:
+    """Tell whether two names say different rooms, or different drinks."""
+    return any(asked & group and said & group and not asked & said & group for group in _USES)
 
 
 def contradict(asked: frozenset[str], said: frozenset[str]) -> bool:

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 from sgm.names.aliases import AliasTable
 from sgm.names.instances import split_instance, split_written_on
 from sgm.names.known_words import is_word
-from sgm.names.modifiers import COLOURS, MATERIALS, PROPERTIES, narrows, spell
+from sgm.names.modifiers import COLOURS, MATERIALS, PROPERTIES, narrows, says_how, spell
 from sgm.names.words import (
     BREAKS,
     DETERMINERS,
@@ -27,6 +27,7 @@ _MEASURES = frozenset(
     "cube kind type sort handful couple lot number amount deck spool skein strip block "
     "rasher portion load roll row heap group collection selection".split()
 )
+_SORTS = frozenset(("kind", "sort", "type"))
 _CONTAINERS = frozenset(
     "glass box bottle can tin jar bag carton pack packet package tube cup mug bowl pot "
     "basket jug pitcher bucket tray crate case sack pouch bin tub canister container "
@@ -36,8 +37,7 @@ _CONTAINERS = frozenset(
 _AFTER_THING = _CONTAINERS | frozenset(("set", "bunch", "pile", "stack", "pair", "roll", "bar"))
 # "men's shoes" are a kind of shoes, and have no owner.
 _NOBODY = frozenset(
-    "man men woman women lady ladies gentleman kid kids child children boy boys girl "
-    "girls".split()
+    "man men woman women lady ladies gentleman kid kids child children boy boys girl girls".split()
 )
 
 _LONGEST_ENDING = 3
@@ -86,10 +86,15 @@ class Reading:
         said: all words of the name, as they are compared.
         kinds: those of `properties` that say which kind of thing it is, and not how it is, so that
             it may be another thing than its head says: "piano" of "piano bench".
-        stem: all words before the last one that do so, of a name of the table, too: "trash" of
-            "trash can".
+        sorts: those of `properties` that name a sort of it, and not how this one is: "digital" of
+            "digital clock", and all `kinds`.
+        stem: all words before the last one that do as `kinds`, of a name of the table, too: "trash"
+            of "trash can".
+        stem_sorts: all words before the last one that do as `sorts`: "wall" of "wall clock".
         owner: whose it is, empty if no owner is named.
         instance: which of several, "2" of "mug_2"; empty if it has no number.
+        is_sort: whether the head says a sort of the thing that it is an alias of, as "dress shirt"
+            of "shirt": other sorts are not meant.
         is_content: whether it is what the thing holds, or a remark: "cereal" of "cereal box".
     """
 
@@ -99,11 +104,14 @@ class Reading:
     head_words: frozenset[str]
     properties: frozenset[str]
     kinds: frozenset[str]
+    sorts: frozenset[str]
     stem: frozenset[str]
+    stem_sorts: frozenset[str]
     said: frozenset[str]
     owner: str = ""
     instance: str = ""
     is_content: bool = False
+    is_sort: bool = False
 
     @cached_property
     def key(self) -> str:
@@ -179,6 +187,9 @@ class NameReader:
         last = compute_singular(left[-1][0])
         # A measure that is a thing, too: "ball of yarn"; a "set" is none.
         is_thing = bool(self._table.find([word for word, _ in left]))
+        if link == "of" and last in _SORTS and len(left) > 1:  # "sneaker (type of shoe)"
+            remark = [replace(one, is_content=True) for one in self._read_phrase(right, True)]
+            return [*self._read_phrase(left[:-1], is_content), *remark]
         if link == "of" and last in _MEASURES and not is_thing:
             return self._read_phrase(right, is_content)
         if link == "of" and last in _CONTAINERS | _MEASURES:
@@ -188,6 +199,9 @@ class NameReader:
             turned = self._read_phrase([*right, *left], is_content)
             if len(turned[0].head) > len(own[0].head):
                 return turned
+        if link == "of":  # "cream of tartar" is no cream
+            rest = frozenset(map(self._spell, (word for word, _ in right))) - DETERMINERS
+            own = [_add_kinds(one, rest) for one in own]
         if link in WITH and link != "without":
             own += [replace(one, is_content=True) for one in self._read_phrase(right, True)]
         return own
@@ -236,21 +250,25 @@ class NameReader:
         before = [word for word in plain[owned:start] if word not in _NOBODY]
         last, whole = spell(plain[-1]), make_key(plain[start:])
         own_words = head | {whole} | {make_key(split_words(self._table.names[n])) for n in things}
-        properties, kinds = self._split_modifiers(before, (last, whole), own_words)
-        _, stem = self._split_modifiers(plain[owned:-1], (last,), own_words - head)
+        properties, kinds, sorts = self._split_modifiers(before, (last, whole), own_words)
+        _, stem, stem_sorts = self._split_modifiers(plain[owned:-1], (last,), own_words - head)
+        is_sort = False
+        if len(things) == 1 and length > 1:  # "dress shirt" is a "shirt" by the table, and a sort
+            name = self._table.names[things[0]]
+            is_sort = " " not in name and make_key([name]) == make_key(plain[-1:])
         own, ending = tuple(plain[owned:]), tuple(plain[start:])
         known = self._table.find(plain[:owned]) if owned else ()  # "dad" and "father" are one
         owner = self._table.names[known[0]] if known else " ".join(plain[:owned])
         return Reading(
-            things, own, ending, head, properties, kinds, stem, frozenset(), owner,
-            is_content=is_content,
+            things, own, ending, head, properties, kinds, sorts, stem, stem_sorts, frozenset(),
+            owner, is_content=is_content, is_sort=is_sort,
         )  # fmt: skip
 
     def _split_modifiers(
         self, words: list[str], heads: tuple[str, ...], repeated: frozenset[str] | set[str]
-    ) -> tuple[frozenset[str], frozenset[str]]:
-        """Return words before a head as they are compared, and those that say which kind it is."""
-        properties, kinds, at = set(), set(), 0
+    ) -> tuple[frozenset[str], frozenset[str], frozenset[str]]:
+        """Return words before a head as they are compared, and which are its kinds and sorts."""
+        properties, kinds, sorts, at = set(), set(), set(), 0
         while at < len(words):
             length = min(len(words) - at, self._table.longest)
             while length > 1 and len(self._table.find(words[at : at + length])) != 1:
@@ -259,10 +277,14 @@ class NameReader:
             at += length
             spelled = self._spell(phrase[0]) if length == 1 else self._key_phrase(phrase)
             properties.add(spelled)
-            is_kind = not any(narrows(spell(phrase[-1]), head) for head in heads)
-            if is_kind and spelled not in repeated:
+            if spelled in repeated:
+                continue
+            word = spell(phrase[0]) if length == 1 else spelled
+            if not narrows(word, heads):
                 kinds.add(spelled)
-        return frozenset(properties), frozenset(kinds)
+            if not says_how(word):
+                sorts.add(spelled)
+        return frozenset(properties), frozenset(kinds), frozenset(kinds | sorts)
 
     def _key_phrase(self, words: list[str]) -> str:
         return make_key(split_words(self._table.names[self._table.find(words)[0]]))
@@ -278,6 +300,14 @@ class NameReader:
 def make_reader(table: AliasTable) -> NameReader:
     """Return the reader of a table, which remembers what it has read."""
     return NameReader(table)
+
+
+def _add_kinds(reading: Reading, words: frozenset[str]) -> Reading:
+    """Return a reading of a thing of a kind that more words say."""
+    return replace(
+        reading, kinds=reading.kinds | words, sorts=reading.sorts | words,
+        stem=reading.stem | words, stem_sorts=reading.stem_sorts | words,
+    )  # fmt: skip
 
 
 def _is_name(remark: str) -> bool:

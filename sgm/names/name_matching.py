@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 
 from sgm.names.aliases import AliasTable, Row
-from sgm.names.known_words import is_noun, is_word
-from sgm.names.modifiers import contradict, spell
+from sgm.names.known_words import is_word
+from sgm.names.modifiers import contradict, is_elsewhere, spell
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import Reading, make_reader
@@ -21,6 +21,7 @@ SYNONYM = 0.9  # mug and cup .96, phone and telephone .93; plate and bowl .87 st
 RELATED = 0.8  # enough for a "did you mean"
 _MOST_ALTERNATIVES = 3
 _MOST_RESOLVED = 2000  # questions whose answers are kept
+_LEAST_MENDED = 5  # letters
 _LONG_NAME = 8  # letters from which on two of them may be wrong
 _MOST_SIBLINGS = 12  # of a kind, whose things are offered for one another
 
@@ -102,9 +103,9 @@ class NameIndex:
     3. A more general name: "phone" for "iphone".
     4. A part of the name that is no English word: "zorb" for "zorb charger".
     5. What it holds, or a remark in brackets: "cookies" for "cookie jar".
-    6. A word that is no English one, of five letters or more, with one letter wrong, missing, too
-       many or two in the wrong order (two mistakes from nine letters on), is read as an English one
-       of the memory that begins alike. What that is a synonym or kind of is not meant.
+    6. A word that is no English one, of five letters or more, is read as an English one of the
+       memory, if it is that with one slip (`is_typo`). What that is a synonym or kind of is not
+       meant.
     7. Things that mean nearly the same by their text vectors, where one of the two is not in the
        table: with an encoder of one's own, or if the policy has vectors.
 
@@ -216,7 +217,7 @@ class NameIndex:
         words = read_words("description", question)
         text = question if words in self._written else strip_question(question)
         readings = self._read_main(text)
-        how, groups = self._match(readings)
+        how, groups = self._match(readings, text)
         if not groups:
             mended = " ".join(self._mend(word) for word in text.split())
             if mended != text:
@@ -248,11 +249,11 @@ class NameIndex:
     def _read_main(self, text: str) -> list[Reading]:
         return [reading for reading in self._reader.read(text) if not reading.is_content]
 
-    def _match(self, readings: Sequence[Reading]) -> tuple[str, list[list[int]]]:
+    def _match(self, readings: Sequence[Reading], text: str) -> tuple[str, list[list[int]]]:
         """Apply rules 1 to 5: how it was found, and the numbers of the descriptions by reading."""
         for how, rule in (
             ("", partial(self._choose, fit=_ALL_SAID)),
-            ("same words", self._find_joined),
+            ("same words", partial(self._find_joined, text)),
             ("fewer words", partial(self._choose, fit=_LESS_SAID)),
             ("more general name", self._find_above),
             ("part of the name", self._find_part),
@@ -333,17 +334,15 @@ class NameIndex:
         own = (thing, *self._table.list_below(thing))
         return [entry for one in own for entry in self._things.get(one, ())]
 
-    def _find_joined(self, reading: Reading) -> list[list[int]]:
+    def _find_joined(self, text: str, reading: Reading) -> list[list[int]]:
         """Find what is called the same, written apart or together: "fire lighters"."""
-        whole = reading.endings[0]
+        whole = Name.read(text).joined
         numbers = {
             number
             for number, one in self._endings.get(whole, ())
-            if one.endings[0] == whole
-            and len(one.words) <= len(one.endings)
-            and _is_possible(reading, one)
+            if one.endings[0] == whole and _is_possible(reading, one)
         }
-        return [sorted(numbers)] if numbers and len(reading.words) <= len(reading.endings) else []
+        return [sorted(numbers)] if numbers else []
 
     def _find_above(self, reading: Reading) -> list[list[int]]:
         groups = []
@@ -352,7 +351,7 @@ class NameIndex:
                 numbers = {
                     number
                     for number, one in self._things.get(kind, ())
-                    if _compare(reading, one) in (_ALL_SAID, _LESS_SAID) and not one.kinds
+                    if _compare(reading, one) in (_ALL_SAID, _LESS_SAID) and not one.sorts
                 }
                 if numbers:
                     groups.append(sorted(numbers))
@@ -361,7 +360,7 @@ class NameIndex:
 
     def _find_part(self, reading: Reading) -> list[list[int]]:
         """Apply rule 4: names that have its words, where these name nothing that is known."""
-        if reading.things or is_noun(reading.head[-1]):
+        if reading.things or is_word(reading.head[-1]):
             return []
         numbers = self._find_holding(reading)
         return [numbers] if numbers else []
@@ -405,23 +404,17 @@ class NameIndex:
 
     def _mend(self, word: str) -> str:
         """Return the word of the memory that this one may be a typo of; itself if it is a word."""
-        most = 0 if len(word) < 5 else 1 if len(word) < 9 else 2
         spelled = spell(word)
-        if most == 0 or not word.isalpha() or spelled in self._words or is_word(word):
+        if len(word) < _LEAST_MENDED or not word.isalpha():
             return word
-        near = sorted(
-            (count_mistakes(word, other), other)
+        if spelled in self._words or spelled in self._table.words or is_word(word):
+            return word
+        near = [
+            other
             for other in self._words
-            if other[0] == word[0]
-            and abs(len(other) - len(word)) <= most
-            and other.isalpha()
-            and spelled not in self._table.words
-            and is_word(other)
-        )
-        near = [(distance, other) for distance, other in near if distance <= most]
-        if not near or (len(near) > 1 and near[0][0] == near[1][0]):
-            return word
-        return near[0][1]
+            if other.isalpha() and is_word(other) and is_typo(spelled, other)
+        ]
+        return near[0] if len(near) == 1 else word
 
     def _find_similar(
         self, readings: Sequence[Reading], similarity: Similarity | None, least: float
@@ -505,13 +498,21 @@ def _compare(asked: Reading, said: Reading) -> int | None:
     """Tell how much of a question about a thing of this head a name says; None: another thing."""
     if not _is_possible(asked, said):
         return None
-    missing, extra = asked.kinds - said.said, said.kinds - asked.said
+    own, other = (asked.kinds, said.kinds) if asked.things else (asked.stem, said.stem)
+    missing, extra = own - said.said, other - asked.said
+    is_written = asked.key in said.endings
     if missing or extra:
         is_part = (not missing or not extra) and asked.endings[-1] == said.endings[-1]
         return _DOUBTFUL if is_part else None
-    is_alike = asked.key in said.endings or not set(asked.things).isdisjoint(said.things)
+    is_same_thing = not set(asked.things).isdisjoint(said.things)
+    is_alike = is_written or is_same_thing
+    if asked.is_sort and not is_same_thing and not is_written:
+        return None
     if (asked.kinds or said.kinds) and not is_alike:
         return None  # a "garlic bread" and a "garlic bagel"
+    is_of_sort = bool(asked.sorts - said.said)
+    if is_of_sort and (said.stem_sorts - asked.said or asked.endings[-1] not in said.endings):
+        return None  # a "wall clock" and a "digital clock"
     if asked.instance and not said.instance:
         return _DOUBTFUL
     is_owned = not asked.owner or said.owner or asked.owner in said.said
@@ -523,6 +524,8 @@ def _is_possible(asked: Reading, said: Reading) -> bool:
     if asked.owner and said.owner not in ("", asked.owner):
         return False
     if asked.instance and said.instance not in ("", asked.instance):
+        return False
+    if is_elsewhere(asked.said, said.said):
         return False
     return not contradict(asked.said - asked.head_words, said.said - said.head_words)
 
@@ -568,6 +571,19 @@ def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:
         known.update(own)
         kept += [own] if own else []
     return kept
+
+
+def is_typo(word: str, meant: str) -> bool:
+    """Tell whether a word is another one with one slip of the fingers.
+
+    Two letters in the wrong order, or a letter missing or too many; from eight letters on a wrong
+    one, too. The first letter is right, and so is the last one but for their order.
+    """
+    if word[0] != meant[0] or count_mistakes(word, meant, 1) != 1:
+        return False
+    if sorted(word) == sorted(meant):
+        return True
+    return word[-1] == meant[-1] and (len(word) != len(meant) or len(word) >= _LONG_NAME)
 
 
 def count_mistakes(one: str, other: str, most: int | None = None) -> int:

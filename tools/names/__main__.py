@@ -1,7 +1,8 @@
 """How often a question is taken for what was meant: `python -m tools.names`.
 
-The pairs are `tools/names/data/name_pairs.json`: what a detector named in a home, a question,
-and the descriptions that it means, none where nothing of that name was seen.
+Two tables: pairs of our own, and, with `--labels_too`, the labels of public lists asked in memories
+of other lists. The pairs are `tools/names/data/name_pairs.json`: what a detector named in a home, a
+question, and the descriptions that it means, none where nothing of that name was seen.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import argparse
 import json
 import zlib
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,10 @@ from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_matching import SYNONYM, NameIndex, Resolution, Similarity
 from sgm.text.vectors import compare
+from tools.names.label_lists import load_lists
+from tools.names.labels import OUTCOMES as LABEL_OUTCOMES
+from tools.names.labels import ask_labels
+from tools.names.labels import count_outcomes as count_labels
 
 PARTS = ("tuning", "report", "spoken", "fresh")
 MOST = 3  # matches among which a right one counts
@@ -108,6 +113,37 @@ def make_report() -> str:
     )  # fmt: skip
 
 
+def make_labels_report(files: Mapping[str, Path]) -> str:
+    """Make the table of public labels: every list asked in memories of every other one."""
+    lists = load_lists(files)
+    head = " | ".join(["half", "asked", "names asked", *LABEL_OUTCOMES])
+    lines = [f"| {head} |", f"| --- | --- | ---: {'| ---: ' * len(LABEL_OUTCOMES)}|"]
+    for half, what in ((0, "tuned on"), (1, "reported")):
+        total: Counter[str] = Counter()
+        for asked in lists:
+            counts: Counter[str] = Counter()
+            for seen in lists:
+                if seen is not asked:
+                    counts += count_labels(list(ask_labels(asked, seen, half)))
+            total += counts
+            lines.append(_make_labels_row(what, asked.name, counts))
+        lines.append(_make_labels_row(what, "all", total))
+    return "\n".join([*lines, ""])
+
+
+def _make_labels_row(half: str, name: str, counts: Counter[str]) -> str:
+    total = max(sum(counts.values()), 1)
+    shares = [f"{counts[outcome] / total:.2%}" for outcome in LABEL_OUTCOMES]
+    return f"| {' | '.join([half, name, f'{sum(counts.values()):,}', *shares])} |"
+
+
+def _read_labels(text: str) -> tuple[str, Path]:
+    name, _, path = text.partition("=")
+    if not name or not Path(path).is_file():
+        raise argparse.ArgumentTypeError(f"labels must be NAME=FILE of a file, got {text!r}.")
+    return name, Path(path)
+
+
 def _make_encoder(table: AliasTable) -> NameEncoder:
     return NameEncoder(encode_letters, table)
 
@@ -133,8 +169,15 @@ def main(args: Sequence[str] | None = None) -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(prog="tools.names", description=__doc__)
     parser.add_argument("--out", type=Path, help="also write them to a file")
+    parser.add_argument("--labels_too", action="store_true", help="ask for public labels, too")
+    parser.add_argument(
+        "--labels", metavar="NAME=FILE", type=_read_labels, action="append", default=[],
+        help="a list of labels, one a line or YAML with `names`",
+    )  # fmt: skip
     options = parser.parse_args(args)
     report = make_report()
+    if options.labels_too or options.labels:
+        report += "\nPublic labels:\n\n" + make_labels_report(dict(options.labels))
     print(report)
     if options.out is not None:
         write_whole(options.out, report.encode())

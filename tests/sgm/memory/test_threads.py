@@ -82,7 +82,9 @@ READERS = {
     "num_furniture": lambda memory, n: memory.num_furniture,
     "places_of": lambda memory, n: memory.places_of("large mug"),
     "rank": lambda memory, n: memory.rank(Bayesian(), "cup"),
+    "find_carried": lambda memory, n: memory.find_carried("mug"),
     "resolve": lambda memory, n: memory.resolve("mug"),
+    "resolve_exact": lambda memory, n: memory.resolve_exact("mug"),
     "save": None,  # needs a folder
     "time": lambda memory, n: memory.time,
     "list_statements": lambda memory, n: memory.list_statements(),
