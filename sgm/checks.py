@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection, Iterable
 from numbers import Integral, Real
 from typing import Any, TypeGuard, TypeVar
@@ -14,6 +15,11 @@ Kind = TypeVar("Kind")
 def is_number(value: object) -> TypeGuard[float]:
     """Tell whether a value that any caller may have given is a number; nan is one."""
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def is_finite(value: object) -> TypeGuard[float]:
+    """Tell whether a value is a number of which there is a finite float; 10**400 is none."""
+    return is_number(value) and abs(value) <= sys.float_info.max
 
 
 def check_kind(name: str, value: object, kind: type, hint: str) -> None:
@@ -49,6 +55,8 @@ def check_at_least(least: int, **values: float | None) -> None:
     for name, value in values.items():
         if value is not None and not value >= least:  # nan is below every bound
             raise ValueError(f"{name} must be at least {least}, got {shorten(value)}. Raise it.")
+        if isinstance(value, int) and not is_finite(value):
+            raise ValueError(f"{name} must be below 1e308, got {shorten(value)}. Lower it.")
 
 
 def check_at_most(most: int, **values: float) -> None:

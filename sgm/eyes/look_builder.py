@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.checks import is_number, read_all
+from sgm.checks import is_finite, read_all
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.camera_view import CameraView, DepthImage
 from sgm.eyes.detection import Detection
@@ -28,6 +28,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.messages import shorten
 
+MOST_DETECTIONS = 1000  # of a frame; detectors give 300 at most
 _SURE = 0.5  # confidence from which on a thing has a spot
 
 
@@ -184,7 +185,8 @@ class LookBuilder:
 
         Raises:
             TypeError: if pose, intrinsics or detections are something else.
-            ValueError: if the depth image has another size or unit.
+            ValueError: if the depth image has another size or unit, or there are more than
+                `MOST_DETECTIONS`.
         """
         detections = _read_frame(pose, intrinsics, detections)
         image = None if depth is None else DepthImage(depth, intrinsics)
@@ -227,13 +229,15 @@ class LookBuilder:
 
     def _find_fault(self, time: float, pose: Pose | None, pose_time: float | None) -> str:
         """Say why a frame is left out, "" if it is good, and end the visits that are over."""
-        if not is_number(time) or not math.isfinite(time):
+        if not is_finite(time):
             return "time is no number"
         if time <= self._time:
             return "time went back" if time < self._time else "frame came twice"
         self._time = time
         self._end(self._visits.take_ended(time, self._rules.pause, self._rules.longest))
-        age = 0.0 if pose_time is None else time - pose_time
+        age = 0.0
+        if pose_time is not None:
+            age = time - pose_time if is_finite(pose_time) else math.nan
         fault = self.gate.find_fault(time, pose, age, self._before)
         self._before = None if pose is None else (time, pose)
         return fault
@@ -285,4 +289,10 @@ def _read_frame(
                 f"{name} must be of {kind.__name__}, got {shorten(value)}. Make it with sgm.eyes."
             )
     hint = "Write [Detection('mug', 0.9, box=(left, top, right, bottom))], and [] for none."
-    return read_all("detections", detections, Detection, hint)
+    found = read_all("detections", detections, Detection, hint)
+    if len(found) > MOST_DETECTIONS:
+        raise ValueError(
+            f"detections must be at most {MOST_DETECTIONS} in a frame, got {len(found)}. Hand on "
+            "the surest, or a higher least score to the detector."
+        )
+    return found

@@ -43,7 +43,7 @@ class Gate:
         check_at_least(
             0, most_position_sd=self.most_position_sd, most_angle_sd=self.most_angle_sd,
             most_speed=self.most_speed, most_turn=self.most_turn, most_age=self.most_age,
-            nearest=self.nearest,
+            nearest=self.nearest, farthest=self.farthest,
         )  # fmt: skip
         check_shares(least_score=self.least_score)
         if not self.farthest > self.nearest:

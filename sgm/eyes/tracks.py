@@ -107,6 +107,9 @@ class Tracks:
 
     def __init__(self) -> None:
         self._tracks: list[Track] = []
+        self._frame = -1
+        self._of_key: dict[object, list[Track]] = {}  # before the frame
+        self._candidates: dict[object, _Candidates] = {}  # of the frame
 
     def note_view(self, view: CameraView, frame: int, margin: float) -> None:
         """Count the frame for all things whose spot it shows, or that were seen in it."""
@@ -129,31 +132,59 @@ class Tracks:
         key: object = read_name(detection.name)
         if detection.track is not None:
             key = ("track", detection.track)
-        same = [track for track in self._tracks if track.key == key and track.frames[-1] != frame]
-        if detection.track is None and same:
-            away = [float(np.linalg.norm(track.center - at.center)) for track in same]
-            nearest = int(np.argmin(away))
-            reach = _SAME_THING + _IN_SIGHT * math.hypot(at.sd, same[nearest].sd)
-            same = [same[nearest]] if away[nearest] <= reach else []
-        track = same[0] if same else Track(key, at.center, at.radius, at.height, at.sd)
-        if not same:
+        if frame != self._frame:
+            self._begin(frame)
+        if key not in self._candidates:
+            self._candidates[key] = _Candidates(self._of_key.get(key, []))
+        sd = None if detection.track is not None else at.sd
+        track = self._candidates[key].take(at.center, sd)
+        if track is None:
+            track = Track(key, at.center, at.radius, at.height, at.sd)
             self._tracks.append(track)
         track.add(detection, frame, volume, at)
+
+    def _begin(self, frame: int) -> None:
+        """Group what was seen before by its key."""
+        self._frame, self._of_key, self._candidates = frame, {}, {}
+        for track in self._tracks:
+            self._of_key.setdefault(track.key, []).append(track)
 
     def take(self, place: int) -> list[Track]:
         """Take out the things at a place; of two names for one thing the more frequent is kept."""
         here = [track for track in self._tracks if track.volume // 2 == place]
         self._tracks = [track for track in self._tracks if track.volume // 2 != place]
         here.sort(key=lambda track: -len(track.frames))
-        kept: list[Track] = []
-        for track in here:
-            if not any(_are_one_thing(track, other) for other in kept):
-                kept.append(track)
-        return kept
+        center = np.array([track.center for track in here]).reshape(-1, 3)
+        sd = np.array([track.sd for track in here])
+        kept: list[int] = []
+        for row, track in enumerate(here):
+            away = np.linalg.norm(center[kept] - center[row], axis=1)
+            is_near = away <= _SAME_SPOT + _IN_SIGHT * np.hypot(sd[kept], sd[row])
+            near = [here[kept[column]] for column in np.flatnonzero(is_near)]
+            if not any(set(track.frames).isdisjoint(other.frames) for other in near):
+                kept.append(row)
+        return [here[row] for row in kept]
 
 
-def _are_one_thing(one: Track, other: Track) -> bool:
-    """Tell whether two things are at one spot and were never seen at once."""
-    reach = _SAME_SPOT + _IN_SIGHT * math.hypot(one.sd, other.sd)
-    away = float(np.linalg.norm(one.center - other.center))
-    return away <= reach and set(one.frames).isdisjoint(other.frames)
+class _Candidates:
+    """Tracks of one key that were not seen in the present frame, each to be taken once."""
+
+    def __init__(self, tracks: list[Track]) -> None:
+        self._tracks = tracks
+        self._center = np.array([track.center for track in tracks]).reshape(-1, 3)
+        self._sd = np.array([track.sd for track in tracks])
+        self._is_free = np.ones(len(tracks), bool)
+
+    def take(self, center: np.ndarray, sd: float | None) -> Track | None:
+        """Take the nearest one, if it is in reach; without `sd`, the first one."""
+        if not self._is_free.any():
+            return None
+        if sd is None:
+            row = int(self._is_free.argmax())
+        else:
+            away = np.linalg.norm(self._center - center, axis=1)
+            row = int(np.where(self._is_free, away, np.inf).argmin())
+            if not away[row] <= _SAME_THING + _IN_SIGHT * math.hypot(sd, self._sd[row]):
+                return None
+        self._is_free[row] = False
+        return self._tracks[row]

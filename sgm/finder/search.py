@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.belief import compute_stay
-from sgm.checks import is_number
+from sgm.checks import is_finite, is_number
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.search_plan import (
     MOST_ROUNDS,
@@ -56,7 +56,8 @@ class SearchRules:
                 f"give_up_at must lie above 0 and at most at 1, got {shorten(self.give_up_at)}. "
                 "Give the probability that no look finds it, from which on the search ends."
             )
-        if self.budget is not None and (not is_number(self.budget) or not self.budget > 0):
+        most = self.budget
+        if most is not None and not ((is_finite(most) and most > 0) or most == math.inf):
             raise ValueError(
                 f"budget must be a number above 0, got {shorten(self.budget)}. Give the most that "
                 "all looks may cost, or leave it out."

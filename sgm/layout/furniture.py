@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.checks import is_number
+from sgm.checks import is_finite
 from sgm.layout.box import Box
 from sgm.messages import shorten
 
@@ -124,7 +124,7 @@ def read_open_cost(cost: Any = None) -> float | None:
     """Return a finite cost of 0 or more; None stays None, other values raise ValueError."""
     if cost is None:
         return None
-    if not is_number(cost) or not 0 <= cost < math.inf:
+    if not is_finite(cost) or not cost >= 0:
         raise ValueError(
             f"open_cost must be a finite number, 0 or more, got {shorten(cost)}. Give what opening "
             "it costs in the unit of the distances, or leave it out where there is no door."

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sgm.checks import is_finite
 from sgm.messages import shorten
 
 HOUR_SECONDS = 3600.0
@@ -51,8 +52,10 @@ class Clock:
         seconds = self.step_seconds
         if isinstance(seconds, bool) or not isinstance(seconds, (int, float)):
             raise TypeError(f"step_seconds must be a number, got {shorten(seconds)}. Take 3600.")
-        if not (math.isfinite(seconds) and seconds > 0):
-            raise ValueError(f"step_seconds must be a number > 0, got {seconds}. Take 3600.")
+        if not (is_finite(seconds) and seconds > 0):
+            raise ValueError(
+                f"step_seconds must be a number > 0, got {shorten(seconds)}. Take 3600."
+            )
 
     @classmethod
     def of_rules(cls, start_time: str, step_seconds: float) -> Clock:

@@ -52,7 +52,7 @@ def read_embedding(values: Any) -> tuple[float, ...]:
     """Return an embedding as numbers, empty without one; raises ValueError for what is none."""
     try:
         array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.zeros((1, 1))
     is_row = array.ndim == 1 and len(array) <= MOST_NUMBERS and bool(np.isfinite(array).all())
     if not is_row or (len(array) and not array.any()):
@@ -197,7 +197,7 @@ def split_coverage(coverage: Coverage) -> tuple[float, float]:
 
 def read_share(name: str, share: Any, place: str) -> float:
     """Return a share above 0; raises ValueError for anything else."""
-    if not isinstance(share, Real) or not 0 < float(share) <= 1:
+    if not isinstance(share, Real) or not 0 < share <= 1:
         raise ValueError(
             f"{name} must be above 0 and at most 1, got {shorten(share)} at {place}. Give the "
             "share in view, or leave out the look."

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from sgm.checks import is_number
+from sgm.checks import is_finite
 from sgm.files import parse_json
 from sgm.memory.clock import MAX_TIME
 from sgm.memory.sighting import MOST_NUMBERS, SPELLINGS, Sighting, read_relation
@@ -90,7 +89,7 @@ def make_number_rule(above: float, most: float) -> Rule:
     return Rule(
         {"type": "number", "exclusiveMinimum": above, "maximum": most},
         f"be a number above {above:g} and at most {most:g}",
-        lambda _, value: float(value) if _is_number(value) and above < value <= most else None,
+        lambda _, value: float(value) if is_finite(value) and above < value <= most else None,
     )
 
 
@@ -122,7 +121,7 @@ def _read_place(name: str, value: Any) -> str | int | None:
 def _read_numbers(value: Any, least: int, most: int) -> tuple[float, ...] | None:
     if not isinstance(value, list) or not least <= len(value) <= most:
         return None
-    fits = all(_is_number(number) and abs(number) <= _MOST_METRES for number in value)
+    fits = all(is_finite(number) and abs(number) <= _MOST_METRES for number in value)
     return tuple(map(float, value)) if fits else None
 
 
@@ -146,11 +145,6 @@ def _is_whole(value: Any) -> bool:
     if isinstance(value, float):
         return value.is_integer()
     return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _is_number(value: Any) -> bool:
-    """Tell whether it is a finite number of which there is a float."""
-    return is_number(value) and abs(value) <= sys.float_info.max
 
 
 _STEP = {"type": "integer", "minimum": 0, "maximum": MAX_TIME}

@@ -94,12 +94,16 @@ def find_asset_type(asset: str) -> str | None:
             break
         words.append(word.lower())
     known = _load_squashed_types()
-    runs = [
-        (start - stop, start, kind)
-        for start in range(len(words))
-        for stop in range(start + 1, len(words) + 1)
-        if (kind := known.get("".join(words[start:stop]))) is not None
-    ]
+    longest = max(map(len, known))
+    runs = []
+    for start in range(len(words)):
+        run = ""
+        for stop in range(start, len(words)):
+            run += words[stop]
+            if len(run) > longest:  # no longer run is a type either: linear in the words
+                break
+            if run in known:
+                runs.append((start - stop, start, known[run]))
     return min(runs)[2] if runs else None
 
 

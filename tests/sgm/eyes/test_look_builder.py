@@ -3,6 +3,7 @@ import pytest
 
 from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, LookRules, Pose
 from sgm.eyes.camera_view import CameraView, DepthImage
+from sgm.eyes.look_builder import MOST_DETECTIONS
 from sgm.eyes.scene import Scene
 from sgm.layout.outline import contains_points, read_outline
 from sgm.memory.look_log import read_log
@@ -358,9 +359,12 @@ def test_looks_are_handed_to_a_callback():
         ({"pose": None}, "no transform"),
         ({"pose_time": 9.0}, "transform too old"),
         ({"pose_time": np.nan}, "transform too old"),
+        ({"pose_time": -(10**400)}, "transform too old"),
         ({"time": 9.9}, "time went back"),
         ({"time": 10.0}, "frame came twice"),
         ({"time": np.nan}, "time is no number"),
+        ({"time": 10**400}, "time is no number"),
+        ({"time": np.inf}, "time is no number"),
         ({"time": "now"}, "time is no number"),
         ({"time": 10.01}, "camera too fast"),
         ({"pose": Pose.look_at((0, 0, 1.4), (2, 0, 0.4), position_sd=0.5)}, "pose uncertain"),
@@ -436,6 +440,19 @@ def test_bad_calls_are_one_line(call, kind, message):
     with pytest.raises(kind, match=message) as error:
         call(builder, look_around(TABLE.center)[0])
     assert "\n" not in str(error.value)
+
+
+def test_as_many_detections_as_a_frame_may_have():
+    builder = LookBuilder({7: TABLE})
+    pose, mug = look_around(TABLE.center)[0], put_on(TABLE, 0.0, 0.0)
+    seen = [detect("mug", mug, pose)] * (MOST_DETECTIONS + 1)
+    depth = render([TABLE, mug], pose)
+    with pytest.raises(ValueError, match=r"detections must be at most 1000 in a frame, got 1001"):
+        builder.frame(0.0, pose, CAMERA, seen, depth)
+    for number in range(2):
+        assert builder.frame(number * 0.1, pose, CAMERA, seen[1:], depth)
+    (look,) = builder.finish()
+    assert len(look.seen) == MOST_DETECTIONS  # each of two frames: the second ones are the same
 
 
 def test_no_furniture_at_all():

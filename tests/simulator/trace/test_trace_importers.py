@@ -13,6 +13,7 @@ from simulator.trace import load_trace
 from simulator.trace.__main__ import main
 from simulator.trace.episode import split_days
 from simulator.trace.importers import read_procthor, read_scene_graph
+from simulator.trace.importers.procthor import find_asset_type
 from simulator.trace.trace import remember_trace
 
 SQUARE = [{"x": x, "y": 0, "z": z} for x, z in ((0, 0), (0, 4), (4, 4), (4, 0))]
@@ -225,6 +226,13 @@ def test_without_spark_dsg_the_error_says_what_to_install(tmp_path, monkeypatch,
     monkeypatch.setitem(__import__("sys").modules, "spark_dsg", None)
     assert main(["import", "spark-dsg", "graph.json", "--out", str(tmp_path / "x")]) == 1
     assert "pip install './core[spark]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("word", ["a", "Bed", "Qx", "Toilet_Paper_"])
+def test_a_long_asset_id_is_read_at_once(word):
+    """It was cubic in the words of the id: a minute for 8,000 characters."""
+    find_asset_type(word * (200_000 // len(word)))
+    assert find_asset_type("RoboTHOR_office_chair_jules") == "Chair"
 
 
 MAP = '{"rooms": [{"id": "room|1", "roomType": "Kitchen"}], "objects": [{"id": "Fridge|1|0"}]}'
