@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 from sgm.messages import shorten
 from sgm.policies.policy import compute_probabilities
 from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
+from simulator.gym.reset_options import NEW_HOME, reads_new_home
 from simulator.gym.search_series import SearchSeries
 from simulator.policies import Policy
 from simulator.world.homes import Homes
@@ -92,9 +93,13 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Start the next search; see the class for when it is in a new home."""
+        """Start the next search; see the class for when it is in a new home.
+
+        Raises:
+            ValueError, TypeError: if the options are others than `new_home`.
+        """
+        is_new = reads_new_home(options) or seed is not None
         super().reset(seed=seed)
-        is_new = seed is not None or bool((options or {}).get("new_home"))
         self.searches.start(self.np_random, is_new)
         self._looks = []
         return self._observe(), self._get_info()
@@ -220,20 +225,22 @@ class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):
             options: `new_home` to draw new homes; `reset_mask`, if given, must be all true.
 
         Raises:
-            ValueError: if only some homes are to be reset, or seeds come one by one.
+            ValueError: if only some homes are to be reset, seeds come one by one, or there is an
+                option of another name.
+            TypeError: if `new_home` is neither true nor false.
         """
-        options = options or {}
+        is_new = reads_new_home(options, (NEW_HOME, "reset_mask")) or seed is not None
         if isinstance(seed, list):
             raise ValueError(
                 f"seed must be one number for all homes, got {seed}. They differ by their number."
             )
-        if not np.all(options.get("reset_mask", True)):
+        if not np.all((options or {}).get("reset_mask", True)):
             raise ValueError(
                 "homes must be reset together, got a reset_mask for some. Step until all searches "
                 "are over, or use vectorization_mode='sync'."
             )
         super().reset(seed=seed)
-        self.searches.start(self.np_random, seed is not None or bool(options.get("new_home")))
+        self.searches.start(self.np_random, is_new)
         return self.searches.observe(), self.searches.get_info()
 
     def step(

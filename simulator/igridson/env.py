@@ -22,6 +22,7 @@ from sgm.checks import check_at_least
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
 from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
+from simulator.gym.reset_options import reads_new_home
 from simulator.igridson.drawing import HomePicture
 from simulator.igridson.find_object import make_homes
 from simulator.igridson.layout import GridLayout
@@ -143,16 +144,16 @@ class IGridsonEnv(MiniGridEnv):
         self.shows_all = shows_all
         self.belief: np.ndarray | None = None
         self._prior = PriorGraph.default() if prior is None else prior
-        self._policy: Callable[[SampledHomes], Policy] = lambda homes: Bayesian()
+        self._policy: Callable[[SampledHomes], Policy] = _make_bayesian
         self._picture: HomePicture | None = None
         self._is_moving = False
         self.trail = [self.layout.start]
         self.looked_at: list[int] = []
         self._window: pygame.Surface | None = None
-        self._frame_clock = pygame.time.Clock()
+        self._frame_clock: pygame.time.Clock | None = None  # of the window
         columns, rows = self.layout.size
         super().__init__(
-            MissionSpace(mission_func=lambda: "find the object"), width=columns, height=rows,
+            MissionSpace(mission_func=_name_mission), width=columns, height=rows,
             max_steps=max_steps, render_mode=render_mode, tile_size=tile_size,
         )  # fmt: skip
         self._sample_home(home_seed=0)  # for the number of descriptions; replaced on reset
@@ -173,6 +174,10 @@ class IGridsonEnv(MiniGridEnv):
             }
         )
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy in this or another process has: all but the window."""
+        return {**self.__dict__, "_window": None, "_frame_clock": None}
+
     def set_policy(self, make: Callable[[SampledHomes], Policy]) -> None:
         """Let a policy that is made of the homes be asked from the next search on, in a new one."""
         self._policy = make
@@ -181,8 +186,12 @@ class IGridsonEnv(MiniGridEnv):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Start the next search; see the class for when it is in a new home."""
-        if seed is not None or (options or {}).get("new_home"):
+        """Start the next search; see the class for when it is in a new home.
+
+        Raises:
+            ValueError, TypeError: if the options are others than `new_home`.
+        """
+        if reads_new_home(options) or seed is not None:
             self._wants_new_home = True
         observation, _ = super().reset(seed=seed)
         return observation, self._get_info()
@@ -323,9 +332,11 @@ class IGridsonEnv(MiniGridEnv):
         if self._window is None:
             pygame.display.init()
             self._window = pygame.display.set_mode((frame.shape[1], frame.shape[0]))
+            self._frame_clock = pygame.time.Clock()
             pygame.display.set_caption("iGridson")
         self._window.blit(pygame.surfarray.make_surface(frame.transpose(1, 0, 2)), (0, 0))
         pygame.event.pump()
+        assert self._frame_clock is not None
         self._frame_clock.tick(self.metadata["render_fps"])
         pygame.display.flip()
         return None
@@ -389,3 +400,11 @@ class IGridsonEnv(MiniGridEnv):
             "num_looks": len(self.looked_at),
             "path_length": self.path_length,
         }
+
+
+def _make_bayesian(homes: SampledHomes) -> Policy:
+    return Bayesian()
+
+
+def _name_mission() -> str:
+    return "find the object"

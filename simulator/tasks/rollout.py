@@ -111,8 +111,8 @@ class Rollout:
         self._looks_per_step = np.array([config.looks_per_step for config in homes.configs])
         self._num_rounds = 0  # of looks on patrol
         self._num_evolved = 0
-        self.on_change: Callable[[Change], None] = lambda change: None
-        self.on_look: Callable[[Observation], None] = lambda seen: None
+        self.on_change: Callable[[Change], None] = _ignore
+        self.on_look: Callable[[Observation], None] = _ignore
 
     def ask(self) -> tuple[np.ndarray, Queries]:
         """Evolve every home by one step and ask its query: description codes (H,), queries."""
@@ -173,3 +173,7 @@ class Rollout:
         self.on_change(change)
         self.on_look(seen)
         return seen
+
+
+def _ignore(_: object) -> None:
+    """Hear what happens; a function by name, so that a rollout can be pickled."""
