@@ -1,7 +1,7 @@
 """Scene graph memory: what a robot remembers of a home, and where it should look.
 
 `SceneGraphMemory`, `Sighting` and `Clock` remember; `ObjectFinder` asks the network that ships,
-`Finder` any policy, such as `Bayesian`; `MemoryService` answers in words. Needs numpy and ONNX
+`Finder` any policy, such as `Adaptive`; `MemoryService` answers in words. Needs numpy and ONNX
 Runtime, no deep learning and no compiler.
 The names are loaded when they are first used.
 """

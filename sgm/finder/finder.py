@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from datetime import datetime
-from pathlib import Path
 from threading import Lock
 from typing import Any
 
@@ -12,7 +11,6 @@ import numpy as np
 
 from sgm.belief import Belief, Detector, Posterior, compute_posterior
 from sgm.checks import check_kind, check_shares
-from sgm.finder.adaptation import Adaptation
 from sgm.finder.judged import JudgedBeliefs
 from sgm.finder.ranking import Place, Ranking, gather_evidence
 from sgm.finder.search import ObjectSearch, SearchRules
@@ -35,7 +33,7 @@ class Finder:
     finder, and one memory, while others observe.
 
     Example:
-        >>> finder = Finder(Bayesian())
+        >>> finder = Finder(Adaptive())
         >>> print(finder.rank(memory, "the red mug", k=3))
 
     Attributes:
@@ -53,7 +51,7 @@ class Finder:
         """Ask a policy.
 
         Args:
-            policy: who judges, such as `Bayesian()`; only oracles cannot.
+            policy: who judges, such as `Adaptive()`; only oracles cannot.
             detector: None for the detector of the paper's homes.
             asks_moved: share of the questions that are about what has moved in this very time step,
                 0 to 1: half of them in the tasks, and none of those of a person, who asks for what
@@ -64,7 +62,7 @@ class Finder:
             ValueError: if a share is out of range.
         """
         check_shares(asks_moved=asks_moved)
-        check_kind("policy", policy, Policy, "Give for example Bayesian().")
+        check_kind("policy", policy, Policy, "Give for example Adaptive().")
         if detector is not None:
             check_kind("detector", detector, Detector, _DETECTOR_HINT)
         self._detector = detector
@@ -231,34 +229,14 @@ class Finder:
         rules = SearchRules(look_cost, frozenset(exclude), give_up_at, budget)
         return ObjectSearch(self, memory, description, start, distance, rules)
 
-    def adapt(self, log: str | Path) -> Adaptation:
-        """Learn the home of a log; finders with a network can (`ObjectFinder.adapt`).
-
-        Raises:
-            TypeError: if the policy is no network.
-        """
-        raise TypeError(
-            f"policy must be a network to be adapted to a home, got {type(self._policy).__name__}. "
-            "Take ObjectFinder.load(), or Adaptive(), which learns from the memory alone."
-        )
-
     def _compute_posterior(self, asked: Asked) -> Posterior:
         """Return where any of the things asked for is."""
-        self._tell_miss_rate(asked)
-        with self._lock:  # policies keep caches
-            prior = self._judged.recall(
-                asked, self._list_settings(), self._believe, self._policy.answers_apart
-            )
-        return compute_posterior(prior, asked, self.detector)
-
-    def _list_settings(self) -> tuple[object, ...]:
-        """Return what `_believe` reads besides what is asked."""
-        return (self._policy, self._detector)
-
-    def _tell_miss_rate(self, asked: Asked) -> None:
-        """Give policies the miss rate of the finder's detector, if one was given."""
-        if self._detector is not None:
+        if self._detector is not None:  # one that is given holds for the policy, too
             asked.batch.history.given_miss_rate = self._detector.miss_rate
+        settings = self._policy, self._detector
+        with self._lock:  # policies keep caches
+            prior = self._judged.recall(asked, settings, self._believe, self._policy.answers_apart)
+        return compute_posterior(prior, asked, self.detector)
 
     def _believe(self, asked: Asked) -> Belief:
         """Return what the policy believes about each of the K things."""

@@ -31,7 +31,8 @@ class Priors(Policy):
 class Frequentist(Policy):
     """The edge with the highest share of true observations, else at random.
 
-    It has no prior: an edge that was never observed counts as 0, like one that never was true.
+    It has no prior: an edge that was never observed counts as 0, like one that never was true. A
+    baseline, which does not follow the latest sighting, as `Bayesian`.
     Source: paper section 5.3.
     """
 
@@ -55,6 +56,9 @@ class Myopic(Policy):
 
 class Bayesian(Policy):
     """A beta-binomial model per edge, its beta prior matched to the prior weight.
+
+    A baseline: the latest sighting has no more weight than any other, so that it does not follow a
+    thing that was moved. `Adaptive` does.
 
     alpha = mu^2 ((1 - mu) / v - 1 / mu), beta = alpha (1 / mu - 1), which is alpha = mu s and
     beta = (1 - mu) s with s = mu (1 - mu) / v - 1; then

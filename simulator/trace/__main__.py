@@ -212,7 +212,7 @@ def bring_log(arguments: Sequence[str]) -> int:
         f"{PROG} from-log",
         "Make traces of a home from the log of a robot's memory: the first part of the time to "
         "train on, the next to validate on, the last to measure with "
-        "(docs/robot/learn.md says what they assume).",
+        "(docs/traces.md says what they assume).",
     )
     parser.add_argument("log", type=Path, help='of SceneGraphMemory(log="looks.jsonl")')
     parser.add_argument(

@@ -18,50 +18,17 @@ from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, checksum_trained, load_trained, save_exported
 from nep.players.contestants import Checkpoint
 from nep.players.stored_network import import_encoders
-from sgm.finder.adaptation import Adaptation
 from sgm.memory.look_log import read_log
 from simulator import Clock, SceneGraphMemory
 from simulator.policies import find_policy
 from tools.priors.procthor_houses import count_procthor_houses
 
 DEEP = "[" * 50_000 + "]" * 50_000
-ADAPTED = {
-    "format": "scene graph memory: adaptation", "sharpness": 1.0, "weight": 0.5,
-    "bias": {"3": 0.25}, "num_questions": 40, "nll_before": 1.0, "nll_after": 0.9,
-}  # fmt: skip
 
 
 def make_model(seed: int) -> TrainedModel:
     torch.manual_seed(seed)
     return TrainedModel(NEPModule(MLP(units=8)), GraphBuilder(FeatureConfig()))
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        json.dumps(ADAPTED | {"sharpness": -1e308}),
-        json.dumps(ADAPTED | {"bias": {"3": 1e300}}),
-        json.dumps(ADAPTED).replace("0.25", "1e999"),
-        json.dumps(ADAPTED).replace("0.25", "9" * 400),
-        json.dumps(ADAPTED).replace("1.0", "NaN"),
-        json.dumps(ADAPTED).replace('"3"', '"x"'),
-        json.dumps(ADAPTED)[:-5],
-        DEEP,
-        "[]",
-        "",
-    ],
-)
-def test_odd_adaptations_are_refused_by_name(text, tmp_path):
-    path = tmp_path / "home.adapted.json"
-    path.write_text(text)
-    with pytest.raises(ValueError, match=r"adaptation must be a file .* in .*home\.adapted\.json"):
-        Adaptation.load(path)
-
-
-def test_a_good_adaptation_is_read(tmp_path):
-    (tmp_path / "home.adapted.json").write_text(json.dumps(ADAPTED))
-    found = Adaptation.load(tmp_path / "home.adapted.json")
-    assert (found.sharpness, found.bias, found.num_questions) == (1.0, {3: 0.25}, 40)
 
 
 @pytest.mark.parametrize("name", [".:", "..x:y", ":x", "..:", "os.:y", "os:system", "json:loads"])

@@ -13,7 +13,6 @@ import pytest
 
 from nep.players.checkpoints import load_trained
 from sgm.files import compute_checksum, read_file, read_json, write_whole
-from sgm.finder.adaptation import Adaptation
 from sgm.memory.look_log import read_log
 from sgm.prior.prior_graph import PriorGraph
 from simulator import SceneGraphMemory
@@ -55,7 +54,6 @@ READERS = {
     "shard": load_shard,
     "labels": load_label_names,
     "layout": load_layout,
-    "adaptation": Adaptation.load,
     "checkpoint": load_trained,
 }
 

@@ -19,7 +19,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from scene_graph_memory_ros.belief_markers import make_markers
-from sgm import Bayesian, Finder, ObjectFinder, SceneGraphMemory
+from sgm import Adaptive, Finder, ObjectFinder, SceneGraphMemory
 from sgm.ros import HomeMap, LiveMemory
 from sgm.ros.live_memory import NextPose
 
@@ -58,7 +58,7 @@ class MemoryNode(Node):
         }
         self._frames = read["map_frame"], read["base_frame"]
         self._file = Path(read["memory_file"]) if read["memory_file"] else None
-        finder = ObjectFinder.load(read["network"]) if read["network"] else Finder(Bayesian())
+        finder = ObjectFinder.load(read["network"]) if read["network"] else Finder(Adaptive())
         self._live = LiveMemory(
             self._make_memory(read["map_file"], read["log_file"] or None),
             finder,

@@ -14,7 +14,7 @@ from sgm.finder.finder import Finder
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
-from sgm.policies.heuristics import Bayesian
+from sgm.policies.adaptive import Adaptive
 from sgm.prior.prior_graph import PriorGraph
 from sgm.ros.home_map import HomeMap
 from sgm.ros.live_memory import LiveMemory
@@ -164,7 +164,7 @@ def read_bag(
                 memory = SceneGraphMemory(prior, _make_clock(seconds, options), log=log)
                 home.add_to(memory)
                 live = LiveMemory(
-                    memory, Finder(Bayesian()), step_seconds=options.step_seconds,
+                    memory, Finder(Adaptive()), step_seconds=options.step_seconds,
                     ignore=options.ignore,
                     on_look=lambda look: looks.update(("looks",)),
                     map_frame=home.frame, camera_frame=options.camera_frame, names=names,

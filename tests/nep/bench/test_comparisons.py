@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from tests.tools.test_recorded import write_home
 
 from nep.bench.comparisons import compare_with_rules, count_decided, make_overview
+from tests.tools.test_recorded import write_home
 from tools.home_games import list_benchmark, list_recorded, list_simulated
 
 

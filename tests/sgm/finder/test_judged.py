@@ -16,7 +16,7 @@ from sgm.policies import Bayesian
 @pytest.fixture(scope="module")
 def network():
     """The network that ships, read once."""
-    return ObjectFinder.load()._network.network
+    return ObjectFinder.load()._policy.network
 
 
 def count_passes(finder, monkeypatch):
@@ -84,7 +84,7 @@ def test_names_of_several_things_come_along_as_they_would_be_asked_for(
     # Four kettles, then milk with as many things: keys, a pen and both lamps.
     assert passes == [4, 5]
     evidence = [  # alike but for the count of what was asked for
-        new._network.ask_anew(asked.batch, asked.queries)[0].tolist()
+        new._policy.ask_anew(asked.batch, asked.queries)[0].tolist()
         for asked in (home.memory.ask([f"red {kind}" for kind in own]) for own in (
             ("kettle",), ("kettle", "lamp")))
     ]  # fmt: skip

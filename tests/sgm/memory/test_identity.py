@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.finder.object_finder import ObjectFinder
 from sgm.memory.look_log import read_log
 from sgm.memory.replay import replay
 from simulator import Bayesian, SceneGraphMemory, Sighting
@@ -146,12 +145,3 @@ def test_forged_ids_are_refused(memory):
     ):  # fmt: skip
         with pytest.raises(ValueError, match=r"two objects|not there|id must|embedding must"):
             type(content).from_json(data | change)
-
-
-def test_a_finder_adapts_to_a_log_with_ids(memory, tmp_path):
-    for _ in range(3):
-        memory.observe(SINK, [Sighting("mug", id="m2"), Sighting("mug"), Sighting("pen")])
-        memory.step()
-    asked = list(ObjectFinder.load()._ask_again(tmp_path / "looks.jsonl"))
-    assert [one.furniture for one in asked] == [SINK, SINK, DESK, *[SINK] * 9]
-    assert all(one.values.keys() == {SINK, DESK, SHELF} for one in asked)

@@ -6,7 +6,6 @@ import sys
 
 import pytest
 
-from sgm.finder.adaptation import Adaptation
 from sgm.finder.object_finder import ObjectFinder
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -91,7 +90,6 @@ def test_a_missing_file_is_found_missing(tmp_path):
     calls = (
         (lambda: SceneGraphMemory.load(missing), "memory file must be one that can be read, got"),
         (lambda: read_log(missing), "log must be a file that can be read, got"),
-        (lambda: Adaptation.load(missing), "adaptation must be a file that exists, got none at"),
         (lambda: ObjectFinder.load(missing), "checkpoint must be a file that can be read"),
     )
     for call, message in calls:
