@@ -18,7 +18,6 @@ import time
 
 from _measure import Benchmark, Measure, run
 
-from datamodules.settings import CollectionConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from simulator.collect import collect
 
@@ -35,7 +34,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     """Collect the data."""
     size = {"num_homes": 2, "steps": 5, "num_val_homes": 1} if tiny else {}
     folder = tempfile.TemporaryDirectory()
-    data = SGMDataModule(collection=CollectionConfig(folder.name, **size))
+    data = SGMDataModule(data_dir=folder.name, **size)
     for config in (data.train_config, data.val_config):
         collect(config, data.get_folder(config), progress=False)
     options = [f"--data.{name}={count}" for name, count in size.items()]

@@ -23,7 +23,6 @@ import warnings
 import lightning.pytorch as pl
 from _measure import Benchmark, Measure, run
 
-from datamodules.settings import CollectionConfig, LoadingConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.encoders import HEAT
 from nep.model.module import NEPModule
@@ -52,10 +51,12 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     folder = tempfile.TemporaryDirectory()
     module = NEPModule(HEAT())
     data = SGMDataModule(
-        collection=CollectionConfig(
-            data_dir=folder.name, num_homes=homes, steps=steps, num_val_homes=1, workers=1
-        ),
-        loading=LoadingConfig(batch_size=batch_size),
+        data_dir=folder.name,
+        num_homes=homes,
+        steps=steps,
+        num_val_homes=1,
+        workers=1,
+        batch_size=batch_size,
         num_hops=module.num_hops,
     )
     for config in (data.train_config, data.val_config):

@@ -19,24 +19,7 @@ from simulator.world.source import HomeSource, SampledSource
 
 @dataclass(frozen=True)
 class HomesConfig:
-    """Which homes are trained and validated in.
-
-    Attributes:
-        homes: where homes come from: gets the prior and the rules, as the class of a source does.
-        also_homes: further sources with the same words, as many homes of each of which are trained
-            on, too, in all tasks.
-        val_homes: the same for validation; None for other homes of the same source.
-        home: rules of the homes.
-        prior: a shipped prior, "default" or "household", or a file; None for the default.
-        trace: train in all recorded homes and steps of these traces, or folders of traces
-            (docs/traces.md), by their own rules, instead of `homes`; `num_homes`, `steps`,
-            `num_val_homes` are then what was recorded.
-        val_trace: the same for validation; other homes than `trace`.
-        step_seconds: length of a step of recorded homes; None for an hour, or what they were
-            simulated with.
-        by_day: whether each recorded day is a home of its own, with an empty memory at first.
-        replays: how often each recorded home is played, every time with other looks and questions.
-    """
+    """Which homes are trained and validated in; `SGMDataModule` says what each is."""
 
     homes: MakeSource = SampledSource
     also_homes: list[MakeSource] | None = None
@@ -82,27 +65,7 @@ class HomesConfig:
 
 @dataclass(frozen=True)
 class CollectionConfig:
-    """How memories are collected in these homes.
-
-    Attributes:
-        data_dir: folder that holds the collections.
-        num_homes: training homes.
-        steps: time steps per home; `predict_location` takes one snapshot a step,
-            `relative_likelihood` five, `find_object` one per look.
-        num_val_homes: validation homes.
-        policy: the policy that collects.
-        task: the task it plays.
-        also_policies: further policies that collect, each in as many other homes; of a trained
-            network, `nep.players.policy:NEPPolicy=FILE`.
-        also_tasks: further tasks, played in as many other homes, whose snapshots are trained on,
-            too.
-        asked: shares of the kinds of questions, of the tasks that take them
-            (`simulator.tasks.ask_anything:AskAnything`); None for those of the task.
-        relevance: learn the relevance of each place instead of where the object is, for a task that
-            knows it (`relative_likelihood`); the other tasks stay what they are.
-        seed: of homes and collection, and of the shuffling.
-        workers: processes for collecting; None for one per core.
-    """
+    """How memories are collected in these homes; `SGMDataModule` says what each is."""
 
     data_dir: str = "data"
     num_homes: int = 100
@@ -172,14 +135,7 @@ class CollectionConfig:
 
 @dataclass(frozen=True)
 class LoadingConfig:
-    """How memories are read.
-
-    Attributes:
-        batch_size: snapshots per batch.
-        train_snapshots: train on so many of the snapshots, drawn once by `seed`, where there are
-            more; None for all.
-        val_snapshots: the same for validation.
-    """
+    """How memories are read; `SGMDataModule` says what each is."""
 
     batch_size: int = 100
     train_snapshots: int | None = None

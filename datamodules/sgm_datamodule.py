@@ -21,7 +21,11 @@ from datamodules.settings import CollectionConfig, HomesConfig, LoadingConfig
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.messages import shorten
 from simulator.collect import EXTRAS, CollectConfig, collect
+from simulator.home_options import MakeSource
+from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.registry import make_file_name
+from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
 
 
 class SGMDataModule(pl.LightningDataModule):
@@ -33,19 +37,75 @@ class SGMDataModule(pl.LightningDataModule):
 
     def __init__(
         self,
-        source: HomesConfig = HomesConfig(),
-        collection: CollectionConfig = CollectionConfig(),
+        homes: MakeSource = SampledSource,
+        also_homes: list[MakeSource] | None = None,
+        val_homes: MakeSource | None = None,
+        home: HomeConfig = HomeConfig(),  # noqa: B008 - frozen
+        prior: str | None = None,
+        trace: list[str] | None = None,
+        val_trace: list[str] | None = None,
+        step_seconds: float | None = None,
+        by_day: bool = False,
+        replays: int = 1,
+        data_dir: str = "data",
+        num_homes: int = 100,
+        steps: int = 100,
+        num_val_homes: int = 20,
+        policy: str = "bayesian",
+        task: str = "predict_location",
+        also_policies: list[str] | None = None,
+        also_tasks: list[str] | None = None,
+        asked: QuestionShares | None = None,
+        relevance: bool = False,
+        seed: int = 0,
+        workers: int | None = None,
         features: FeatureConfig = FeatureConfig(),
-        loading: LoadingConfig = LoadingConfig(),
+        batch_size: int = 100,
+        train_snapshots: int | None = None,
+        val_snapshots: int | None = None,
         num_hops: int | None = None,
     ) -> None:
         """Set what to load.
 
         Args:
-            source: which homes.
-            collection: how memories are collected in them.
+            homes: where homes come from: gets the prior and the rules, as the class of a source
+                does.
+            also_homes: further sources with the same words, as many homes of each of which are
+                trained on, too, in all tasks.
+            val_homes: the same for validation; None for other homes of the same source.
+            home: rules of the homes.
+            prior: a shipped prior, "default" or "household", or a file; None for the default.
+            trace: train in all recorded homes and steps of these traces, or folders of traces
+                (docs/traces.md), by their own rules, instead of `homes`; `num_homes`, `steps`,
+                `num_val_homes` are then what was recorded.
+            val_trace: the same for validation; other homes than `trace`.
+            step_seconds: length of a step of recorded homes; None for an hour, or what they were
+                simulated with.
+            by_day: whether each recorded day is a home of its own, with an empty memory at first.
+            replays: how often each recorded home is played, every time with other looks and
+                questions.
+            data_dir: folder that holds the collections.
+            num_homes: training homes.
+            steps: time steps per home; `predict_location` takes one snapshot a step,
+                `relative_likelihood` five, `find_object` one per look.
+            num_val_homes: validation homes.
+            policy: the policy that collects.
+            task: the task it plays.
+            also_policies: further policies that collect, each in as many other homes; of a trained
+                network, `nep.players.policy:NEPPolicy=FILE`.
+            also_tasks: further tasks, played in as many other homes, whose snapshots are trained
+                on, too.
+            asked: shares of the kinds of questions, of the tasks that take them
+                (`simulator.tasks.ask_anything:AskAnything`); None for those of the task.
+            relevance: learn the relevance of each place instead of where the object is, for a task
+                that knows it (`relative_likelihood`); the other tasks stay what they are.
+            seed: of homes and collection, and of the shuffling.
+            workers: processes for collecting; None for one per core.
             features: which features the model sees.
-            loading: how they are read.
+            batch_size: snapshots per batch.
+            train_snapshots: train on so many of the snapshots, drawn once by `seed`, where there
+                are more; None for all.
+            val_snapshots: the same for validation.
             num_hops: prune graphs to this many hops around the query edges; None keeps all.
 
         Raises:
@@ -54,6 +114,33 @@ class SGMDataModule(pl.LightningDataModule):
                 time of a home is unknown.
         """
         super().__init__()
+        source = HomesConfig(
+            homes,
+            also_homes,
+            val_homes,
+            home,
+            prior,
+            trace,
+            val_trace,
+            step_seconds,
+            by_day,
+            replays,
+        )
+        collection = CollectionConfig(
+            data_dir,
+            num_homes,
+            steps,
+            num_val_homes,
+            policy,
+            task,
+            also_policies,
+            also_tasks,
+            asked,
+            relevance,
+            seed,
+            workers,
+        )
+        loading = LoadingConfig(batch_size, train_snapshots, val_snapshots)
         train, val, also = collection.make(source, features)
         self.train_config, self.val_config, self.also_configs = train, val, also
         if features.clock:

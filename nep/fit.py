@@ -31,7 +31,7 @@ from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.callbacks.resume import RandomStates, WholeCheckpoints
-from nep.config_files import find_configs, list_groups, name_groups
+from nep.config_files import find_configs
 from nep.model.module import NEPModule
 from nep.players.checkpoints import check_resumable
 from sgm.messages import shorten, shorten_text
@@ -66,7 +66,6 @@ class FitCLI(LightningCLI):
             model_class: what is trained; a subclass of one's own may have further arguments.
             data_class: what it is trained on, likewise.
         """
-        self.groups = {"model": list_groups(model_class), "data": list_groups(data_class)}
         super().__init__(
             model_class,
             data_class,
@@ -104,8 +103,7 @@ class FitCLI(LightningCLI):
             args = sys.argv[1:]
         if isinstance(args, list):
             try:
-                args = name_groups(find_configs(args), self.groups)
-                args = normalise(parser, args, prefix="data.source.")
+                args = normalise(parser, find_configs(args), prefix="data.")
                 self.config = parser.parse_args(args)
                 self.config.pop("base")  # what it says has been taken over
                 seed = self.config.seed_everything

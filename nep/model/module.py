@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
-from io import BytesIO
-from typing import Any
+from dataclasses import asdict
+from typing import Literal
 
 import lightning.pytorch as pl
 import torch
@@ -20,14 +19,7 @@ from nep.encoders.encoder import Encoder
 from nep.layers.segment import segment_max, segment_sum
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.node_edge_predictor import NodeEdgePredictor
-from nep.model.settings import (
-    LossConfig,
-    NetworkConfig,
-    OptimiserConfig,
-    PlayingConfig,
-    flatten_settings,
-    group_settings,
-)
+from nep.model.settings import LossConfig, NetworkConfig, OptimiserConfig, PlayingConfig
 
 
 class HitsAtOne(Metric):
@@ -78,10 +70,21 @@ class NEPModule(pl.LightningModule):
 
     Args:
         encoder: message passing between embedding and fusion, one of `nep.encoders` or your own.
-        network: what it is made of besides.
-        loss: what the training minimises.
-        optimiser: how.
-        playing: what is done with its answers.
+        transformer: whether the query edges of a snapshot attend to each other.
+        transformer_layers: encoder layers of that attention.
+        transformer_heads: heads of each layer.
+        feed_forward_units: hidden width of each layer's feed-forward network.
+        dropout: probability in those layers; PyTorch's default, which the paper keeps.
+        clock_dropout: share of the training questions whose evidence hides the clock, see
+            `EvidenceEmbedding`.
+        paper_loss: whether the paper's loss is there at all.
+        listwise_weight: how much `listwise_loss` weighs beside it.
+        listwise_best: its `best`: of several right places, the one with the greatest share counts.
+        learning_rate: of Adam.
+        schedule: "constant", or "cosine": the rate falls to zero over the training.
+        prior_share: share of a filter of the prior in the answers, see `NEPPolicy`.
+        learns_asked: whether it has learnt from questions of tasks and from those about anything
+            (`simulator.tasks.ask_anything`), and reads which it is.
         reads: groups of features beyond the paper's that it reads; follows `data.features`.
 
     Raises:
@@ -93,27 +96,46 @@ class NEPModule(pl.LightningModule):
     def __init__(
         self,
         encoder: Encoder,
-        network: NetworkConfig = NetworkConfig(),
-        loss: LossConfig = LossConfig(),
-        optimiser: OptimiserConfig = OptimiserConfig(),
-        playing: PlayingConfig = PlayingConfig(),
+        transformer: bool = True,
+        transformer_layers: int = 2,
+        transformer_heads: int = 2,
+        feed_forward_units: int = 64,
+        dropout: float = 0.1,
+        clock_dropout: float = 0.5,
+        paper_loss: bool = True,
+        listwise_weight: float = 0.0,
+        listwise_best: bool = False,
+        learning_rate: float = 1e-4,
+        schedule: Literal["constant", "cosine"] = "constant",
+        prior_share: float = 0.0,
+        learns_asked: bool = False,
         reads: Sequence[str] = (),
     ) -> None:
         super().__init__()
         check_groups(reads)
-        settings = {"network": network, "loss": loss, "optimiser": optimiser, "playing": playing}
+        network = NetworkConfig(
+            transformer,
+            transformer_layers,
+            transformer_heads,
+            feed_forward_units,
+            dropout,
+            clock_dropout,
+        )
+        self.loss = LossConfig(paper_loss, listwise_weight, listwise_best)
+        self.optimiser = OptimiserConfig(learning_rate, schedule)
+        self.playing = PlayingConfig(prior_share, learns_asked)
         self.save_hyperparameters(
             {
                 "encoder": encoder.config(),
-                **flatten_settings(settings),
+                **asdict(network),
+                **asdict(self.loss),
+                **asdict(self.optimiser),
+                **asdict(self.playing),
                 "reads": list(reads),
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
             }
         )
-        self.loss = loss
-        self.optimiser = optimiser
-        self.playing = playing
         self.predictor = NodeEdgePredictor(encoder, network, reads)
         # The curve of the training metric is binned: an exact one would keep every training edge.
         self.train_metrics = MetricCollection(
@@ -127,22 +149,6 @@ class NEPModule(pl.LightningModule):
             },
             prefix="val/",
         )
-
-    @classmethod
-    def load_from_checkpoint(cls, checkpoint_path: Any, *args: Any, **kwargs: Any) -> NEPModule:
-        """Load a checkpoint as Lightning does."""
-        content = torch.load(checkpoint_path, "cpu", weights_only=True)
-        settings = group_settings(content[cls.CHECKPOINT_HYPER_PARAMS_KEY])
-        encoder = settings["encoder"]
-        module, _, name = encoder["class_path"].rpartition(".")
-        encoder_class: type[Encoder] = getattr(import_module(module), name)
-        arguments = encoder_class.read_arguments(encoder["init_args"])
-        settings["encoder"] = {**encoder, "init_args": arguments}
-        content[cls.CHECKPOINT_HYPER_PARAMS_KEY] = settings
-        buffer = BytesIO()
-        torch.save(content, buffer)
-        buffer.seek(0)
-        return super().load_from_checkpoint(buffer, *args, **kwargs)
 
     @property
     def num_hops(self) -> int:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 from sgm.checks import check_at_least, check_shares
 
@@ -93,35 +92,3 @@ class PlayingConfig:
     def __post_init__(self) -> None:
         """Check the share."""
         check_shares(prior_share=self.prior_share)
-
-
-# By the name that they have as an argument of `NEPModule`.
-GROUPS: Mapping[str, type[Any]] = {
-    "network": NetworkConfig,
-    "loss": LossConfig,
-    "optimiser": OptimiserConfig,
-    "playing": PlayingConfig,
-}
-
-
-def flatten_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return arguments of `NEPModule` as files have them: each setting under its own name."""
-    flat: dict[str, Any] = {}
-    for name, value in settings.items():
-        flat |= asdict(value) if name in GROUPS else {name: value}
-    return flat
-
-
-def group_settings(flat: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a file says as arguments of `NEPModule`, those of a group as a dictionary.
-
-    Raises:
-        TypeError: if `reads` is no list.
-    """
-    rest = dict(flat)
-    if not isinstance(rest["reads"], list):
-        raise TypeError("groups of features are no names")
-    for group, cls in GROUPS.items():
-        names = [field.name for field in fields(cls) if field.name in rest]
-        rest[group] = {name: rest.pop(name) for name in names}
-    return rest

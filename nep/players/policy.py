@@ -36,7 +36,7 @@ class NEPPolicy(StepPolicy):
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
 
     Half of what the tasks ask for has just moved, whereas users ask for anything. A network that
-    has learnt from both kinds of questions reads which it is (`PlayingConfig.learns_asked`).
+    has learnt from both kinds of questions reads which it is (`learns_asked`).
     """
 
     def __init__(

@@ -16,7 +16,6 @@ from torch import Tensor
 from datamodules.features import FeatureConfig
 from nep.encoders import Encoder
 from nep.model.module import NEPModule
-from nep.model.settings import GROUPS, group_settings
 from sgm.messages import shorten, shorten_text
 from sgm.text import PAPER_PIPELINE, is_text_known
 
@@ -37,7 +36,10 @@ def build_network(
         ValueError: if they are of the wrong kind, the encoder's class is not loaded, or the
             weights are those of another network.
     """
-    arguments = dict(hyperparameters)
+    arguments: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in hyperparameters.items()
+    }
     arguments.pop("_instantiator", None)  # names a function that would import the encoder
     encoder = arguments.pop("encoder")
     is_named = isinstance(encoder, Mapping) and "class_path" in encoder
@@ -49,18 +51,13 @@ def build_network(
         )
     encoder_class = _find_encoder(encoder["class_path"], where)
     encoder_arguments = encoder_class.read_arguments(given)
-    grouped = group_settings(arguments)
     sizes = [max(t.shape, default=0) for t in weights.values() if t.numel()]
     highest = max([_UNUSED, len(weights), *sizes])
-    for cls, values in [
-        (encoder_class, encoder_arguments),
-        *((cls, grouped[name]) for name, cls in GROUPS.items()),
-    ]:
+    for cls, values in ((encoder_class, encoder_arguments), (NEPModule, arguments)):
         _check_arguments(cls, values, highest, where)
 
     def build() -> NEPModule:
-        settings = {name: cls(**grouped[name]) for name, cls in GROUPS.items()}
-        return NEPModule(encoder_class(**encoder_arguments), **(grouped | settings))
+        return NEPModule(encoder_class(**encoder_arguments), **arguments)
 
     try:
         with torch.device("meta"):

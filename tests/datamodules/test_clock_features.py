@@ -11,7 +11,6 @@ import torch
 from datamodules.batch import EDGE_TYPES
 from datamodules.features import FeatureConfig, compute_clock_features
 from datamodules.graph import GraphBuilder
-from datamodules.settings import CollectionConfig, HomesConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
 
@@ -90,8 +89,8 @@ def write_trace(folder: Path, start: str | None, num_hours: int = 30) -> Path:
 
 
 def make_datamodule(tmp_path, features=FeatureConfig(), **homes) -> SGMDataModule:
-    collection = CollectionConfig(str(tmp_path / "data"), workers=1)
-    return SGMDataModule(HomesConfig(**homes), collection, features)
+    folder = str(tmp_path / "data")
+    return SGMDataModule(data_dir=folder, workers=1, features=features, **homes)
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """What `FEATURES` declares is what batches, networks, collections and the docs have."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -20,11 +21,10 @@ from datamodules.features import (
     list_recorded,
 )
 from datamodules.graph import GraphBuilder
-from datamodules.settings import CollectionConfig, HomesConfig
+from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.encoders import MLP
 from nep.model.module import NEPModule
-from nep.model.settings import NetworkConfig
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -57,7 +57,8 @@ def test_switches_say_what_is_recorded_and_read():
     assert list_recorded(config) == ["belief", "evidence"]
     assert config.extra_groups == ("belief", "clock", "evidence")
     assert "prior" not in config.groups
-    train, val, _ = CollectionConfig(num_homes=1).make(HomesConfig(), config)
+    data = SGMDataModule(num_homes=1, features=replace(config, clock=False))
+    train, val = data.train_config, data.val_config
     assert train.belief
     assert val.evidence
     assert not train.relevance
@@ -116,7 +117,7 @@ def test_an_entry_is_all_that_a_feature_takes(own_features, collection):
     assert three[batch.query_edge].equal(-place.float())
     assert int((three != 0).sum()) == len(batch.query_edge)
 
-    module = NEPModule(MLP(units=4), NetworkConfig(transformer=False), reads=["own"])
+    module = NEPModule(MLP(units=4), transformer=False, reads=["own"])
     logits = module(batch)
     logits.sum().backward()
     node, edge = module.predictor.node_embedding.first, module.predictor.edge_embedding.first

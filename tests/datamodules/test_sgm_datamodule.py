@@ -1,13 +1,12 @@
 """The data module: collects once, splits homes, batches in a seeded order."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 
 from datamodules.batch import QUERY_EDGE_TYPES
-from datamodules.settings import CollectionConfig, HomesConfig, LoadingConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.evidence.columns import EVIDENCE_VERSION
@@ -25,12 +24,7 @@ def make_datamodule(tmp_path, **changes) -> SGMDataModule:
         "workers": 1,
         "data_dir": str(tmp_path),
     } | changes
-    groups = [
-        cls(**{field.name: values.pop(field.name) for field in fields(cls) if field.name in values})
-        for cls in (HomesConfig, CollectionConfig, LoadingConfig)
-    ]
-    source, collection, loading = groups
-    return SGMDataModule(source, collection, loading=loading, **values)
+    return SGMDataModule(**values)
 
 
 def fingerprint(batch) -> list[float]:
@@ -113,7 +107,7 @@ def test_values_out_of_range_are_refused(tmp_path, changes, message):
 
 def test_a_batch_stays_where_it_is_until_the_model_flattens_it(tmp_path, collection):
     """A CPU build of DGL cannot move a graph; Lightning would, to the device of the training."""
-    data = SGMDataModule(collection=CollectionConfig(data_dir=str(tmp_path), workers=1))
+    data = SGMDataModule(data_dir=str(tmp_path), workers=1)
     batch = SnapshotDataset(collection, data.builder)[0]
     assert data.transfer_batch_to_device(batch, torch.device("cuda:0"), 0) is batch
 

@@ -8,14 +8,12 @@ import pytest
 import torch
 
 from datamodules.features import FeatureConfig
-from datamodules.settings import CollectionConfig, HomesConfig, LoadingConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep import Clock, ObjectFinder, SceneGraphMemory, Sighting, evaluate, export, fit
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.encoders import MLP
 from nep.model.loss import balanced_bce
 from nep.model.module import HitsAtOne, NEPModule
-from nep.model.settings import NetworkConfig
 from nep.players.checkpoints import load_config, load_trained
 from sgm.network.shipped import PRETRAINED
 
@@ -50,9 +48,7 @@ def homes(tmp_path_factory) -> dict[str, list[str]]:
 def train_and_score(data: SGMDataModule, clock: bool) -> float:
     """Return how often a small network is right about the validation home."""
     torch.manual_seed(1)
-    module = NEPModule(
-        MLP(units=32), network=NetworkConfig(transformer=False), reads=["clock"] * clock
-    )
+    module = NEPModule(MLP(units=32), transformer=False, reads=["clock"] * clock)
     optimizer = torch.optim.Adam(module.parameters(), lr=1e-2)
     for batch in list(data.train_dataloader()) * 40:
         optimizer.zero_grad()
@@ -71,11 +67,14 @@ def test_a_home_that_follows_the_clock_is_predicted_better_with_one(homes, tmp_p
     scores = {}
     for clock in (False, True):
         data = SGMDataModule(
-            HomesConfig(step_seconds=4 * HOUR, **homes),
-            CollectionConfig(str(tmp_path), policy="random", workers=1),
-            FeatureConfig(clock=clock),
-            LoadingConfig(batch_size=64),
+            step_seconds=4 * HOUR,
+            data_dir=str(tmp_path),
+            policy="random",
+            workers=1,
+            features=FeatureConfig(clock=clock),
+            batch_size=64,
             num_hops=0,
+            **homes,
         )
         data.prepare_data()
         data.setup()

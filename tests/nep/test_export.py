@@ -13,13 +13,11 @@ import torch
 from safetensors.numpy import load_file, save_file
 
 from datamodules.features import FeatureConfig
-from datamodules.settings import CollectionConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep import ObjectFinder
 from nep.encoders import GCN, HEAT
 from nep.export import ExportConfig, main
 from nep.model.module import NEPModule
-from nep.model.settings import NetworkConfig
 from nep.players.checkpoints import load_config, load_trained
 from nep.players.policy import NEPPolicy
 from nep.report.model_card import REFERENCES, make_card
@@ -37,9 +35,9 @@ ROOT = Path(__file__).parents[2]
 def save_checkpoint(path: Path, encoder, **features) -> Path:
     """Write what Lightning writes for `nep.fit`, of a network that was not trained."""
     torch.manual_seed(0)
-    module = NEPModule(encoder, network=NetworkConfig(transformer_heads=4, dropout=0.2))
+    module = NEPModule(encoder, transformer_heads=4, dropout=0.2)
     data = SGMDataModule(
-        collection=CollectionConfig(data_dir=str(path.parent / "data")),
+        data_dir=str(path.parent / "data"),
         features=FeatureConfig(**features),
     )
     content = {

@@ -15,13 +15,11 @@ from lightning.pytorch import Trainer
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from datamodules.features import FeatureConfig
-from datamodules.settings import CollectionConfig, HomesConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.config_files import CONFIG_FOLDER, find_configs
 from nep.encoders import MLP
 from nep.fit import FitCLI, main
 from nep.model.module import NEPModule
-from nep.model.settings import NetworkConfig
 from nep.players.policy import NEPPolicy
 from simulator import PriorGraph, SampledHomes, SampledSource, Streams, evaluate_policy
 from simulator.world.mixture.lived_in_homes import LivedInSource
@@ -351,12 +349,14 @@ def test_homes_of_8_16_and_32_places_are_trained_and_evaluated_together(folder):
             return {**super().describe(), "source": "mixed"}
 
     data = SGMDataModule(
-        source=HomesConfig(homes=Mixed),
-        collection=CollectionConfig(
-            data_dir="data", num_homes=3, steps=6, num_val_homes=3, workers=1
-        ),
+        homes=Mixed,
+        data_dir="data",
+        num_homes=3,
+        steps=6,
+        num_val_homes=3,
+        workers=1,
     )
-    module = NEPModule(MLP(units=8), network=NetworkConfig(transformer_heads=2))
+    module = NEPModule(MLP(units=8), transformer_heads=2)
     trainer = Trainer(
         max_epochs=1, accelerator="cpu", logger=False, enable_checkpointing=False,
         enable_progress_bar=False, enable_model_summary=False,

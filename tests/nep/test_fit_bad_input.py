@@ -5,7 +5,6 @@ import torch
 
 from nep.fit import main
 from nep.model.module import NEPModule
-from nep.model.settings import OptimiserConfig
 
 SMALL = [
     "--config", "mlp.yaml", "--data.num_homes=1", "--data.steps=2", "--data.num_val_homes=1",
@@ -94,4 +93,4 @@ def test_a_network_without_a_rate_is_refused():
     from nep.encoders import MLP
 
     with pytest.raises(ValueError, match="learning_rate must be at least 0"):
-        NEPModule(MLP(units=8), optimiser=OptimiserConfig(learning_rate=-0.1))
+        NEPModule(MLP(units=8), learning_rate=-0.1)

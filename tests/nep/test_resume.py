@@ -13,7 +13,6 @@ import torch
 import yaml
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from datamodules.settings import CollectionConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.resume import RandomStates
 from nep.fit import main
@@ -133,6 +132,6 @@ def test_states_are_those_of_all_generators():
 
 
 def test_an_order_of_another_kind_is_refused():
-    data = SGMDataModule(collection=CollectionConfig(num_homes=1, num_val_homes=1))
+    data = SGMDataModule(num_homes=1, num_val_homes=1)
     with pytest.raises(ValueError, match="order of a checkpoint must be the state of a generator"):
         data.load_state_dict({"order": torch.zeros(2, dtype=torch.uint8)})

@@ -10,7 +10,7 @@ from nep.encoders import GCN, Sets
 from nep.layers.segment import segment_softmax, segment_sum
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
-from nep.model.settings import LossConfig, NetworkConfig
+from nep.model.settings import NetworkConfig
 
 MEMBERS, UNITS = 3, 8
 
@@ -101,8 +101,9 @@ def test_a_members_loss_trains_that_member_alone(ensemble, graph):
 def test_the_loss_is_the_mean_of_the_members(random_batch, monkeypatch):
     module = NEPModule(
         Sets(UNITS, members=MEMBERS),
-        network=NetworkConfig(transformer=False),
-        loss=LossConfig(paper_loss=False, listwise_weight=1.0),
+        transformer=False,
+        paper_loss=False,
+        listwise_weight=1.0,
     )
     batch = random_batch(3)
     each = module.predictor.score_members(batch)

@@ -11,7 +11,6 @@ from nep.encoders import Sets
 from nep.layers.segment import segment_max
 from nep.model.embedding import EvidenceEmbedding
 from nep.model.module import NEPModule
-from nep.model.settings import LossConfig, NetworkConfig
 from nep.players.policy import NEPPolicy
 from sgm.evidence.adaptive_filter import FilterSettings
 from sgm.evidence.columns import PLACE_COLUMNS
@@ -136,9 +135,7 @@ def test_hidden_clocks_are_homes_without_one(dataset):
 
 def test_a_network_plays_as_it_scores_what_was_collected(dataset):
     torch.manual_seed(0)
-    module = NEPModule(
-        Sets(units=16), network=NetworkConfig(transformer=False), reads=["evidence"]
-    ).eval()
+    module = NEPModule(Sets(units=16), transformer=False, reads=["evidence"]).eval()
     policy = NEPPolicy(module, GraphBuilder(FEATURES, num_hops=0))
     scores = []
     play(None, lambda memory, answer: scores.append(policy.scores(memory, answer.queries)))
@@ -154,9 +151,7 @@ def test_a_network_plays_as_it_scores_what_was_collected(dataset):
 def test_who_asks_for_anything_is_answered_as_bayes_rule_says_in_part(dataset):
     """By hand: .4 of ln b / b', the adaptive filter without and with half of them just moved."""
     torch.manual_seed(0)
-    module = NEPModule(
-        Sets(units=16), network=NetworkConfig(transformer=False), reads=["evidence"]
-    ).eval()
+    module = NEPModule(Sets(units=16), transformer=False, reads=["evidence"]).eval()
     policy = NEPPolicy(module, GraphBuilder(FEATURES, num_hops=0))
     assert policy.for_questions(0.5) is policy
     gained = []
@@ -183,8 +178,9 @@ def test_it_learns_which_place_is_true(dataset):
     torch.manual_seed(0)
     module = NEPModule(
         Sets(units=16),
-        network=NetworkConfig(transformer=False),
-        loss=LossConfig(paper_loss=False, listwise_weight=1.0),
+        transformer=False,
+        paper_loss=False,
+        listwise_weight=1.0,
         reads=["evidence"],
     )
     torch.nn.init.zeros_(module.predictor.evidence_embedding.shortcut.weight)
@@ -203,9 +199,7 @@ def test_it_learns_which_place_is_true(dataset):
 
 def test_an_untrained_network_answers_what_the_filter_believes(dataset):
     torch.manual_seed(0)
-    module = NEPModule(
-        Sets(units=16), network=NetworkConfig(transformer=False), reads=["evidence"]
-    ).eval()
+    module = NEPModule(Sets(units=16), transformer=False, reads=["evidence"]).eval()
     torch.nn.init.zeros_(module.predictor.head[-1].weight)
     graph = make_graph(dataset)
     with torch.no_grad():

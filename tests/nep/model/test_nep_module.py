@@ -14,7 +14,6 @@ from datamodules.batch import QUERY_EDGE_TYPES
 from nep.encoders import GCN, HEAT, MLP
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.module import HitsAtOne, NEPModule
-from nep.model.settings import LossConfig, NetworkConfig, OptimiserConfig
 
 
 def test_loss_by_hand():
@@ -116,7 +115,7 @@ def test_relevance_loss_by_hand():
 def test_a_batch_with_relevance_is_learned_by_it(random_batch):
     """The same batch with and without relevance: it alone makes the loss."""
     torch.manual_seed(0)
-    module = NEPModule(MLP(units=8), loss=LossConfig(listwise_weight=1.0)).eval()
+    module = NEPModule(MLP(units=8), listwise_weight=1.0).eval()
     batch = random_batch(seed=1)
     logits = module(batch)
     plain = module._compute_loss(batch, logits)
@@ -143,9 +142,7 @@ def test_listwise_loss_without_a_true_edge():
 
 
 def test_the_cosine_schedule_ends_at_zero(random_batch):
-    module = NEPModule(
-        MLP(units=8), optimiser=OptimiserConfig(learning_rate=0.01, schedule="cosine")
-    )
+    module = NEPModule(MLP(units=8), learning_rate=0.01, schedule="cosine")
     loader = DataLoader([random_batch(seed=s) for s in range(4)], batch_size=None)
     rates = []
 
@@ -194,9 +191,7 @@ def fit(module, batches, max_epochs=2, ckpt_path=None):
 @pytest.mark.parametrize("encoder", [MLP, GCN, HEAT])
 def test_a_reloaded_checkpoint_gives_equal_logits(encoder, random_batch, tmp_path):
     torch.manual_seed(0)
-    module = NEPModule(
-        encoder(units=16), network=NetworkConfig(transformer_heads=4, feed_forward_units=8)
-    )
+    module = NEPModule(encoder(units=16), transformer_heads=4, feed_forward_units=8)
     trainer = fit(module, [random_batch(seed) for seed in range(2)])
     assert {"train/loss", "train/hits_at_1", "train/auroc"} <= trainer.callback_metrics.keys()
     assert {"val/loss", "val/hits_at_1", "val/auroc", "val/average_precision"} <= (
@@ -217,7 +212,7 @@ def test_a_reloaded_checkpoint_gives_equal_logits(encoder, random_batch, tmp_pat
 def test_training_resumes_without_pickle(random_batch, tmp_path):
     def make():
         torch.manual_seed(0)
-        return NEPModule(HEAT(units=16), network=NetworkConfig(dropout=0.0))
+        return NEPModule(HEAT(units=16), dropout=0.0)
 
     batches = [random_batch(seed) for seed in range(2)]
     straight, half, resumed = make(), make(), make()
@@ -239,7 +234,7 @@ def test_learns_what_decides(random_batch):
         return replace(batch, query_target=is_true.float())
 
     torch.manual_seed(0)
-    module = NEPModule(HEAT(units=16), optimiser=OptimiserConfig(learning_rate=3e-3))
+    module = NEPModule(HEAT(units=16), learning_rate=3e-3)
     trainer = fit(module, [make(seed) for seed in range(5)], max_epochs=30)
     result = trainer.validate(module, DataLoader([make(99)], batch_size=None), verbose=False)[0]
     assert result["val/auroc"] > 0.95

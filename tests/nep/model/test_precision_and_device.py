@@ -12,7 +12,6 @@ from torch.utils.data import DataLoader
 
 from nep.encoders import DGLHGT, GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
-from nep.model.settings import LossConfig, NetworkConfig
 
 OURS = {"mlp": MLP, "gcn": GCN, "heat": HEAT, "hgt": HGT, "han": HAN}
 DEVICE = torch.device("meta")  # stands for a GPU: the numbers are there, in `DeviceTensor.content`
@@ -22,9 +21,7 @@ DEVICE = torch.device("meta")  # stands for a GPU: the numbers are there, in `De
 def test_a_step_of_training_in_bfloat16(random_batch, encoder):
     batches = [random_batch(seed) for seed in range(3)]
     torch.manual_seed(0)
-    module = NEPModule(
-        encoder(16), network=NetworkConfig(dropout=0.0), loss=LossConfig(listwise_weight=1.0)
-    )
+    module = NEPModule(encoder(16), dropout=0.0, listwise_weight=1.0)
     with torch.no_grad():
         expected = module(batches[0])
         with torch.autocast("cpu", torch.bfloat16):
@@ -143,9 +140,7 @@ def test_nothing_is_made_on_another_device(random_batch, monkeypatch, encoder, n
     """Forward, loss and backward on the device give what they give on the CPU."""
     torch.manual_seed(0)
     batch = random_batch(0, num_snapshots)
-    module = NEPModule(
-        OURS[encoder](16), network=NetworkConfig(dropout=0.0), loss=LossConfig(listwise_weight=1.0)
-    )
+    module = NEPModule(OURS[encoder](16), dropout=0.0, listwise_weight=1.0)
 
     def compute(graph):
         loss = module._compute_loss(graph, module.predictor(graph))

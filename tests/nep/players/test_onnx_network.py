@@ -10,7 +10,6 @@ from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HEAT, MLP, Sets
 from nep.model.module import NEPModule
-from nep.model.settings import NetworkConfig, PlayingConfig
 from nep.players.checkpoints import TrainedModel, save_exported
 from nep.players.contestants import load_player
 from nep.players.onnx_export import is_exportable
@@ -37,8 +36,8 @@ def make_model(encoder, features=FEATURES, **playing) -> TrainedModel:
     torch.manual_seed(0)
     module = NEPModule(
         encoder,
-        NetworkConfig(transformer=False),
-        playing=PlayingConfig(**playing),
+        transformer=False,
+        **playing,
         reads=features.extra_groups,
     ).eval()
     for name, buffer in module.predictor.named_buffers():
@@ -148,9 +147,7 @@ def test_what_reads_more_than_evidence_is_not_exported(encoder, changes, tmp_pat
 
 
 def test_what_attends_among_query_edges_is_not_exported():
-    assert not is_exportable(
-        NEPModule(MLP(), network=NetworkConfig(transformer=True), reads=["evidence"]), FEATURES
-    )
+    assert not is_exportable(NEPModule(MLP(), transformer=True, reads=["evidence"]), FEATURES)
     assert not is_exportable(NEPModule(HEAT()), FeatureConfig())
 
 

@@ -8,7 +8,6 @@ from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from nep.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
-from nep.model.settings import NetworkConfig
 from nep.players.policy import NEPPolicy
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy
@@ -126,7 +125,7 @@ def test_without_memory_looks_change_no_score():
     home = HomeConfig(furniture_per_room=4)
     for remembers in (False, True):
         torch.manual_seed(0)
-        module = NEPModule(GCN(), network=NetworkConfig(transformer=False))
+        module = NEPModule(GCN(), transformer=False)
         policy = NEPPolicy(module, GraphBuilder(FeatureConfig(memory=remembers), module.num_hops))
         scores = []
         for looks in (0, 1):

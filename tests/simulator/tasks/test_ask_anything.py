@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from datamodules.features import FeatureConfig
-from datamodules.settings import CollectionConfig, HomesConfig
+from datamodules.sgm_datamodule import SGMDataModule
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.policies import Bayesian
 from simulator.collect import CollectConfig, collect
@@ -136,7 +135,7 @@ def test_shares_of_questions_are_checked():
     with pytest.raises(ValueError, match=r"asked must be left out .*got find_object"):
         CollectConfig(task="find_object", asked=QuestionShares())
     with pytest.raises(ValueError, match=r"asked must come with a task that takes shares"):
-        CollectionConfig(asked=QuestionShares()).make(HomesConfig(), FeatureConfig())
+        SGMDataModule(asked=QuestionShares())
 
 
 def test_a_collection_keeps_the_kind_of_each_question(tmp_path):
