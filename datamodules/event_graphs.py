@@ -37,10 +37,15 @@ def to_temporal_data(table: EventTable, sightings_alone: bool = False) -> Tempor
         return torch.from_numpy(np.ascontiguousarray(values[chosen]).astype(np.int64))
 
     return TemporalData(
-        src=take(events.thing), dst=take(events.place), t=take(events.time),
-        msg=torch.from_numpy(_make_messages(table)[chosen]), y=take(events.is_seen),
-        home=take(events.home), look=take(events.look), order=take(events.order),
-    )  # fmt: skip
+        src=take(events.thing),
+        dst=take(events.place),
+        t=take(events.time),
+        msg=torch.from_numpy(_make_messages(table)[chosen]),
+        y=take(events.is_seen),
+        home=take(events.home),
+        look=take(events.look),
+        order=take(events.order),
+    )
 
 
 def to_tgm(table: EventTable) -> Any:

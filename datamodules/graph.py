@@ -49,10 +49,13 @@ class GraphBuilder:
         on = config.groups
         self._width = {table: count_columns(table, on) for table in TABLES}
         self._columns = {
-            table: [(feature, where) for feature, where in list_columns(table, on)
-                    if feature.group in on]
+            table: [
+                (feature, where)
+                for feature, where in list_columns(table, on)
+                if feature.group in on
+            ]
             for table in TABLES
-        }  # fmt: skip
+        }
         if not self._columns["node"]:
             self._width["node"] = 0
         self._rng = np.random.default_rng(seed)
@@ -89,9 +92,12 @@ class GraphBuilder:
         num_layout = int(first_edge[FIRST_OBJECT_TYPE])
         joined = pair[num_layout:] - graph.num_layout
         edges = EdgeRows(
-            snapshots, graph.remembered[joined], graph.furniture[joined], graph.is_on_top[joined],
+            snapshots,
+            graph.remembered[joined],
+            graph.furniture[joined],
+            graph.is_on_top[joined],
             edge_cosine[num_layout:],
-        )  # fmt: skip
+        )
         below = pair[:num_layout] - graph.first_pair[2]  # furniture; negative for rooms and floors
         prior = np.where(below < 0, 1.0, snapshots.furniture_prob[np.maximum(below, 0)])
         layout = LayoutRows(edge_cosine[:num_layout], prior)
@@ -209,6 +215,8 @@ class GraphBuilder:
             is_in = snapshots.query_prior[:, 0] > snapshots.query_prior[:, 1]
             return np.stack([is_in, ~is_in], axis=1)
         return propose_rows(
-            snapshots.query_prior, snapshots.furniture_snapshot, snapshots.num_snapshots,
+            snapshots.query_prior,
+            snapshots.furniture_snapshot,
+            snapshots.num_snapshots,
             self.config.threshold,
-        )  # fmt: skip
+        )

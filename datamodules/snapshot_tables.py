@@ -19,8 +19,13 @@ _PER_FRAME = 8  # snapshots, one bit of a byte each
 _PER_FURNITURE = "snapshot_furniture"
 _TABLES = (
     *(f"{kind}_version" for kind in VERSIONED),
-    _PER_FURNITURE, "snapshot", "object", "edge", "room", "furniture",
-)  # fmt: skip
+    _PER_FURNITURE,
+    "snapshot",
+    "object",
+    "edge",
+    "room",
+    "furniture",
+)
 _NO_CLOCK = np.full((1, 2), np.nan)
 _MAX_MAPPED = 1 << 28  # bytes of homes that were read, before their pages are given back
 

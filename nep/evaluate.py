@@ -141,9 +141,13 @@ def evaluate(
     names = [(task, name) for task in players for name in players[task]]
     scores = play_games(
         [(players[task][name], task) for task, name in names],
-        config.homes, config.streams, config.steps,
-        lambda game: on_step(*names[game]), workers, backend,
-    )  # fmt: skip
+        config.homes,
+        config.streams,
+        config.steps,
+        lambda game: on_step(*names[game]),
+        workers,
+        backend,
+    )
     found = dict(zip(names, scores, strict=True))
     return {task: {name: found[task, name] for name in players[task]} for task in players}
 
@@ -251,9 +255,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         len(list_contestants(task, config.policies, config.checkpoints)) for task in config.tasks
     )
     columns = (
-        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
         TimeElapsedColumn(),
-    )  # fmt: skip
+    )
     with Progress(*columns, console=console, transient=True) as progress:
         num_groups = len(config.homes.list_groups(range(config.num_homes)))
         bar = progress.add_task("", total=num_games * config.steps * num_groups)

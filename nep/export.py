@@ -178,9 +178,13 @@ def measure_model(
     def score(task: str, name: str) -> dict[str, float]:
         make = player.play_in if name == "network" else partial(make_policy, name)
         scores = evaluate_policy(
-            make, config.homes, streams, config.num_steps,
-            lambda: on_step(f"{name} in test homes"), task,
-        ).home_values  # fmt: skip
+            make,
+            config.homes,
+            streams,
+            config.num_steps,
+            lambda: on_step(f"{name} in test homes"),
+            task,
+        ).home_values
         return {"mean": float(scores.mean()), "std": float(scores.std())}
 
     able = [name for name in REFERENCES if find_policy(name).needs <= config.homes.knows]
@@ -244,9 +248,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--threads", type=int | None, help="CPU threads; all cores if left out")
     console = Console()
     columns = (
-        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
         TimeElapsedColumn(),
-    )  # fmt: skip
+    )
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     with one_line_errors(status=2):
         options = parse(parser, arguments)

@@ -44,10 +44,15 @@ from simulator.process import run_main
 
 # Everything as small as it can be, to try the command: minutes instead of hours.
 _TINY_FIT = (
-    "--data.num_homes=2", "--data.steps=6", "--data.num_val_homes=1", "--data.batch_size=8",
-    "--trainer.max_epochs=1", "--trainer.log_every_n_steps=1", "--online.num_homes=1",
+    "--data.num_homes=2",
+    "--data.steps=6",
+    "--data.num_val_homes=1",
+    "--data.batch_size=8",
+    "--trainer.max_epochs=1",
+    "--trainer.log_every_n_steps=1",
+    "--online.num_homes=1",
     "--online.steps=2",
-)  # fmt: skip
+)
 _TINY_HOMES, _TINY_STEPS = 3, 4
 _CHOICES = (*TABLES, "all")
 # Most of it is importing torch in each of two processes, and some 150 small jobs.
@@ -114,16 +119,23 @@ OPTIONS = (
     Option("table", "all", f"what to make: {', '.join(_CHOICES)}"),
     *list_work_options("runs/reproduce", "tables and figure"),
     Option(
-        "models", None, f"networks of Table 1, of {', '.join(model.name for model in MODELS)}, or "
-        "config files; the paper's if left out", type=tuple[str, ...] | None,
+        "models",
+        None,
+        f"networks of Table 1, of {', '.join(model.name for model in MODELS)}, or "
+        "config files; the paper's if left out",
+        type=tuple[str, ...] | None,
     ),
     Option(
-        "settings", tuple(own.name for own in SETTINGS), "columns of Table 1",
+        "settings",
+        tuple(own.name for own in SETTINGS),
+        "columns of Table 1",
         known=tuple(own.name for own in SETTINGS),
     ),
     Option("encoders", (), "modules of your own with encoders of --models"),
     Option(
-        "homes", "sampled", "those of the paper's text, or of its released code: 24 places, 120 "
+        "homes",
+        "sampled",
+        "those of the paper's text, or of its released code: 24 places, 120 "
         "objects, 10 looks; give them --runs and --out of their own",
         type=Literal["sampled", "paper"],
     ),
@@ -132,35 +144,55 @@ OPTIONS = (
     Option("epochs", None, "of every training; what its config says if left out", 1, type=_COUNT),
     Option("seed", 0, "of training and of the test homes"),
     Option(
-        "seeds", 1, "trainings of every network, of this seed and those that follow; intervals are "
+        "seeds",
+        1,
+        "trainings of every network, of this seed and those that follow; intervals are "
         "then over homes and trainings",
     ),
     Option(
-        "stored", None, "table_1.json: write Table 1 again from its scores, and train and play "
-        "nothing", type=Path | None,
+        "stored",
+        None,
+        "table_1.json: write Table 1 again from its scores, and train and play nothing",
+        type=Path | None,
     ),
     Option(
-        "beside", None, "temporal.json of nep.bench temporal with the same --num_homes and "
-        "--steps: its networks are rows of Table 1", type=Path | None,
+        "beside",
+        None,
+        "temporal.json of nep.bench temporal with the same --num_homes and "
+        "--steps: its networks are rows of Table 1",
+        type=Path | None,
     ),
     Option("page", "table_1", "name of the files of Table 1"),
     Option("called", "Table 1", "title of its page"),
     Option(
-        "weights", None, "folder: also export the networks of the tables there, with weights.json, "
-        "a list of their names and checksums", type=Path | None,
+        "weights",
+        None,
+        "folder: also export the networks of the tables there, with weights.json, "
+        "a list of their names and checksums",
+        type=Path | None,
     ),
     Option(
-        "check_weights", None, "folder of --weights: check every network by its name, with "
+        "check_weights",
+        None,
+        "folder of --weights: check every network by its name, with "
         "--stored also against the checkpoints of that table, and do nothing else",
         type=Path | None,
     ),
     Option("tiny", False, "everything as small as can be, to try the command: three minutes"),
-)  # fmt: skip
+)
 # Options that scores depend on, in the order in which commands name them.
 _TELLING = (
-    "seeds", "homes", "models", "settings", "num_homes", "steps", "epochs", "beside", "called",
+    "seeds",
+    "homes",
+    "models",
+    "settings",
+    "num_homes",
+    "steps",
+    "epochs",
+    "beside",
+    "called",
     "encoders",
-)  # fmt: skip
+)
 _DEFAULTS = {row.name: row.default for row in OPTIONS}
 
 

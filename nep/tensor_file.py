@@ -25,20 +25,32 @@ from sgm.messages import shorten
 _MOST_BYTES = 1 << 35  # of a file
 _MOST_REPEATS = 4  # times its size that what is in a file may have: some stand in two places
 _DTYPES = {
-    "Float": torch.float32, "Double": torch.float64, "Half": torch.float16,
-    "BFloat16": torch.bfloat16, "Byte": torch.uint8, "Char": torch.int8, "Short": torch.int16,
-    "Int": torch.int32, "Long": torch.int64, "Bool": torch.bool,
-    "ComplexFloat": torch.complex64, "ComplexDouble": torch.complex128,
-}  # fmt: skip
+    "Float": torch.float32,
+    "Double": torch.float64,
+    "Half": torch.float16,
+    "BFloat16": torch.bfloat16,
+    "Byte": torch.uint8,
+    "Char": torch.int8,
+    "Short": torch.int16,
+    "Int": torch.int32,
+    "Long": torch.int64,
+    "Bool": torch.bool,
+    "ComplexFloat": torch.complex64,
+    "ComplexDouble": torch.complex128,
+}
 _NAMED: dict[str, Any] = {
     **{f"torch {name}Storage": dtype for name, dtype in _DTYPES.items()},
     **{str(dtype).replace(".", " "): dtype for dtype in _DTYPES.values()},
 }
 _WRITTEN = frozenset("BININT BININT1 BININT2 LONG1 BINFLOAT BINUNICODE".split())
 _NEW: dict[str, Callable[[], Any]] = {
-    "NONE": lambda: None, "NEWTRUE": lambda: True, "NEWFALSE": lambda: False,
-    "EMPTY_LIST": list, "EMPTY_DICT": dict, "EMPTY_TUPLE": tuple,
-}  # fmt: skip
+    "NONE": lambda: None,
+    "NEWTRUE": lambda: True,
+    "NEWFALSE": lambda: False,
+    "EMPTY_LIST": list,
+    "EMPTY_DICT": dict,
+    "EMPTY_TUPLE": tuple,
+}
 _SIZES = {"TUPLE1": 1, "TUPLE2": 2, "TUPLE3": 3}
 _PLAIN = (type(None), bool, int, float, str, bytes, Tensor, torch.dtype, torch.device)
 
@@ -166,9 +178,11 @@ class _Reader:
             if numbers * _expect(dtype, torch.dtype).itemsize != len(content):
                 raise ValueError(f"a storage of {shorten(numbers)} numbers in {len(content)} bytes")
             is_bool = dtype is torch.bool
-            raw = torch.frombuffer(
-                bytearray(content), dtype=torch.uint8 if is_bool else dtype
-            ) if content else torch.empty(0, dtype=dtype)  # fmt: skip
+            raw = (
+                torch.frombuffer(bytearray(content), dtype=torch.uint8 if is_bool else dtype)
+                if content
+                else torch.empty(0, dtype=dtype)
+            )
             self._storages[key] = raw.bool() if is_bool else raw
         storage = self._storages[key]
         if storage.dtype != dtype:

@@ -22,7 +22,6 @@ OUT = {
     r"people ask": "users ask",
 }
 IS_OUT = re.compile(rf"\b({'|'.join(OUT)})\b", re.IGNORECASE)
-NUMBER = re.compile(r"(?<![\w.`])[-+]?\.?\d[\d,.]*")
 MOST_WORDS = 40  # in a sentence
 MEAN_WORDS = 20
 _FENCE = re.compile(r"^ *(```+).*?^ *\1[^\n]*$", re.MULTILINE | re.DOTALL)

@@ -43,7 +43,8 @@ def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping
         "paper-60": sample("60 places", furniture_per_room=15),
         "paper-24": sample(
             "Homes of the released code's size, 24 places",
-            furniture_per_room=6, objects_per_furniture=5,
+            furniture_per_room=6,
+            objects_per_furniture=5,
         ),
         "dealt-prior": sample(
             "32 places, another prior graph: object types deal their places anew",
@@ -51,13 +52,15 @@ def list_simulated(num_homes: int, num_steps: int, num_searches: int) -> Mapping
         ),
         "routine": sample(
             "People with routines, 24 places",
-            furniture_per_room=6, objects_per_furniture=3, dynamics=RoutineDynamics(),
+            furniture_per_room=6,
+            objects_per_furniture=3,
+            dynamics=RoutineDynamics(),
         ),
         "mixed": mix("Mixture"),
         "no-prior": mix("Mixture, no prior", NONE),
         "other-prior": mix("Mixture, the prior of another home", OTHER_HOME),
         "unknown-words": mix("Mixture, words that the prior does not know", UNKNOWN_WORDS),
-    }  # fmt: skip
+    }
 
 
 def deal_placements(prior: PriorGraph) -> PriorGraph:
@@ -173,12 +176,19 @@ def list_benchmark(
             searches = looks == "policy"
             kinds[f"episodes-{looks}-{name}"] = TaskGame(
                 f"Episodes of {num_steps} steps from an empty memory; {looking}, {knowing}",
-                episodes, 1, num_steps, num_steps * searches,
-            )  # fmt: skip
+                episodes,
+                1,
+                num_steps,
+                num_steps * searches,
+            )
             kinds[f"lives-{looks}-{name}"] = TaskGame(
                 f"The last ten days of lives of {life} steps; {looking}, {knowing}",
-                lives, 1, life, life * searches, num_warm_up=life - num_scored,
-            )  # fmt: skip
+                lives,
+                1,
+                life,
+                life * searches,
+                num_warm_up=life - num_scored,
+            )
     return kinds
 
 

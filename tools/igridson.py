@@ -42,8 +42,14 @@ PAPER: Mapping[str, tuple[float, tuple[float, float], tuple[float, float]]] = {
 _NETWORK = "nep"  # what a network is called that is given no name
 _PROBABLE = ("bayesian", "prior_filter", "ceiling")  # policies whose scores are near probabilities
 _HEADER = (
-    "policy", "success", "actions", "path length", "paper: success", "actions", "path length",
-)  # fmt: skip
+    "policy",
+    "success",
+    "actions",
+    "path length",
+    "paper: success",
+    "actions",
+    "path length",
+)
 _ABOUT = """\
 `{command}`.
 Mean ± standard deviation over searches; the JSON file beside this page has standard errors over
@@ -125,8 +131,11 @@ class GridSearches(TableSuite[GridGame]):
         *(row for row in list_table_options("igridson.md", ()) if row.name != "called"),
         Option("encoders", (), "modules of your own with encoders of networks"),
         Option(
-            "policy", None, "all, and travel-aware those whose scores are near probabilities, if "
-            f"left out; {POLICY_HELP}", type=tuple[str, ...] | None,
+            "policy",
+            None,
+            "all, and travel-aware those whose scores are near probabilities, if "
+            f"left out; {POLICY_HELP}",
+            type=tuple[str, ...] | None,
         ),
         Option("runs", RunConfig().runs, "searches in all"),
         Option("queries_per_home", RunConfig().queries_per_home, "searches in each home"),
@@ -135,7 +144,7 @@ class GridSearches(TableSuite[GridGame]):
         Option("look_cost", LOOK_COST, "price of a look in steps, for travel-aware searches"),
         Option("layout", None, "layout file; the home that ships if left out", type=Path | None),
         Option("prior", None, PRIOR_HELP, type=str | None),
-    )  # fmt: skip
+    )
 
     def check(self, options: Namespace) -> None:
         """Check counts and names; a network without a name is called `nep`."""

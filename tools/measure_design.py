@@ -49,12 +49,19 @@ def measure_noise(prior: PriorGraph) -> str:
     rng = np.random.default_rng(0)
     zeroed = [
         compute_noisy_weights(
-            weights[rows, places], rows, places, rng.random((len(rows), 2)),
-            np.zeros(len(weights), dtype=np.int64), place_room[None], np.array([len(place_room)]),
-            zero_prob=np.array([0.25]), scale=np.array([0.25]),
-        ) == 0
+            weights[rows, places],
+            rows,
+            places,
+            rng.random((len(rows), 2)),
+            np.zeros(len(weights), dtype=np.int64),
+            place_room[None],
+            np.array([len(place_room)]),
+            zero_prob=np.array([0.25]),
+            scale=np.array([0.25]),
+        )
+        == 0
         for _ in range(200)
-    ]  # fmt: skip
+    ]
     return f"{np.mean(zeroed):.1%} of the weights are zeroed"
 
 

@@ -73,9 +73,12 @@ class Recorded(TableSuite[TaskGame]):
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, TaskGame]:
         """List episodes and lives, with every prior."""
         games = list_benchmark(
-            options.trace, options.steps, options.step_seconds, options.replays,
+            options.trace,
+            options.steps,
+            options.step_seconds,
+            options.replays,
             _load_priors(options.also_prior),
-        )  # fmt: skip
+        )
         return choose_games(games, options.kinds)
 
     def list_players(
@@ -101,9 +104,11 @@ class Recorded(TableSuite[TaskGame]):
         titles = {name: about["title"] for name, about in report.about.items()}
         left_out = [text.partition("=")[0] for text in options.left_out]
         about = _ABOUT.format(
-            command=report.command, replays=options.replays, others=max(options.replays // 2, 1),
+            command=report.command,
+            replays=options.replays,
+            others=max(options.replays // 2, 1),
             num_homes=len(set(next(iter(report.cache.about.values()))["units"])),
-        )  # fmt: skip
+        )
         if left_out:
             about += _ABOUT_LEFT_OUT.format(names=", ".join(f"`{name}`" for name in left_out))
         parts = [f"# {options.called}", about]

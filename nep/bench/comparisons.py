@@ -88,11 +88,16 @@ def compare_with_rules(
             same_as = seen.setdefault((first.tobytes(), rule, second.tobytes()), kind)
             found.append(
                 RuleComparison(
-                    kind, column, float(first.mean()), rule, float(second.mean()),
-                    len(set(own["units"])), Difference.of(first - second, own["units"]),
+                    kind,
+                    column,
+                    float(first.mean()),
+                    rule,
+                    float(second.mean()),
+                    len(set(own["units"])),
+                    Difference.of(first - second, own["units"]),
                     same_as=None if same_as == kind else same_as,
                 )
-            )  # fmt: skip
+            )
     return correct_rows(found)
 
 
@@ -118,9 +123,14 @@ def count_decided(about: Mapping[str, Mapping[str, Any]], rows: Sequence[RuleCom
         chance = len(part) * (1 - LEVEL) / 2
         lines.append([name, str(len(part)), *counts[:2], f"{chance:.1f}", *counts[2:]])
     header = [
-        "comparisons", "number", "network ahead, p < .05", "rule ahead, p < .05",
-        "of either by chance", "network ahead, Holm", "rule ahead, Holm",
-    ]  # fmt: skip
+        "comparisons",
+        "number",
+        "network ahead, p < .05",
+        "rule ahead, p < .05",
+        "of either by chance",
+        "network ahead, Holm",
+        "rule ahead, Holm",
+    ]
     text = join_table(header, lines)
     if again := len(rows) - len(counted):
         text += f"\n{again} more rows are the very plays of another row, and count once.\n"

@@ -171,9 +171,13 @@ class TableSuite(Suite, Generic[GameType]):
         networks = {point.name: point.compute_checksum() for point in checkpoints}
         networks |= self.checksum_more(options)
         cache = play_all(
-            games, lambda game: self.list_players(options, game, checkpoints), path, networks,
-            options.workers, options.backend,
-        )  # fmt: skip
+            games,
+            lambda game: self.list_players(options, game, checkpoints),
+            path,
+            networks,
+            options.workers,
+            options.backend,
+        )
         return cache, [*games]
 
 

@@ -49,8 +49,10 @@ class TaskGame(Game):
     num_warm_up: int = 0
 
     scored_by: ClassVar[tuple[str, ...]] = (
-        "nep.bench.task_game", "simulator.tasks.metrics", "simulator.tasks.scores",
-    )  # fmt: skip
+        "nep.bench.task_game",
+        "simulator.tasks.metrics",
+        "simulator.tasks.scores",
+    )
 
     @property
     def is_recorded(self) -> bool:
@@ -80,8 +82,10 @@ class TaskGame(Game):
     def tell(self) -> dict[str, Any]:
         """Return title and units, and whether the homes are recorded."""
         return {
-            "title": self.title, "is_recorded": self.is_recorded, "units": self.list_units(),
-        }  # fmt: skip
+            "title": self.title,
+            "is_recorded": self.is_recorded,
+            "units": self.list_units(),
+        }
 
     def list_players(self, checkpoints: Sequence[Checkpoint]) -> dict[str, MakePolicy]:
         """Return what makes each policy that can play in these homes, and each network."""

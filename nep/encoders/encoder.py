@@ -154,9 +154,13 @@ class ConvolvingEncoder(Encoder):
 
     @abstractmethod
     def __init__(
-        self, units: int, num_convolutions: int, make: Callable[[], nn.Module],
-        residual: bool = False, alike: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        units: int,
+        num_convolutions: int,
+        make: Callable[[], nn.Module],
+        residual: bool = False,
+        alike: bool = False,
+    ) -> None:
         super().__init__(units)
         check_num_convolutions(num_convolutions)
         self.num_convolutions = self.num_hops = num_convolutions

@@ -49,8 +49,13 @@ FORMAT = "node edge predictor"
 WEIGHTS = "weights.safetensors"
 _Errors = tuple[type[Exception], ...]
 _DAMAGED: _Errors = (
-    LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError, SafetensorError,
-)  # fmt: skip
+    LookupError,
+    TypeError,
+    AttributeError,
+    RuntimeError,
+    ArithmeticError,
+    SafetensorError,
+)
 _READ = "checkpoint must be a file that can be read"
 _MADE = "checkpoint must be one that nep.fit wrote"
 _EXPORT = "Export again with `python -m nep.export`."

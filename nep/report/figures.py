@@ -116,9 +116,11 @@ def draw_task(
 ) -> Figure:
     """Draw the score of a task over steps in unseen homes, see `draw_over_steps`."""
     return draw_over_steps(
-        {name: own.values for name, own in scores.items()}, highlight,
-        title=f"{task.title} on unseen homes", metric=STEP_METRICS[task.metric].title,
-    )  # fmt: skip
+        {name: own.values for name, own in scores.items()},
+        highlight,
+        title=f"{task.title} on unseen homes",
+        metric=STEP_METRICS[task.metric].title,
+    )
 
 
 def draw_scores(
@@ -143,8 +145,9 @@ def draw_scores(
                 interval, y = compute_interval(scores[name]), row + shift
                 axes.plot(interval, [y, y], color=color, linewidth=1.2)
                 axes.plot(scores[name].mean(), y, "o", ms=4.5, mec=color, mfc=inside)
-            axes.plot([], [], "o", ms=4.5, mec="black", mfc="black" if shift < 0 else "white",
-                      label=kind)  # fmt: skip
+            axes.plot(
+                [], [], "o", ms=4.5, mec="black", mfc="black" if shift < 0 else "white", label=kind
+            )
         axes.set_title(fill(title, 28), loc="left", fontsize=10)
         axes.grid(axis="x", alpha=0.25)
         axes.spines[["top", "right"]].set_visible(False)
@@ -209,8 +212,13 @@ def draw_calibration(confidence: np.ndarray, is_correct: np.ndarray, title: str)
     said = np.bincount(at, confidence, _NUM_BINS)[shown] / count[shown]
     right = np.bincount(at, is_correct, _NUM_BINS)[shown] / count[shown]
     axes.plot([0, 1], [0, 1], color="#999999", linewidth=1)
-    axes.bar((np.arange(_NUM_BINS) + 0.5) / _NUM_BINS, count / max(count.sum(), 1),
-             width=0.9 / _NUM_BINS, color="#c3cad3", label="share of the answers")  # fmt: skip
+    axes.bar(
+        (np.arange(_NUM_BINS) + 0.5) / _NUM_BINS,
+        count / max(count.sum(), 1),
+        width=0.9 / _NUM_BINS,
+        color="#c3cad3",
+        label="share of the answers",
+    )
     axes.plot(said, right, "o-", color=_MODEL_COLORS[0], label="share that is right")
     axes.set(xlim=(0, 1), ylim=(0, 1), xlabel="probability of the choice", aspect="equal")
     axes.set_title(title, loc="left", fontsize=10)
@@ -296,9 +304,12 @@ def draw_searches(searches: list[SearchStory]) -> Figure:
     panels = figure.subplots(1, len(searches), squeeze=False)[0]
     for axes, search in zip(panels, searches, strict=True):
         draw_belief(
-            axes, search.plan, search.belief, order=search.looks[:_MOST_LOOKS],
+            axes,
+            search.plan,
+            search.belief,
+            order=search.looks[:_MOST_LOOKS],
             true_places=search.true_places,
-        )  # fmt: skip
+        )
         count = len(search.looks)
         title = f"{search.description}: {count} look{'' if count == 1 else 's'}"
         axes.set_title(title, loc="left", fontsize=11)

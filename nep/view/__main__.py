@@ -36,10 +36,19 @@ LOG_ENDING = ".jsonl"
 
 # What the week is short for; options of the command line come after.
 _WEEK_OPTIONS = (
-    "--dynamics", "routine", "--dynamics.step_seconds", "1800",
-    "--home.furniture_per_room", "6", "--home.objects_per_furniture", "3",
-    "--looks", "patrol", "--looks_per_step", "2",
-)  # fmt: skip
+    "--dynamics",
+    "routine",
+    "--dynamics.step_seconds",
+    "1800",
+    "--home.furniture_per_room",
+    "6",
+    "--home.objects_per_furniture",
+    "3",
+    "--looks",
+    "patrol",
+    "--looks_per_step",
+    "2",
+)
 
 
 def list_options(source: str) -> list[str]:

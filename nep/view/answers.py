@@ -47,20 +47,26 @@ class Desk:
         story = self.stage.story
         clock = story.clock
         return {
-            "title": story.title, "asked": asked, "judges": self.judges.names,
-            "isLive": self.stage.is_live, "hasTruth": story.truth is not None,
-            "clock": None if clock is None else
-            {"start": clock.start.isoformat(), "stepSeconds": clock.step_seconds},
+            "title": story.title,
+            "asked": asked,
+            "judges": self.judges.names,
+            "isLive": self.stage.is_live,
+            "hasTruth": story.truth is not None,
+            "clock": None
+            if clock is None
+            else {"start": clock.start.isoformat(), "stepSeconds": clock.step_seconds},
             **self.watch(),
-        }  # fmt: skip
+        }
 
     def watch(self) -> dict[str, Any]:
         """Return how far the story goes, and whether it could be read."""
         story = self.stage.story
         return {
-            "version": self.stage.version, "first": story.first_step, "last": story.num_steps,
+            "version": self.stage.version,
+            "first": story.first_step,
+            "last": story.num_steps,
             "problem": self.stage.problem,
-        }  # fmt: skip
+        }
 
     def list_names(self, since: int = 0) -> list[str]:
         """Return the names that the objects of states are numbers of, from one on."""
@@ -88,8 +94,9 @@ class Desk:
             "plan": plan,
             "numNames": len(self._names),
             "things": {
-                "place": (edges["furniture"][rows] * NUM_RELATIONS + edges["relation"][rows])
-                .tolist(),
+                "place": (
+                    edges["furniture"][rows] * NUM_RELATIONS + edges["relation"][rows]
+                ).tolist(),
                 "name": names[edges["object"][rows]].tolist(),
                 "seen": edges["last_true"][rows].tolist(),
                 "there": edges["is_true"][rows].astype(int).tolist(),
@@ -97,7 +104,7 @@ class Desk:
             "lastLook": np.maximum(batch.furniture_last_observed[0], -1).tolist(),
             "looks": _list_looks(story, shapes, step),
             "events": tell_step(story, memory, step),
-        }  # fmt: skip
+        }
 
     def answer(self, step: int, words: str, judge: str = "bayesian") -> dict[str, Any]:
         """Ask one judge where something is.
@@ -129,15 +136,19 @@ class Desk:
             },
             "search": {
                 "looks": [
-                    {"furniture": index[look.place.furniture], "say": look.instruction,
-                     "cost": round(look.cost, 1)}
+                    {
+                        "furniture": index[look.place.furniture],
+                        "say": look.instruction,
+                        "cost": round(look.cost, 1),
+                    }
                     for look in search
                 ],
-                "found": round(search.found, _DIGITS), "cost": round(search.expected_cost, 1),
+                "found": round(search.found, _DIGITS),
+                "cost": round(search.expected_cost, 1),
                 "ways": list_ways(shapes, [index[look.place.furniture] for look in search]),
             },
             "truth": true_places,
-        }  # fmt: skip
+        }
 
     def tell_furniture(self, step: int, furniture: int) -> list[dict[str, Any]]:
         """Return what was seen at a furniture node by a step, as tables; none if it is unknown."""
@@ -192,13 +203,16 @@ def tell_history(history: History, step_hours: float) -> dict[str, Any]:
         "words": history.description,
         "places": history.places,
         "edges": np.round(history.edges / step_hours, 2).tolist(),
-        "belief": None if belief is None else
-        [[None if np.isnan(p) else round(float(p), 3) for p in row] for row in belief.T],
-        "stays": [[place, begin / step_hours, end / step_hours]
-                  for place, begin, end in history.list_stays()],
+        "belief": None
+        if belief is None
+        else [[None if np.isnan(p) else round(float(p), 3) for p in row] for row in belief.T],
+        "stays": [
+            [place, begin / step_hours, end / step_hours]
+            for place, begin, end in history.list_stays()
+        ],
         "looks": list_marks(history.look_hour, history.look_place, map(int, history.is_found)),
         "said": list_marks(history.said_hour, history.said_place, history.said_by),
-    }  # fmt: skip
+    }
 
 
 def _list_rows(ranking: Ranking) -> list[dict[str, Any]]:
@@ -209,10 +223,15 @@ def _list_rows(ranking: Ranking) -> list[dict[str, Any]]:
     if ranking.with_robot:
         rows.append({"p": ranking.with_robot, "name": "with the robot", "why": "it carries it"})
     rows += [
-        {"p": place.probability, "name": place.name, "relation": _SPELLED[place.relation],
-         "why": place.why, "furniture": place.furniture}
+        {
+            "p": place.probability,
+            "name": place.name,
+            "relation": _SPELLED[place.relation],
+            "why": place.why,
+            "furniture": place.furniture,
+        }
         for place in ranking.places[:MOST_PLACES]
-    ]  # fmt: skip
+    ]
     rest = ranking.places[MOST_PLACES:]
     if rest:
         left = sum(place.probability for place in rest)

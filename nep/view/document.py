@@ -30,9 +30,12 @@ def make_document(data: Mapping[str, Any]) -> str:
     text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
     body = _read("page.html")
     for name, value in (
-        ("policy", escape(make_policy())), ("title", escape(str(data["title"]))),
-        ("style", _read("page.css")), ("script", _read_script()), ("data", text),
-    ):  # fmt: skip
+        ("policy", escape(make_policy())),
+        ("title", escape(str(data["title"]))),
+        ("style", _read("page.css")),
+        ("script", _read_script()),
+        ("data", text),
+    ):
         body = body.replace("{{" + name + "}}", value, 1)
     return body
 
@@ -88,9 +91,12 @@ def save_page(desk: Desk, asked: Sequence[str], path: Path) -> None:
         "judges": [judge],
         "isLive": False,
         "saved": {
-            "asked": list(asked), "frames": frames, "plans": plans, "names": desk.list_names(),
+            "asked": list(asked),
+            "frames": frames,
+            "plans": plans,
+            "names": desk.list_names(),
             "traces": {words: desk.trace(words, judge) for words in asked},
             "furniture": {number: desk.tell_furniture(story.num_steps, number) for number in ids},
         },
-    }  # fmt: skip
+    }
     write_whole(path, make_document(content).encode())

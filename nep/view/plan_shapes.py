@@ -89,12 +89,19 @@ class PlanShapes:
                 east += 2.0
                 room_outlines.append(_make_box(np.array([east - 0.5, 0.5]), np.ones(2)))
         return cls(
-            layout.room_labels, tuple(room_outlines), tuple(n in floors for n in index.values()),
-            tuple(nodes), tuple(row.description for row in rows), rooms, tuple(outlines),
-            tuple(row.box is not None for row in rows), insides,
+            layout.room_labels,
+            tuple(room_outlines),
+            tuple(n in floors for n in index.values()),
+            tuple(nodes),
+            tuple(row.description for row in rows),
+            rooms,
+            tuple(outlines),
+            tuple(row.box is not None for row in rows),
+            insides,
             np.array([(np.nan, np.nan) if at is None else at for at in stands]).reshape(-1, 2),
-            np.zeros((0, 2)), True,
-        )  # fmt: skip
+            np.zeros((0, 2)),
+            True,
+        )
 
     @classmethod
     def of_plan(cls, plan: FloorPlan) -> PlanShapes:
@@ -115,12 +122,19 @@ class PlanShapes:
             insides[node] = [*((low + high) / 2), *(high - low), 0]
         nowhere = np.full((len(plan.furniture), 2), np.nan)
         return cls(
-            plan.rooms, tuple(rooms), (plan.has_positions,) * len(rooms), plan.furniture_ids,
-            plan.furniture, plan.furniture_room, tuple(outlines),
-            (plan.footprints is not None,) * len(outlines), insides,
+            plan.rooms,
+            tuple(rooms),
+            (plan.has_positions,) * len(rooms),
+            plan.furniture_ids,
+            plan.furniture,
+            plan.furniture_room,
+            tuple(outlines),
+            (plan.footprints is not None,) * len(outlines),
+            insides,
             nowhere if plan.stands is None else plan.stands,
-            np.zeros((0, 2)) if plan.doors is None else plan.doors, plan.has_positions,
-        )  # fmt: skip
+            np.zeros((0, 2)) if plan.doors is None else plan.doors,
+            plan.has_positions,
+        )
 
     @property
     def middles(self) -> np.ndarray:
@@ -134,20 +148,34 @@ class PlanShapes:
             "rooms": [
                 {"name": name, "poly": _round(corners), "known": known, "colour": colour}
                 for name, corners, known, colour in zip(
-                    self.rooms, self.room_outlines, self.has_floor,
-                    map(get_room_colour, self.rooms), strict=True,
+                    self.rooms,
+                    self.room_outlines,
+                    self.has_floor,
+                    map(get_room_colour, self.rooms),
+                    strict=True,
                 )
             ],
             "furniture": [
-                {"id": number, "name": name, "room": room, "poly": _round(corners),
-                 "toScale": known, "inside": inside}
+                {
+                    "id": number,
+                    "name": name,
+                    "room": room,
+                    "poly": _round(corners),
+                    "toScale": known,
+                    "inside": inside,
+                }
                 for number, name, room, corners, known, inside in zip(
-                    self.furniture_ids, self.furniture, self.furniture_room.tolist(),
-                    self.outlines, self.is_to_scale, _round(self.insides), strict=True,
+                    self.furniture_ids,
+                    self.furniture,
+                    self.furniture_room.tolist(),
+                    self.outlines,
+                    self.is_to_scale,
+                    _round(self.insides),
+                    strict=True,
                 )
             ],
             "doors": _round(self.doors),
-        }  # fmt: skip
+        }
 
 
 def _place(rows: Sequence[Furniture], rooms: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:

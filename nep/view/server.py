@@ -221,9 +221,11 @@ class _Handler(BaseHTTPRequestHandler):
             status, kind, answer = refused, _PLAIN, line.encode()
         self.send_response(status)
         for name, value in (
-            ("Content-Type", kind), ("Content-Length", str(len(answer))), *_HEADERS,
+            ("Content-Type", kind),
+            ("Content-Length", str(len(answer))),
+            *_HEADERS,
             ("Content-Security-Policy", f"{make_policy()}; frame-ancestors 'none'"),
-        ):  # fmt: skip
+        ):
             self.send_header(name, value)
         self.end_headers()
         if self.command != "HEAD":

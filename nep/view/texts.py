@@ -92,11 +92,13 @@ def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> li
     )
     return [
         TextTable(
-            memory.describe(furniture), ("object", "", "last seen", "steps ago", "seen in looks"),
-            things, more,
+            memory.describe(furniture),
+            ("object", "", "last seen", "steps ago", "seen in looks"),
+            things,
+            more,
         ),
         TextTable(f"{len(looks)} looks, the latest first", ("when", "what"), told),
-    ]  # fmt: skip
+    ]
 
 
 def _tell_gone(story: Story, memory: SceneGraphMemory, node: int, edge: int) -> str:

@@ -28,15 +28,18 @@ OPTIONS = (
     Option("train", True, "false: play with the networks that are there, and write the tables"),
     Option("seeds", 3, "trainings of every network", low=1),
     Option(
-        "table_1", None, "table_1.json of nep.reproduce with seed 0: its networks are the "
-        "trainings of seed 0 in homes of 32 places", type=Path | None,
+        "table_1",
+        None,
+        "table_1.json of nep.reproduce with seed 0: its networks are the "
+        "trainings of seed 0 in homes of 32 places",
+        type=Path | None,
     ),
     Option("num_homes", 100, "test homes", low=1),
     Option("steps", 100, "steps in each", low=1),
     Option(
         "epochs", None, "of every training; what its config says if left out", 1, type=int | None
     ),
-)  # fmt: skip
+)
 
 
 class Claims(Suite):
@@ -58,10 +61,15 @@ class Claims(Suite):
     def run(self, options: Namespace, parser: ArgumentParser) -> None:
         """Train, play and write."""
         plan = ClaimsPlan(
-            runs=options.runs, data=options.data, num_homes=options.num_homes, steps=options.steps,
-            num_seeds=options.seeds, switch_seed=min(1, options.seeds - 1), epochs=options.epochs,
+            runs=options.runs,
+            data=options.data,
+            num_homes=options.num_homes,
+            steps=options.steps,
+            num_seeds=options.seeds,
+            switch_seed=min(1, options.seeds - 1),
+            epochs=options.epochs,
             table_1=options.table_1,
-        )  # fmt: skip
+        )
         for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)
         console = make_console()

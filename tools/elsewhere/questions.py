@@ -104,11 +104,13 @@ class Answers:
             rows.append((ranking.elsewhere, right, ranking.elsewhere > best))
         columns = np.array(rows, dtype=float).reshape(-1, 3).T
         return cls(
-            columns[0], columns[1], columns[2].astype(bool),
+            columns[0],
+            columns[1],
+            columns[2].astype(bool),
             np.array([not question.places for question in questions], dtype=bool),
             np.array([question.goes_out for question in questions], dtype=bool),
             np.array([question.weight for question in questions]),
-        )  # fmt: skip
+        )
 
     @property
     def nll(self) -> np.ndarray:

@@ -57,8 +57,9 @@ class ElsewhereGame(LifeGame):
     steps_per_day: int = _STEPS_PER_DAY
 
     scored_by: ClassVar[tuple[str, ...]] = (
-        "tools.elsewhere.questions", "tools.elsewhere.summary",
-    )  # fmt: skip
+        "tools.elsewhere.questions",
+        "tools.elsewhere.summary",
+    )
 
     def tell(self) -> dict[str, Any]:
         """Return title, unit, and kind of the home."""
@@ -128,9 +129,12 @@ class Elsewhere(TableSuite[ElsewhereGame]):
         """Return what was done, and the tables of every kind of home."""
         options = report.options
         about = _ABOUT.format(
-            command=report.command, looks=options.looks, days=options.days,
-            play_days=options.play_days, questions=options.questions,
-        )  # fmt: skip
+            command=report.command,
+            looks=options.looks,
+            days=options.days,
+            play_days=options.play_days,
+            questions=options.questions,
+        )
         titles = {kind: title for kind, (title, _) in KINDS.items()}
         titles[RECORDED] = options.called[:1].lower() + options.called[1:]
         parts = ["# Things that leave and come back", about]

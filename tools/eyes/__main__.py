@@ -54,9 +54,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         found = list(
             tqdm(
                 measure_homes(source, rules, options.seed, options.work),
-                total=rules.num_homes, unit="home", disable=options.quiet,
+                total=rules.num_homes,
+                unit="home",
+                disable=options.quiet,
             )
-        )  # fmt: skip
+        )
         table = format_results(found)
         print(table)
         if options.out is not None:

@@ -129,9 +129,12 @@ class EyesExam:
     def _show(self, frame: RobotFrame) -> None:
         self._places.clear()
         is_used = self._builder.frame(
-            frame.time, frame.pose, self._body.rules.camera.intrinsics,
-            [found.detection for found in frame.detected], frame.shot.depth,
-        )  # fmt: skip
+            frame.time,
+            frame.pose,
+            self._body.rules.camera.intrinsics,
+            [found.detection for found in frame.detected],
+            frame.shot.depth,
+        )
         scores = self.scores
         scores.num_frames += 1
         for found in frame.detected:

@@ -53,9 +53,13 @@ def measure_homes(
     """
     folder.mkdir(parents=True, exist_ok=True)
     about = {
-        "version": _VERSION, "source": source.describe(), "seed": seed, "rounds": rules.rounds,
-        "steps": rules.steps, "errands_per_step": rules.errands_per_step,
-    }  # fmt: skip
+        "version": _VERSION,
+        "source": source.describe(),
+        "seed": seed,
+        "rounds": rules.rounds,
+        "steps": rules.steps,
+        "errands_per_step": rules.errands_per_step,
+    }
     about = json.loads(json.dumps(about))
     for home in range(rules.num_homes):
         path = folder / f"home_{home}.json"

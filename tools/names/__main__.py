@@ -108,9 +108,19 @@ def make_report() -> str:
     head = " | ".join(["part", "names by", "pairs", *OUTCOMES, "right or among three"])
     line = " | ".join(["---", "---", *["---:"] * (len(OUTCOMES) + 2)])
     return "\n".join(
-        [f"| {head} |", f"| {line} |", *rows, "", "Text vectors without the table of aliases:", "",
-         f"| {head.replace('names by', 'cosine of')} |", f"| {line} |", *thresholds, ""]
-    )  # fmt: skip
+        [
+            f"| {head} |",
+            f"| {line} |",
+            *rows,
+            "",
+            "Text vectors without the table of aliases:",
+            "",
+            f"| {head.replace('names by', 'cosine of')} |",
+            f"| {line} |",
+            *thresholds,
+            "",
+        ]
+    )
 
 
 def make_labels_report(files: Mapping[str, Path]) -> str:

@@ -96,11 +96,13 @@ def list_groups(
     simulated = [
         LivedHome(
             f"{size * len(rules.rooms)} places-{number}",
-            SampledSource(None, replace(rules, furniture_per_room=size)), number, seed,
+            SampledSource(None, replace(rules, furniture_per_room=size)),
+            number,
+            seed,
             f"simulated-{number}",
         )
         for number, size in zip(range(num_homes), cycle(_SIZES), strict=False)
-    ]  # fmt: skip
+    ]
     people = list_lived_homes(_SIZES, num_homes, (), rules, seed)
     groups = {"simulated": simulated, "people": people}
     if folders:
@@ -131,12 +133,14 @@ def make_tables(played: ScoreCache, groups: Mapping[str, Sequence[str]], called:
         rows = []
         for finder in _list_finders(played.scores[names[0]]):
             own = {
-                who: np.array([
-                    [played.scores[name][f"{finder}: {who}"][column] for column in COLUMNS]
-                    for name in names
-                ])
+                who: np.array(
+                    [
+                        [played.scores[name][f"{finder}: {who}"][column] for column in COLUMNS]
+                        for name in names
+                    ]
+                )
                 for who in SEARCHERS
-            }  # fmt: skip
+            }
             means = {who: values.mean(axis=0) for who, values in own.items()}
             cells = ["{:.3f} / {:.3f} / {:.2f}".format(*mean) for mean in means.values()]
             looks = COLUMNS.index("looks")
@@ -213,10 +217,15 @@ class Searches(TableSuite[SearchGame]):
         for name, row in report.about.items():
             groups.setdefault(row["group"], []).append(name)
         about = _ABOUT.format(
-            command=report.command, looks=options.looks, days=options.days,
-            searches=options.searches, miss_rate=options.miss_rate, within=WITHIN,
-            most=MOST_LOOKS, bound=_BOUND,
-        )  # fmt: skip
+            command=report.command,
+            looks=options.looks,
+            days=options.days,
+            searches=options.searches,
+            miss_rate=options.miss_rate,
+            within=WITHIN,
+            most=MOST_LOOKS,
+            bound=_BOUND,
+        )
         tables = make_tables(report.cache, groups, options.called)
         made = describe_made(report.cache, report.shown, report.networks)
         return ["# Searches", about, tables, made]

@@ -102,8 +102,9 @@ class DyGFormer(TemporalNetwork):
         message = torch.cat([message.new_zeros(len(nodes), 1, MESSAGE_DIM), message], dim=1)
         age = torch.cat([time.new_zeros(len(nodes), 1), now - time], dim=1)
         text = self.embed(np.maximum(ids, 0))
-        return torch.cat([text, self.time(age.reshape(-1)).reshape(*age.shape, -1), message],
-                         dim=-1), ids  # fmt: skip
+        return torch.cat(
+            [text, self.time(age.reshape(-1)).reshape(*age.shape, -1), message], dim=-1
+        ), ids
 
 
 def _count(own: np.ndarray, other: np.ndarray) -> Tensor:

@@ -102,9 +102,12 @@ def _record(homes: Homes, num_steps: int) -> EventEpisode:
         pass
     objects = memory.objects
     return EventEpisode(
-        tuple(memory.labels), memory.furniture_label.copy(), objects["home"].copy(),
-        objects["label"].copy(), tuple(happened),
-    )  # fmt: skip
+        tuple(memory.labels),
+        memory.furniture_label.copy(),
+        objects["home"].copy(),
+        objects["label"].copy(),
+        tuple(happened),
+    )
 
 
 def make_asked(memory: MemoryBatch, queries: Queries) -> StreamQuestions:
@@ -121,7 +124,11 @@ def make_events(memory: MemoryBatch, change: Change) -> NewEvents:
     coverage = np.ones(memory.num_homes)
     coverage[change.home] = change.coverage
     return NewEvents(
-        home.copy(), edges["object"][rows].copy(), edges["furniture"][rows].copy(),
-        edges["relation"][rows].copy(), change.is_seen.astype(bool), coverage[home],
+        home.copy(),
+        edges["object"][rows].copy(),
+        edges["furniture"][rows].copy(),
+        edges["relation"][rows].copy(),
+        change.is_seen.astype(bool),
+        coverage[home],
         np.where(change.is_seen, edges["confidence"][rows], 0.0),
-    )  # fmt: skip
+    )

@@ -129,8 +129,13 @@ class PairDecoder(nn.Module):
         if thing.dim() == 2:
             thing = thing.unsqueeze(1).expand_as(place)
         prior = torch.from_numpy(asked.prior).to(place.dtype)
-        columns = [thing, place, thing * place, prior.unsqueeze(-1),
-                   (prior + _FLOOR).log().unsqueeze(-1) / 5]  # fmt: skip
+        columns = [
+            thing,
+            place,
+            thing * place,
+            prior.unsqueeze(-1),
+            (prior + _FLOOR).log().unsqueeze(-1) / 5,
+        ]
         if more is not None:
             columns.append(more)
         return self.layers(torch.cat(columns, dim=-1)).squeeze(-1)

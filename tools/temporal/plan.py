@@ -109,9 +109,10 @@ class Workshop:
         """Return the settings of a network, chosen in the validation homes."""
         sizes = self.sizes
         about = {
-            **self._describe_training(entry), "trials": sizes.trials,
+            **self._describe_training(entry),
+            "trials": sizes.trials,
             "trial_epochs": sizes.trial_epochs,
-        }  # fmt: skip
+        }
 
         def work() -> dict[str, Any]:
             train, val = self._record(entry.kind, "train"), self._record(entry.kind, "val")
@@ -129,9 +130,11 @@ class Workshop:
         folder = self.runs / entry.key
         path = folder / f"seed_{seed}.pt"
         about = {
-            **self._describe_training(entry), "epochs": self.sizes.epochs, "settings": settings,
+            **self._describe_training(entry),
+            "epochs": self.sizes.epochs,
+            "settings": settings,
             "seed": seed,
-        }  # fmt: skip
+        }
 
         def work() -> dict[str, Any]:
             train, val = self._record(entry.kind, "train"), self._record(entry.kind, "val")
@@ -141,18 +144,22 @@ class Workshop:
             network = make_network(entry.network, rest)
             began = time.process_time()
             train_network(
-                network, train, sightings_alone=entry.sightings_alone, epochs=self.sizes.epochs,
+                network,
+                train,
+                sightings_alone=entry.sightings_alone,
+                epochs=self.sizes.epochs,
                 learning_rate=rate,
-            )  # fmt: skip
+            )
             seconds = time.process_time() - began
             own = TrainedNetwork(entry.network, network, entry.sightings_alone, about)
             own.save(path)
             found = validate(network, val, entry.sightings_alone)
             return {
-                "seconds": seconds, "checkpoint": compute_checksum(path),
+                "seconds": seconds,
+                "checkpoint": compute_checksum(path),
                 "num_parameters": sum(part.numel() for part in network.parameters()),
                 "validation": asdict(found),
-            }  # fmt: skip
+            }
 
         on_done = partial(self.on_unit, f"trained {entry.key} {seed}")
         done = keep_unit(folder / f"seed_{seed}.json", about, work, on_done)
@@ -181,9 +188,13 @@ class Workshop:
         self._play(kind, make, path, about, f"played {kind}/{name}")
 
     def _play(
-        self, kind: str, make: Callable[[Homes], Policy], path: Path, about: Mapping[str, Any],
+        self,
+        kind: str,
+        make: Callable[[Homes], Policy],
+        path: Path,
+        about: Mapping[str, Any],
         what: str,
-    ) -> None:  # fmt: skip
+    ) -> None:
         homes = self.kinds[kind]
         about = {**about, "homes": homes.describe()}
         keep_unit(path, about, partial(play_kind, homes, make), partial(self.on_unit, what))
@@ -191,19 +202,22 @@ class Workshop:
     def _describe_training(self, entry: Entry) -> dict[str, Any]:
         sizes = self.sizes
         return {
-            "homes": self.sources[entry.kind].describe(), "network": entry.network,
+            "homes": self.sources[entry.kind].describe(),
+            "network": entry.network,
             "sightings_alone": entry.sightings_alone,
             "numbers": [sizes.train_homes, sizes.val_homes, sizes.train_steps, sizes.batch_homes],
-        }  # fmt: skip
+        }
 
     def _record(self, kind: str, split: str) -> list[EventEpisode]:
         """Return recorded episodes; the policy `bayesian` looks, as for `nep.fit`."""
         if (kind, split) not in self._episodes:
             count = self.sizes.train_homes if split == "train" else self.sizes.val_homes
             self._episodes[kind, split] = record_episodes(
-                self.sources[kind], Streams(0, split, range(count)), self.sizes.train_steps,
+                self.sources[kind],
+                Streams(0, split, range(count)),
+                self.sizes.train_steps,
                 most_homes=self.sizes.batch_homes,
-            )  # fmt: skip
+            )
         return self._episodes[kind, split]
 
 
@@ -278,9 +292,12 @@ def list_kinds(sizes: Sizes, recorded: Sequence[str] = ()) -> dict[str, TaskGame
     if recorded:
         source = RecordedSource(SampledSource().prior, SampledSource().home, tuple(recorded))
         kinds[HOUSEHOLDS] = TaskGame(
-            "Scripted households (HOMER), networks trained in the mixture", (source,),
-            source.num_homes, sizes.steps, sizes.searches,
-        )  # fmt: skip
+            "Scripted households (HOMER), networks trained in the mixture",
+            (source,),
+            source.num_homes,
+            sizes.steps,
+            sizes.searches,
+        )
     return kinds
 
 

@@ -61,12 +61,16 @@ class TrainedNetwork:
         parameters = {key: value.detach() for key, value in self.network.named_parameters()}
         torch.save(
             {
-                "format": FORMAT, "version": VERSION, "name": self.name,
-                "settings": dict(self.network.settings), "sightings_alone": self.sightings_alone,
-                "training": self.training, "parameters": parameters,
+                "format": FORMAT,
+                "version": VERSION,
+                "name": self.name,
+                "settings": dict(self.network.settings),
+                "sightings_alone": self.sightings_alone,
+                "training": self.training,
+                "parameters": parameters,
             },
             content,
-        )  # fmt: skip
+        )
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, content.getvalue())
 

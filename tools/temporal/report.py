@@ -69,10 +69,11 @@ def make_report(content: Mapping[str, Any]) -> str:
             `title`, `units` and `rows`.
     """
     parts = [
-        "# Temporal graph networks\n", _ABOUT.format(**content["sizes"]),
+        "# Temporal graph networks\n",
+        _ABOUT.format(**content["sizes"]),
         f"`{content['command']}` makes it again, and goes on where it was stopped; "
         f"{content['made']}.\n",
-    ]  # fmt: skip
+    ]
     if content.get("note"):
         parts.append(f"{content['note']}\n")
     if content["missing"]:
@@ -104,27 +105,47 @@ def _name_missing(missing: Sequence[str]) -> str:
 
 def _make_table(rows: Sequence[TableRow], units: tuple[str, ...] | None) -> str:
     order = sorted(rows, key=lambda row: row.mean("first_guess"))
-    rules = [row for row in order if not row.num_trainings and row.name not in _KNOWS_MORE
-             and row.reads != MEMORY]  # fmt: skip
+    rules = [
+        row
+        for row in order
+        if not row.num_trainings and row.name not in _KNOWS_MORE and row.reads != MEMORY
+    ]
     best = rules[-1] if rules else None
     differences: list[Difference | None] = [
-        None if best is None or row is best or row.name in _KNOWS_MORE
+        None
+        if best is None or row is best or row.name in _KNOWS_MORE
         else compute_difference(row.summarise(units), best.summarise(units))
         for row in order
-    ]  # fmt: skip
+    ]
     corrected = correct_holm([float("nan") if d is None else d.p for d in differences])
-    header = ["player", "reads", "trainings", "first guess", "MRR", "NLL", "looks",
-              "ms a decision", "s to train",
-              f"minus {best.name if best else 'best rule'} [95 %]", "p", "detectable"]  # fmt: skip
+    header = [
+        "player",
+        "reads",
+        "trainings",
+        "first guess",
+        "MRR",
+        "NLL",
+        "looks",
+        "ms a decision",
+        "s to train",
+        f"minus {best.name if best else 'best rule'} [95 %]",
+        "p",
+        "detectable",
+    ]
     lines = []
     for row, difference, p in zip(order, differences, corrected, strict=True):
         numbers = [format_number(row.mean(name), metric.format) for name, metric in COLUMNS.items()]
-        lines.append([
-            row.name, row.reads, str(row.num_trainings or ""), *numbers,
-            format_number(row.mean("milliseconds"), ".2f"),
-            "" if np.isnan(row.seconds) else f"{row.seconds:.0f}",
-            *_write_difference(difference, p),
-        ])  # fmt: skip
+        lines.append(
+            [
+                row.name,
+                row.reads,
+                str(row.num_trainings or ""),
+                *numbers,
+                format_number(row.mean("milliseconds"), ".2f"),
+                "" if np.isnan(row.seconds) else f"{row.seconds:.0f}",
+                *_write_difference(difference, p),
+            ]
+        )
     return join_table(header, lines, num_text=2)
 
 

@@ -149,9 +149,12 @@ class EventStream:
         """Return the nodes of questions, and of the places that their homes have."""
         query, column = np.nonzero(asked.is_place)
         return PairNodes(
-            self.find_things(asked.thing), query, column,
-            self.find_places(asked.home)[query, column], asked.is_place.shape,
-        )  # fmt: skip
+            self.find_things(asked.thing),
+            query,
+            column,
+            self.find_places(asked.home)[query, column],
+            asked.is_place.shape,
+        )
 
     def append(self, new: NewEvents, time: int) -> np.ndarray:
         """Add events; returns their numbers, of those that are not dropped, (n,)."""

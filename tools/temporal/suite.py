@@ -42,9 +42,15 @@ from tools.temporal.report import (
 
 TABLE = "temporal.md"
 RULES = (
-    "random", "priors", "bayesian", "last_seen_prior", "persistence", "adaptive", *EVENT_RULES,
+    "random",
+    "priors",
+    "bayesian",
+    "last_seen_prior",
+    "persistence",
+    "adaptive",
+    *EVENT_RULES,
     "ceiling",
-)  # fmt: skip
+)
 _INFORMATION = ("sightings", "negatives")
 _UNTOLD = ("runs", "threads", "note", "table_only")  # options on which no score depends
 _KINDS = ("paper_on", "paper_off", "routine", "mixed")
@@ -72,10 +78,14 @@ def make_content(
             if found is not None:
                 reads = MEMORY if name in checkpoints else "rule"
                 checksum = found["about"]["checksum"]
-                rows.append({
-                    "name": name, "reads": reads, "plays": [found["done"]],
-                    "checkpoints": [] if checksum is None else [checksum],
-                })  # fmt: skip
+                rows.append(
+                    {
+                        "name": name,
+                        "reads": reads,
+                        "plays": [found["done"]],
+                        "checkpoints": [] if checksum is None else [checksum],
+                    }
+                )
                 made[found["made"]] = None
         for entry in entries:
             if TRAINED_ELSEWHERE.get(kind, kind) != entry.kind:
@@ -94,19 +104,27 @@ def make_content(
                 checksums.append(trained["done"]["checkpoint"])
                 made[played["made"]] = None
             if plays:
-                rows.append({
-                    "name": NETWORKS[entry.network].name,
-                    "reads": SIGHTINGS if entry.sightings_alone else NEGATIVES,
-                    "plays": plays, "num_trainings": len(plays),
-                    "seconds": sum(seconds) / len(seconds), "checkpoints": checksums,
-                })  # fmt: skip
+                rows.append(
+                    {
+                        "name": NETWORKS[entry.network].name,
+                        "reads": SIGHTINGS if entry.sightings_alone else NEGATIVES,
+                        "plays": plays,
+                        "num_trainings": len(plays),
+                        "seconds": sum(seconds) / len(seconds),
+                        "checkpoints": checksums,
+                    }
+                )
         units = homes.list_units() if homes.is_recorded else None
         kinds[kind] = {"title": homes.title, "units": units, "rows": rows}
     return {
-        "version": VERSION, "command": command,
+        "version": VERSION,
+        "command": command,
         "made": f"played with {'; '.join(made) or describe_code()}",
-        "sizes": asdict(workshop.sizes), "note": note, "missing": missing, "kinds": kinds,
-    }  # fmt: skip
+        "sizes": asdict(workshop.sizes),
+        "note": note,
+        "missing": missing,
+        "kinds": kinds,
+    }
 
 
 def write_table(content: dict[str, Any], out: Path) -> None:
@@ -123,16 +141,21 @@ OPTIONS = (
     Option("recorded", (), "recorded homes (docs/traces.md), which networks of mixed play, too"),
     Option("networks", tuple(NETWORKS), f"some of {', '.join(NETWORKS)}", known=NETWORKS),
     Option(
-        "information", _INFORMATION, "sightings: events of things that were seen alone; negatives: "
-        "of negative looks, too", known=_INFORMATION,
+        "information",
+        _INFORMATION,
+        "sightings: events of things that were seen alone; negatives: of negative looks, too",
+        known=_INFORMATION,
     ),
     Option("seeds", 3, "trainings of each network", low=1),
     Option(
-        "checkpoint", (), "[NAME=]SOURCE: graph memories beside them, as in nep.evaluate: "
-        "any_home, heat, files",
+        "checkpoint",
+        (),
+        "[NAME=]SOURCE: graph memories beside them, as in nep.evaluate: any_home, heat, files",
     ),
     Option(
-        "note", None, "a remark for the page, such as what the graph memories were trained on",
+        "note",
+        None,
+        "a remark for the page, such as what the graph memories were trained on",
         type=str | None,
     ),
     Option("table_only", False, "write the table of what is complete"),
@@ -142,11 +165,12 @@ OPTIONS = (
     Option("threads", 1, "CPU threads", low=1),
     Option("tiny", False, "everything as small as can be, to try the command"),
     *(
-        Option(row.name, None, f"{row.default} if left out", int(row.name != "trials"),
-               type=int | None)
+        Option(
+            row.name, None, f"{row.default} if left out", int(row.name != "trials"), type=int | None
+        )
         for row in fields(Sizes)
     ),
-)  # fmt: skip
+)
 
 
 class Temporal(Suite):
@@ -210,9 +234,10 @@ class Temporal(Suite):
         with work_in(options.runs), one_line_errors():
             for kind, homes in kinds.items():
                 players = [
-                    name for name in RULES
+                    name
+                    for name in RULES
                     if all(find_policy(name).needs <= source.knows for source in homes.sources)
-                ]  # fmt: skip
+                ]
                 sums = {point.name: point.compute_checksum() for point in checkpoints}
                 made = list_contestants("predict_location", players, checkpoints)
                 for name, make in made.items():

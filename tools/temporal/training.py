@@ -196,9 +196,13 @@ def tune(
                 raise optuna.TrialPruned
 
         train_network(
-            network, train, sightings_alone=sightings_alone, epochs=epochs, learning_rate=rate,
+            network,
+            train,
+            sightings_alone=sightings_alone,
+            epochs=epochs,
+            learning_rate=rate,
             on_epoch=report,
-        )  # fmt: skip
+        )
         return found[-1]
 
     study.optimize(attempt, n_trials=num_trials)

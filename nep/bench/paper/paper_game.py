@@ -39,8 +39,10 @@ class PaperGame(Game):
     cross_room_moves: bool = False
 
     scored_by: ClassVar[tuple[str, ...]] = (
-        "simulator.tasks.evaluation", "simulator.tasks.metrics", "simulator.tasks.scores",
-    )  # fmt: skip
+        "simulator.tasks.evaluation",
+        "simulator.tasks.metrics",
+        "simulator.tasks.scores",
+    )
 
     @property
     def name(self) -> str:
@@ -63,8 +65,9 @@ class PaperGame(Game):
     def tell(self) -> dict[str, Any]:
         """Return title and units."""
         return {
-            "title": self.setting.title, "units": [f"home {n}" for n in range(self.num_homes)],
-        }  # fmt: skip
+            "title": self.setting.title,
+            "units": [f"home {n}" for n in range(self.num_homes)],
+        }
 
     def play(self, players: Mapping[str, MakePolicy]) -> dict[str, Any]:
         """Let players play; return summaries by player (`pack_summary`)."""

@@ -9,9 +9,13 @@ Number = tuple[float, float]
 
 # Settings of Table 1, see `nep.bench.paper.experiments.Setting`. Below, each has two columns.
 _SETTINGS = (
-    "predict_location-on", "predict_location-off", "relative_likelihood-on",
-    "relative_likelihood-off", "find_object-on", "find_object-off",
-)  # fmt: skip
+    "predict_location-on",
+    "predict_location-off",
+    "relative_likelihood-on",
+    "relative_likelihood-off",
+    "find_object-on",
+    "find_object-off",
+)
 _TABLE_1 = """
 random        0.046 0.005  0.044 0.005  0.381 0.001  0.384 0.001  8.769 1.092  8.750 1.100
 priors        0.159 0.019  0.180 0.025  0.536 0.001  0.546 0.002  5.911 1.433  5.869 1.438

@@ -210,9 +210,13 @@ class TrainedPlan(ABC):
         """Let policies, and networks that are trained, play what they have not played yet."""
         trained = self.list_trained()
         return play_all(
-            self.list_games(), lambda game: self.list_players(game, trained), self.runs / SCORES,
-            self.compute_checksums(), workers, backend,
-        )  # fmt: skip
+            self.list_games(),
+            lambda game: self.list_players(game, trained),
+            self.runs / SCORES,
+            self.compute_checksums(),
+            workers,
+            backend,
+        )
 
     def load_cache(self) -> ScoreCache:
         """Return what has been played so far, by these networks."""
