@@ -8,8 +8,8 @@
 #   make check | make bench                  ruff and mypy | benchmarks
 #   make fuzz                                changed files, odd calls and options, kills, threads, forged requests (minutes)
 #   make docs                                the site: guides, API, commands, results; then open site/index.html
-#   make core-wheel                          the package `sgm` for robots, into dist/
-#   make fit PYTHON=/path/to/python3.11      choose the Python that .venv is made from
+#   make dist                                sdists and wheels of `sgm` and of the rest, into dist/
+#   make fit PYTHON=/path/to/python3.13      choose the Python that .venv is made from
 
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -20,7 +20,7 @@ SEEDS ?= 0
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help install fit any-home reproduce test quick check bench fuzz docs core-wheel core-test clean
+.PHONY: help install fit any-home reproduce test quick check bench fuzz docs dist core-test research-test newest-test clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 12
@@ -72,27 +72,41 @@ docs: $(EXTRAS)
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --quiet $(ARGS)
 	@echo "built site/index.html"
 
-core-wheel: $(STAMP)
-	@rm -rf core/build dist/scene_graph_memory_core-*  # setuptools takes along what was built before
-	$(PY) -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist ./core
+# Each wheel is built from its sdist, in a folder without the repository.
+dist: $(STAMP)
+	@rm -rf dist build core/build  # setuptools takes along what was built before
+	$(PY) -m build --no-isolation --quiet --outdir dist ./core
+	$(PY) -m build --no-isolation --quiet --outdir dist .
 
-# The wheel in a fresh environment of the newest supported Python, without torch: README's lines and the tests of sgm.
-core-test: core-wheel
-	$(PY) tests/core_wheel.py $(ARGS)
+# Wheels in fresh environments: `sgm` without torch on the newest Python, both on that of .venv, and a fast share of
+# the tests on the newest Python, where torch comes without CUDA.
+core-test: dist
+	$(PY) tests/wheels.py core $(ARGS)
+
+research-test: dist
+	$(PY) tests/wheels.py research $(ARGS)
+
+newest-test: dist
+	$(PY) tests/wheels.py newest $(ARGS)
 
 clean:
 	rm -rf $(VENV) build dist core/build *.egg-info core/*.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
-# dgl has wheels up to Python 3.11, so an environment of any other Python is made anew. Every folder of PATH is
-# tried, not only the first hit: version managers put commands there that answer "not installed".
-SUPPORTED := import ensurepip, sys, venv; sys.exit(sys.version_info[:2] not in ((3, 10), (3, 11)))
+# Python 3.11 first: dgl has no wheels beyond it. Every folder of PATH is tried, not only the first hit: version
+# managers put commands there that answer "not installed".
+NAMES := python3.11 python3.10 python3.13 python3.12 python3.14 python3 python
+SUPPORTED := import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))
+# A Python that is named and is not of the version of .venv: then .venv is made anew.
+VERSION := import sys; print(sys.version_info[:2])
+OTHER := $(if $(PYTHON),$(shell [ "$$('$(PYTHON)' -c '$(VERSION)' 2>&1)" = "$$($(PY) -c '$(VERSION)' 2>/dev/null)" ] || echo OTHER))
+.PHONY: OTHER
 
-$(STAMP): setup.cfg core/setup.cfg pyproject.toml constraints.txt
+$(STAMP): setup.cfg core/setup.cfg pyproject.toml constraints.txt $(OTHER)
 	@set -e; \
-	if ! $(PY) -c '$(SUPPORTED)' 2>/dev/null; then \
+	if [ -n "$(OTHER)" ] || ! $(PY) -c '$(SUPPORTED)' 2>/dev/null; then \
 	  python=; \
 	  IFS=:; \
-	  for name in $(if $(PYTHON),'$(PYTHON)',python3.11 python3.10 python3 python); do \
+	  for name in $(if $(PYTHON),'$(PYTHON)',$(NAMES)); do \
 	    for folder in $(if $(PYTHON),'',$$PATH); do \
 	      candidate="$${folder:+$$folder/}$$name"; \
 	      if [ -z "$$python" ] && "$$candidate" -c '$(SUPPORTED)' 2>/dev/null; then python="$$candidate"; fi; \
@@ -100,13 +114,15 @@ $(STAMP): setup.cfg core/setup.cfg pyproject.toml constraints.txt
 	  done; \
 	  unset IFS; \
 	  if [ -z "$$python" ]; then \
-	    echo "Python must be 3.10 or 3.11 with its venv module, got none $(if $(PYTHON),at $(PYTHON),on PATH)." \
+	    echo "Python must be 3.10 or newer with its venv module, got none $(if $(PYTHON),at $(PYTHON),on PATH)." \
 	      "Install one (on Debian and Ubuntu: python3.11 and python3.11-venv), or name one:" \
 	      "make PYTHON=/path/to/python3.11" >&2; \
 	    exit 1; \
 	  fi; \
 	  echo "Creating $(VENV) with $$python"; \
 	  "$$python" -m venv --clear $(VENV); \
+	  $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 12))' 2>/dev/null && \
+	    echo "DGL has no wheels beyond Python 3.11: batch.graph and encoders written with DGL are not there" || true; \
 	fi
 	@echo "Installing the packages of constraints.txt into $(VENV): a few minutes the first time"
 	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \

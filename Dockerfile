@@ -1,0 +1,15 @@
+# The server of a memory, docs/serve.md:
+#   docker build --tag sgm . && docker run --env SGM_TOKEN --volume sgm:/home/sgm --publish 8600:8600 sgm
+FROM python:3.13-slim
+WORKDIR /source
+COPY constraints.txt README.md LICENSE NOTICE ./
+COPY core core
+COPY sgm sgm
+RUN pip install --no-cache-dir --constraint constraints.txt './core[serve]'
+RUN useradd --create-home sgm
+USER sgm
+WORKDIR /home/sgm
+VOLUME /home/sgm
+EXPOSE 8600
+ENTRYPOINT ["sgm-serve"]
+CMD ["home.sgm", "--new", "--host", "0.0.0.0"]

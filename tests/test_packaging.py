@@ -1,0 +1,130 @@
+"""What is installed: two distributions of one version, their files, and the image of the server."""
+
+import configparser
+import json
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import sgm
+from sgm.serve.__main__ import make_parser
+
+ROOT = Path(__file__).resolve().parents[1]
+IGNORED = shutil.ignore_patterns("__pycache__", "*.egg-info", "build")
+PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
+
+
+def read_settings(path: str) -> configparser.ConfigParser:
+    settings = configparser.ConfigParser()
+    settings.read(ROOT / path, encoding="utf-8")
+    return settings
+
+
+def read_requirements(settings) -> dict[str, str]:
+    lines = settings["options"]["install_requires"].split("\n")
+    pairs = [re.match(r"([\w.-]+)(?:\[\w+\])?(.*)", line) for line in lines if line]
+    return {found[1]: found[2].strip() for found in pairs}
+
+
+def test_both_have_one_version():
+    research, core = read_settings("setup.cfg"), read_settings("core/setup.cfg")
+    version = research["metadata"]["version"]
+    assert version == sgm.__version__
+    assert read_requirements(research)["scene-graph-memory-core"] == f"=={version}"
+    for name in ("python_requires",):
+        assert research["options"][name] == core["options"][name]
+    shared = read_requirements(core).items() & read_requirements(research).items()
+    assert len(shared) >= 2  # one range where both need a package
+    both = read_requirements(core).keys() & read_requirements(research).keys()
+    assert {name for name, _ in shared} == both
+
+
+def test_every_package_is_typed():
+    for package in ("sgm", "simulator", "datamodules", "nep"):
+        assert (ROOT / package / "py.typed").is_file()
+
+
+@pytest.mark.slow
+def test_wheels_from_sdists_share_no_file(tmp_path):
+    """Each sdist is unpacked where the repository is not, and a wheel is built from it."""
+    pytest.importorskip("build", reason="build is not installed: extra dev")
+    source = tmp_path / "source"
+    source.mkdir()
+    for name in ("core", "sgm", "simulator", "datamodules", "nep"):
+        shutil.copytree(ROOT / name, source / name, symlinks=True, ignore=IGNORED)
+    for path in ROOT.iterdir():
+        if path.is_file():
+            shutil.copy(path, source)
+    for folder in (source / "core", source):
+        build = [sys.executable, "-m", "build", "--no-isolation", "--quiet", "--sdist"]
+        subprocess.run([*build, "--outdir", tmp_path, folder], check=True, capture_output=True)
+    for sdist in tmp_path.glob("*.tar.gz"):
+        with tarfile.open(sdist) as archive:
+            archive.extractall(tmp_path / "unpacked", filter="data")
+    shutil.rmtree(source)
+    owned = {}
+    for folder in sorted((tmp_path / "unpacked").iterdir()):
+        wheel = [*PIP, "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", tmp_path]
+        subprocess.run([*wheel, folder], check=True)
+    for wheel in tmp_path.glob("*.whl"):
+        with zipfile.ZipFile(wheel) as archive:
+            names = set(archive.namelist())
+            (metadata,) = (name for name in names if name.endswith("/METADATA"))
+            text = archive.read(metadata).decode()
+        assert "# Scene Graph Memory" in text
+        assert not re.search(r"\]\((?!https?:)", text)  # a link that leads nowhere on an index
+        assert {f"{metadata[:-8]}licenses/{name}" for name in ("LICENSE", "NOTICE")} <= names
+        owned[wheel.name.partition("-")[0]] = {n for n in names if ".dist-info/" not in n}
+    core, research = owned["scene_graph_memory_core"], owned["scene_graph_memory"]
+    assert {name.partition("/")[0] for name in core} == {"sgm"}
+    assert {name.partition("/")[0] for name in research} == {"simulator", "datamodules", "nep"}
+    for package in ("sgm", "simulator", "datamodules", "nep"):
+        files = [path for path in (ROOT / package).rglob("*") if path.is_file()]
+        kept = {str(p.relative_to(ROOT)) for p in files if "__pycache__" not in p.parts}
+        assert kept == {name for name in core | research if name.startswith(f"{package}/")}
+
+
+def read_dockerfile() -> list[list[str]]:
+    text = (ROOT / "Dockerfile").read_text("utf-8")
+    lines = [line.split(maxsplit=1) for line in text.splitlines() if line and line[0] != "#"]
+    return [[word, rest] for word, rest in lines]
+
+
+def test_the_image_starts_a_server_that_there_is():
+    lines = dict(read_dockerfile())
+    entry, arguments = json.loads(lines["ENTRYPOINT"]), json.loads(lines["CMD"])
+    commands = read_settings("core/setup.cfg")["options.entry_points"]["console_scripts"]
+    assert f"{entry[0]} = sgm.serve.__main__:main" in commands
+    options = make_parser().parse_args(arguments)
+    assert str(options.port) == lines["EXPOSE"]
+    version = lines["FROM"].removeprefix("python:").removesuffix("-slim")
+    classifiers = read_settings("core/setup.cfg")["metadata"]["classifiers"]
+    assert f"Programming Language :: Python :: {version}\n" in classifiers
+
+
+@pytest.mark.slow
+def test_the_image_installs_from_what_it_copies(tmp_path):
+    for word, rest in read_dockerfile():
+        if word == "COPY":
+            *sources, target = rest.split()
+            for name in sources:
+                assert f"!{name}" in (ROOT / ".dockerignore").read_text("utf-8").split("\n")
+                if (ROOT / name).is_dir():
+                    shutil.copytree(ROOT / name, tmp_path / target, symlinks=True, ignore=IGNORED)
+                else:
+                    shutil.copy(ROOT / name, tmp_path / target)
+        elif rest.startswith("pip "):
+            words = shlex.split(rest)
+            assert words[:2] == ["pip", "install"]
+            assert words[-1] == "./core[serve]"
+    install = [*PIP, "install", "--no-deps", "--no-build-isolation", "--target", tmp_path / "to"]
+    subprocess.run([*install, "./core[serve]"], cwd=tmp_path, check=True)
+    assert (tmp_path / "to" / "sgm" / "serve" / "__main__.py").is_file()
+    assert (tmp_path / "to" / "bin" / "sgm-serve").is_file()
