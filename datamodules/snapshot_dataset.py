@@ -73,7 +73,7 @@ class SnapshotDataset(Dataset[Batch]):
         """Return a batch of one snapshot."""
         return self.__getitems__([index])
 
-    def __getitems__(self, indices: Sequence[int]) -> Batch:
+    def __getitems__(self, indices: Sequence[int] | np.ndarray) -> Batch:
         """Return several snapshots as one batch."""
         return self._builder.build(self.take(np.asarray(indices)))
 
