@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import logging
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Sequence
@@ -25,6 +26,7 @@ from lightning.pytorch.callbacks import (
     RichProgressBar,
 )
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
+from lightning.pytorch.utilities.exceptions import SIGTERMException
 
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
@@ -39,6 +41,7 @@ from simulator.command_line import BAD_INPUT, normalise, one_line_errors, use_pl
 from simulator.process import run_main
 
 _BEST = "val/hits_at_1"  # by which the best epoch is chosen
+_GO_ON = "Go on from a checkpoint with --ckpt_path."
 _MOST_CHARACTERS = 2000  # of a message; some repeat a whole file
 
 
@@ -127,6 +130,7 @@ class FitCLI(LightningCLI):
         try:
             self._check_trainer()
             super().instantiate_classes()
+            self._check_new_run()
         # The last two are what Lightning raises for settings of its own.
         except (*BAD_INPUT, TypeError, RuntimeError, MisconfigurationException) as error:
             self.parser.error(_shorten(error))
@@ -149,6 +153,17 @@ class FitCLI(LightningCLI):
                 raise ValueError(
                     f"save_dir must be a folder, got a file at {folder}. Choose another one."
                 )
+
+    def _check_new_run(self) -> None:
+        """Check that no run is in the folder: Lightning would end in a traceback."""
+        if self.trainer.logger is None or not self.trainer.log_dir:
+            return
+        config = Path(self.trainer.log_dir) / "config.yaml"
+        if config.exists():
+            raise ValueError(
+                f"run must have a folder of its own, got that of another run, {config.parent}. "
+                "Choose another name or version of the logger, or leave the version out."
+            )
 
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
@@ -248,6 +263,9 @@ def main(args: ArgsType = None) -> FitCLI:
         )
     except BrokenPipeError:
         raise
+    except SIGTERMException:  # which would end the process with status 0
+        print(f"error: training must run to its end, got SIGTERM. {_GO_ON}", file=sys.stderr)
+        sys.exit(128 + signal.SIGTERM)
     except (OSError, MisconfigurationException) as error:  # a full disk; settings at odds
         sys.exit(f"error: {_shorten(error)}")
     except Exception as error:
@@ -258,7 +276,24 @@ def main(args: ArgsType = None) -> FitCLI:
             f"{type(error).__name__}: {shorten_text(_shorten(error))} in {cli.config.ckpt_path}. "
             "Check --ckpt_path, or leave it out."
         )
+    if cli.trainer.fit_loop.skip and not cli.states.has_begun:
+        sys.exit(f"error: {_describe_skipped(cli)}")
     return cli
+
+
+def _describe_skipped(cli: FitCLI) -> str:
+    """Say why no epoch was trained: else the command would end well, without its table."""
+    trainer = cli.trainer
+    if cli.config.ckpt_path is not None and trainer.limit_train_batches != 0:
+        return (
+            f"checkpoint must have epochs left, got one of {trainer.current_epoch} of "
+            f"{trainer.max_epochs} epochs in {cli.config.ckpt_path}. Raise --trainer.max_epochs, "
+            "or leave --ckpt_path out."
+        )
+    return (
+        f"training must have an epoch and a batch, got max_epochs {trainer.max_epochs}, max_steps "
+        f"{trainer.max_steps} and limit_train_batches {trainer.limit_train_batches}. Raise them."
+    )
 
 
 def _shorten(error: Exception) -> str:

@@ -197,7 +197,7 @@ def split_coverage(coverage: Coverage) -> tuple[float, float]:
 
 def read_share(name: str, share: Any, place: str) -> float:
     """Return a share above 0; raises ValueError for anything else."""
-    if not isinstance(share, Real) or not 0 < share <= 1.0:
+    if not isinstance(share, Real) or share <= 0 or not share <= 1:
         raise ValueError(
             f"{name} must be above 0 and at most 1, got {shorten(share)} at {place}. Give the "
             "share in view, or leave out the look."

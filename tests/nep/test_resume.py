@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 import torch
 import yaml
+from lightning.pytorch import Trainer
+from lightning.pytorch.utilities.exceptions import SIGTERMException
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from datamodules.sgm_datamodule import SGMDataModule
@@ -135,3 +137,37 @@ def test_an_order_of_another_kind_is_refused():
     data = SGMDataModule(num_homes=1, num_val_homes=1)
     with pytest.raises(ValueError, match="order of a checkpoint must be the state of a generator"):
         data.load_state_dict({"order": torch.zeros(2, dtype=torch.uint8)})
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:The dirpath has changed:UserWarning")
+def test_a_command_that_trains_nothing_does_not_end_well(tmp_path, monkeypatch, capsys):
+    """A saved config with a checkpoint of all its epochs ended without table, with status 0."""
+    monkeypatch.chdir(tmp_path)
+    main([*SMALL, "--trainer.max_epochs=1"])
+    run = tmp_path / RUN.format(0)
+    saved = [f"--config={run / 'config.yaml'}", f"--ckpt_path={run / 'checkpoints' / 'last.ckpt'}"]
+    for args, message in (
+        (saved, r"error: checkpoint must have epochs left, got one of 1 of 1 epochs"),
+        ([*SMALL, "--trainer.max_epochs=0"], r"error: training must have an epoch and a batch"),
+    ):
+        with pytest.raises(SystemExit, match=message):
+            main(args)
+    capsys.readouterr()
+    with pytest.raises(SystemExit) as caught:  # a folder has one run
+        main([*SMALL, "--trainer.logger.init_args.version=0"])
+    assert caught.value.code == 2
+    assert "run must have a folder of its own" in capsys.readouterr().err
+
+
+def test_a_signal_does_not_end_it_well(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+
+    def end(*_, **__):
+        raise SIGTERMException
+
+    monkeypatch.setattr(Trainer, "fit", end)
+    with pytest.raises(SystemExit) as caught:
+        main([*SMALL, "--trainer.max_epochs=1"])
+    assert caught.value.code == 143
+    assert "error: training must run to its end, got SIGTERM" in capsys.readouterr().err
