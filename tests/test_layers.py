@@ -55,6 +55,7 @@ LEARNING = {"dgl", "lightning", "pytorch_lightning", "torch", "torchmetrics"}
 # All that `sgm` imports beside the standard library, and what single files import when asked to.
 SGM_NEEDS = {"numpy", "sgm"}
 SGM_OPTIONAL = {
+    "sgm/eyes/__main__.py": {"yaml"},
     "sgm/files.py": {"filelock"},
     "sgm/memory/memory_questions.py": {"pandas"},
     "sgm/memory/spark_graph.py": {"spark_dsg"},

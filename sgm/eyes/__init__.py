@@ -3,6 +3,7 @@
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.detection import Detection
 from sgm.eyes.furniture_labels import FurnitureLabels
+from sgm.eyes.furniture_mapper import FurnitureMapper, MapRules
 from sgm.eyes.look_builder import BuiltLook, LookBuilder
 from sgm.eyes.look_rules import Gate, LookRules
 from sgm.eyes.placing import Unassigned
@@ -17,10 +18,12 @@ __all__ = [
     "BuiltLook",
     "Detection",
     "FurnitureLabels",
+    "FurnitureMapper",
     "Gate",
     "Intrinsics",
     "LookBuilder",
     "LookRules",
+    "MapRules",
     "Pose",
     "Unassigned",
     "Viewpoint",

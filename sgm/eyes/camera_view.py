@@ -212,13 +212,21 @@ class CameraView:
 
         None without a depth image.
         """
+        points, is_known = self.locate_pixels(pixels)
+        return points[is_known]
+
+    def locate_pixels(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the point in the map of each pixel (n, 2), (n, 3), and which measured one, (n,).
+
+        Those that are out of reach did not.
+        """
         if self._depth is None:
-            return np.empty((0, 3))
+            return np.zeros((len(pixels), 3)), np.zeros(len(pixels), dtype=bool)
         depth = self._depth.read(pixels)
         is_known = (depth > 0) & np.isfinite(depth)
-        camera = self.intrinsics.unproject(pixels[is_known], depth[is_known])
-        camera = camera[np.linalg.norm(camera, axis=1) <= self._reach[1]]
-        return self.pose.to_map(camera)
+        camera = self.intrinsics.unproject(pixels, np.where(is_known, depth, 1.0))
+        is_known &= np.linalg.norm(camera, axis=1) <= self._reach[1]
+        return self.pose.to_map(camera), is_known
 
     def _project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return pixels (n, 2), and z (n,), -1 for what is not in the image or in reach."""

@@ -42,9 +42,10 @@ class FurnitureLabels:
                 for thing in table.find(split_words(name)):
                     aliases += table.list_names(thing)
             self._add(label, aliases)
-        rows = own if isinstance(own, Mapping) else dict.fromkeys(own, ())
-        for label, aliases in rows.items():
-            self._add(label, list(aliases))
+        rows: Mapping[str, Iterable[str]]
+        rows = own if isinstance(own, Mapping) else {label: () for label in own}
+        for label, names in rows.items():
+            self._add(label, names)
         for label in [*self._labels]:  # a label means itself before all else
             key = _make_key(label)
             self._meanings[key] = {label: None} | self._meanings[key]

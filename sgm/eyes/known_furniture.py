@@ -26,16 +26,19 @@ class KnownFurniture:
         self._labels, self._scene = labels, scene
         self._places: dict[str, np.ndarray] = {}  # that a name may be of, by the name
 
-    def find(self, view: CameraView, detection: Detection, dilation: float) -> int:
-        """Return the place that a detection is of, -1 for none; `dilation` is in metres."""
+    def find(self, view: CameraView, detection: Detection, dilation: float) -> int | None:
+        """Return the id of the furniture that a detection is of, None for none.
+
+        `dilation` is in metres.
+        """
         places = self._places.get(detection.name)
         if places is None:
             places = self._places[detection.name] = self._list_places(detection.name)
         if not len(places):
-            return -1
+            return None
         share = compute_shares(view, self._scene, detection, places, dilation)
         best = int(share.argmax())
-        return int(places[best]) if share[best] >= _LEAST_SHARE else -1
+        return self._scene.ids[int(places[best])] if share[best] >= _LEAST_SHARE else None
 
     def _list_places(self, name: str) -> np.ndarray:
         return np.array(

@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from sgm.checks import is_finite, read_all
+from sgm.checks import is_finite, read_all, read_optional
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.camera_view import CameraView, DepthImage
 from sgm.eyes.detection import Detection
 from sgm.eyes.furniture_labels import FurnitureLabels
+from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.known_furniture import KnownFurniture
 from sgm.eyes.look_rules import Gate, LookRules
-from sgm.eyes.placing import OnDetection, Placing, Unassigned
+from sgm.eyes.loose_things import settle_things
+from sgm.eyes.placing import NOWHERE, OnDetection, Placing, Unassigned
 from sgm.eyes.scene import Scene
 from sgm.eyes.spots import Spots
 from sgm.eyes.tracks import Tracks
@@ -30,6 +33,9 @@ from sgm.messages import shorten
 
 MOST_DETECTIONS = 1000  # of a frame; detectors give 300 at most
 _SURE = 0.5  # confidence from which on a thing has a spot
+_JUMP = 1.0  # metres from one frame to the next that no robot goes
+_LEAST_FRAMES = 3  # that show a thing at no known place, before it gets one
+_MAKE_MAPPER = "Write FurnitureMapper(memory)."
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +87,9 @@ class LookBuilder:
 
     def __init__(
         self,
-        furniture: Mapping[int, Furniture | Box],
+        furniture: Mapping[int, Furniture | Box] | None = None,
         *,
+        discover: FurnitureMapper | None = None,
         rules: LookRules | None = None,
         gate: Gate | None = None,
         ignore: Iterable[str] = (),
@@ -95,17 +102,20 @@ class LookBuilder:
         Args:
             furniture: by id, as `memory.layout.furniture` has it; floors of rooms, too
                 (`Box.of_floor`). A box alone will do: then detections of the furniture itself are
-                not known as such.
+                not known as such. None for what the memory of `discover` has.
+            discover: adds furniture that is seen to a memory, and spots for all else, so that no
+                map is needed; None to look at furniture that is known. Looks must be told to that
+                memory.
             rules: what counts as in view, as seen and as one visit; None for the defaults.
             gate: which frames are good enough; None for the defaults.
             ignore: names of what is no thing, such as "person", "wall" and "ceiling".
-            labels: what furniture may be called; None for those of the household.
+            labels: what furniture may be called; None for those of `discover`, or of the household.
             on_look: is given every look when it is ready; None to keep them for `looks`.
             on_detection: is given every detection that counts, with the furniture and the relation
                 that it was assigned to in its frame, both None for no known place.
 
         Raises:
-            TypeError: if the furniture is none, or `ignore` a text.
+            TypeError: if the furniture is none or left out, or `ignore` a text.
             ValueError: if a name to ignore is none.
         """
         self.gate = Gate() if gate is None else gate
@@ -114,14 +124,22 @@ class LookBuilder:
         self._ready: deque[BuiltLook] = deque()
         self._counts: Counter[str] = Counter()
         self._placing = Placing(self.gate, self._rules.dilation, ignore, self._counts, on_detection)
-        self._labels = FurnitureLabels() if labels is None else labels
+        self._mapper = read_optional("discover", discover, FurnitureMapper, _MAKE_MAPPER)
+        if labels is None:
+            labels = FurnitureLabels() if discover is None else discover.labels
+        self._labels = labels
+        if furniture is None and discover is not None:
+            furniture = discover.memory.layout.furniture
+        self._loose = Tracks()  # things at no known place, until the map is settled
+        self._settled = math.inf
         self._before: tuple[float, Pose] | None = None
         self._time = -math.inf
+        self._eye = np.zeros(3)  # where the camera was in the last good frame
         self._frame = 0
         self._spots = Spots()
         self._begin(furniture)
 
-    def _begin(self, furniture: Mapping[int, Furniture | Box]) -> None:
+    def _begin(self, furniture: Any) -> None:
         self._scene = Scene(furniture, self._rules.num_points)
         self._known = KnownFurniture(self._labels, self._scene)
         self._visits, self._tracks = Visits(self._scene), Tracks()
@@ -154,10 +172,17 @@ class LookBuilder:
     def set_open(self, furniture: int, is_open: bool = True) -> None:
         """Note that a door was opened, or shut: a shut place is not looked into.
 
+        Furniture that was discovered has a door from then on.
+
         Raises:
             KeyError: if there is no box of that id.
             ValueError: if it has no door.
         """
+        if self._mapper is not None and self._mapper.is_found(furniture):
+            place = self._scene.index.get(furniture)
+            if place is not None and not self._scene.has_door[place]:
+                self._mapper.tell_interior(furniture, "door")
+                self.set_furniture(self._mapper.memory.layout.furniture)
         self._scene.set_open(furniture, is_open)
 
     def frame(
@@ -199,33 +224,90 @@ class LookBuilder:
         self._frame += 1
         reach = (self.gate.nearest, self.gate.farthest)
         view = CameraView(self._scene, pose, intrinsics, image, reach)
+        sure = self._placing.select(detections)
+        things, is_steady = self._find_things(view, sure)
+        if not is_steady:
+            self._counts["pose jumped"] += 1
+            return False
         volumes = self._scene.list_volumes()
         known = self._visits.list_known(volumes)
         volumes, share = view.find_seen_points(volumes, self._rules.margin, known)
         shown = self._visits.note_points(time, volumes, share, view)
-        for detection, volume, at in self._placing.place(
-            self._scene, self._known, time, view, detections
-        ):
-            self._tracks.add(detection, self._frame, volume, at)
-            shown.add(volume // 2)
+        for detection, volume, at in self._placing.place(self._scene, time, view, things):
+            if volume != NOWHERE:
+                self._tracks.add(detection, self._frame, volume, at)
+                shown.add(volume // 2)
+            elif self._mapper is not None and np.isfinite(at.center).all():
+                self._loose.add(detection, self._frame, volume, at)
+        self._loose.note_view(view, self._frame, self._rules.through_margin)
         self._tracks.note_view(view, self._frame, self._rules.through_margin)
         self._spots.note_rays(view, shown, self._rules.through_margin)
         self._visits.note_frame(time, shown, view)
         return True
 
+    def _find_things(
+        self, view: CameraView, detections: list[Detection]
+    ) -> tuple[list[Detection], bool]:
+        """Return the detections that are not of furniture, and whether the pose is believed."""
+        known = [self._known.find(view, one, self._rules.dilation) for one in detections]
+        of_furniture = [one is not None for one in known]
+        if self._mapper is not None:
+            for row, one in enumerate(detections):
+                of_furniture[row] |= self._labels.find_label(one.name) is not None
+        things = [one for one, is_it in zip(detections, of_furniture, strict=True) if not is_it]
+        if len(things) < len(detections):
+            self._counts["detections of furniture"] += len(detections) - len(things)
+        if self._mapper is None:
+            return things, True
+        rows = [row for row, is_it in enumerate(of_furniture) if is_it]
+        found = [detections[row] for row in rows]
+        return things, self._mapper.see(view, found, [known[row] for row in rows], things)
+
     def looks(self) -> Iterator[BuiltLook]:
         """Take the looks that are ready, in order; without `on_look`."""
         while self._ready:
-            yield self._ready.popleft()
+            yield self._follow_merge(self._ready.popleft())
 
     def finish(self) -> Iterator[BuiltLook]:
         """End all visits, as when the robot stops, and take the looks that are ready.
 
         The next frame may be of any time, as after the robot's clock was set back.
         """
+        self._settle(is_over=True)
         self._end(self._visits.take_ended())
         self._time, self._before = -math.inf, None
+        self._settled = math.inf
         return self.looks()
+
+    def _settle(self, *, is_over: bool) -> None:
+        """Take over what the map has become, and give things at no known place one."""
+        mapper = self._mapper
+        if mapper is None:
+            return
+        tracks = self._loose.take_sure(
+            self._rules.least_confidence, 1 if is_over else _LEAST_FRAMES, self._frame
+        )
+        if mapper.settle() or tracks:
+            volumes = settle_things(mapper, tracks, self._rules.dilation)
+            self.set_furniture(mapper.memory.layout.furniture)
+            for track, (furniture, relation) in zip(tracks, volumes, strict=True):
+                place = self._scene.index[furniture]
+                self._tracks.take_over(track, 2 * place + relation)
+                self._visits.begin(place, self._time, self._eye)
+
+    def _follow_merge(self, look: BuiltLook) -> BuiltLook:
+        """Return a look at the furniture that its place has become a part of, a glimpse of it."""
+        merged = {} if self._mapper is None else self._mapper.merged
+        furniture = look.furniture
+        while furniture in merged:
+            furniture = merged[furniture]
+        if furniture == look.furniture:
+            return look
+        coverage = {
+            relation: 1 / self._rules.num_points if share else 0.0
+            for relation, share in look.coverage.items()
+        }
+        return replace(look, furniture=furniture, coverage=coverage, hidden=())
 
     def _find_fault(self, time: float, pose: Pose | None, pose_time: float | None) -> str:
         """Say why a frame is left out, "" if it is good, and end the visits that are over."""
@@ -233,14 +315,34 @@ class LookBuilder:
             return "time is no number"
         if time <= self._time:
             return "time went back" if time < self._time else "frame came twice"
+        if self._mapper is not None and time - self._time > self._rules.pause:
+            self._settle(is_over=True)  # before time passes: what was seen was seen then
+            self._settled = time
         self._time = time
         self._end(self._visits.take_ended(time, self._rules.pause, self._rules.longest))
         age = 0.0
         if pose_time is not None:
             age = time - pose_time if is_finite(pose_time) else math.nan
         fault = self.gate.find_fault(time, pose, age, self._before)
+        if self._mapper is not None:
+            self._note_map_time(time, pose, fault)
         self._before = None if pose is None else (time, pose)
         return fault
+
+    def _note_map_time(self, time: float, pose: Pose | None, fault: str) -> None:
+        """Settle the map now and then, and tell it when the pose has jumped."""
+        assert self._mapper is not None
+        if pose is not None and self._before is not None and fault == "camera too fast":
+            away = float(np.linalg.norm(pose.position - self._before[1].position))
+            if away > _JUMP:
+                self._settle(is_over=True)  # what was seen before is believed
+                self._mapper.note_jump()
+        if not fault and pose is not None:
+            self._eye = pose.position
+            self._settled = min(self._settled, time)
+            if time - self._settled >= self._mapper.rules.settle:
+                self._settle(is_over=False)
+                self._settled = time
 
     def _end(self, visits: list[Visit]) -> None:
         """Make the looks of visits that are over, in the order in which they began."""
@@ -253,7 +355,7 @@ class LookBuilder:
             if self._on_look is None:
                 self._ready.append(look)
             else:
-                self._on_look(look)
+                self._on_look(self._follow_merge(look))
 
     def _make_look(self, visit: Visit) -> BuiltLook | None:
         most = 1.0 if visit.has_depth else self._rules.most_blind

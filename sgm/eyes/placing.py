@@ -10,7 +10,6 @@ import numpy as np
 
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection, Located, Measured, locate
-from sgm.eyes.known_furniture import KnownFurniture
 from sgm.eyes.look_rules import Gate
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP
@@ -70,25 +69,19 @@ class Placing:
         self._ignored = IgnoredNames(ignore)
         self._counts, self._on_detection = counts, on_detection
 
-    def place(
-        self,
-        scene: Scene,
-        known: KnownFurniture,
-        time: float,
-        view: CameraView,
-        detections: Sequence[Detection],
-    ) -> Iterator[tuple[Detection, int, Measured]]:
-        """Yield detections of a frame that are at a place, their volumes, and where they are.
-
-        Those of furniture itself are left out.
-        """
+    def select(self, detections: Sequence[Detection]) -> list[Detection]:
+        """Return the detections of a frame that count: not ignored, and of no low score."""
         self._counts["detections"] += len(detections)
         wanted = [one for one in detections if one.name not in self._ignored]
         self._count("detections ignored", len(detections) - len(wanted))
         sure = [one for one in wanted if one.score >= self._gate.least_score]
         self._counts["detections of low score"] += len(wanted) - len(sure)
-        things = [one for one in sure if known.find(view, one, self._dilation) < 0]
-        self._count("detections of furniture", len(sure) - len(things))
+        return sure
+
+    def place(
+        self, scene: Scene, time: float, view: CameraView, things: Sequence[Detection]
+    ) -> Iterator[tuple[Detection, int, Measured]]:
+        """Yield detections of things in reach, their volumes, `NOWHERE` for none, and where."""
         for detection, volume, at in self._assign(scene, view, things):
             is_known = volume != NOWHERE
             if self._on_detection is not None:
@@ -97,12 +90,11 @@ class Placing:
                     scene.ids[volume // 2] if is_known else None,
                     RELATIONS[volume % 2] if is_known else None,
                 )
-            if is_known:
-                yield detection, volume, at
-                continue
-            self._counts["detections at no place"] += 1
-            center = tuple(at.center.tolist()) if np.isfinite(at.center).all() else None
-            self.unassigned.append(Unassigned(detection, time, center))
+            if not is_known:
+                self._counts["detections at no place"] += 1
+                center = tuple(at.center.tolist()) if np.isfinite(at.center).all() else None
+                self.unassigned.append(Unassigned(detection, time, center))
+            yield detection, volume, at
 
     def _count(self, what: str, number: int) -> None:
         if number:
@@ -138,8 +130,8 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
     one whose middle is nearest. `dilation` is in metres.
     """
     volumes = scene.list_volumes()
-    if not len(volumes) or not len(located.detections):
-        return np.full(len(located.detections), NOWHERE)
+    if not len(volumes) or not len(located.center):
+        return np.full(len(located.center), NOWHERE)
     places, is_top = volumes // 2, volumes % 2 == 1
     offset = located.center[:, None] - scene.volume_center[volumes]
     own = np.einsum("kvi,vij->kvj", offset, scene.rotation[places])

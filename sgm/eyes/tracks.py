@@ -20,6 +20,7 @@ _IN_SIGHT = 2.0  # standard deviations added to both
 _FOUND, _FALSE = 0.6, 0.1
 _MOST_FRAMES = 5.0
 _MOST_LOGIT = 6.0  # a probability of .9975
+_MOST_AGE = 300  # frames
 _LEAST_SD = 0.01  # metres, of any measurement, beside the pose
 
 
@@ -148,6 +149,27 @@ class Tracks:
         self._frame, self._of_key, self._candidates = frame, {}, {}
         for track in self._tracks:
             self._of_key.setdefault(track.key, []).append(track)
+
+    def take_over(self, track: Track, volume: int) -> None:
+        """Take in a thing that was followed elsewhere, and lies in a volume now."""
+        track.votes = Counter({volume: len(track.frames)})
+        self._tracks.append(track)
+
+    def take_sure(self, least_confidence: float, least_frames: int, frame: int) -> list[Track]:
+        """Take out the things of which enough frames are sure; forget what was seen long ago.
+
+        `frame` is the number of the present one.
+        """
+        found, rest = [], []
+        for track in self._tracks:
+            is_sure = len(track.frames) >= least_frames
+            is_sure &= track.compute_confidence() >= least_confidence
+            if is_sure:
+                found.append(track)
+            elif frame - track.frames[-1] < _MOST_AGE:
+                rest.append(track)
+        self._tracks = rest
+        return found
 
     def take(self, place: int) -> list[Track]:
         """Take out the things at a place; of two names for one thing the more frequent is kept."""

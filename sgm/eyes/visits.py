@@ -109,6 +109,15 @@ class Visits:
         self._scene = scene
         self._open: dict[int, Visit] = {}
 
+    def begin(self, place: int, time: float, eye: np.ndarray) -> None:
+        """Begin a visit to a place that a thing was seen at before it was known, if none goes on.
+
+        `eye` is where the camera is, (3,).
+        """
+        if place not in self._open:
+            points = SeenPoints(self._scene.points.shape[1], eye)
+            self._open[place] = Visit(place, time, time, points, num_frames=1)
+
     def list_known(self, volumes: np.ndarray) -> np.ndarray:
         """Return which points a frame need not show again, as their visit has seen them, (v, n).
 

@@ -38,6 +38,8 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "room": ("room", "label"),
     "furniture": ("furniture", "label", "room", "description", "position"),
     "move": ("furniture", "room", "position"),
+    "name": ("furniture", "label", "description"),
+    "merge_furniture": ("furniture", "other"),
     "remove_room": ("room",),
     "remove_furniture": ("furniture",),
     "remove_object": ("description",),
@@ -66,10 +68,10 @@ class LogLine:
     Attributes:
         kind: "start": a memory begins, or goes on after it was loaded, with this `layout` and this
             clock; `memory` is all that it holds then, a `MemoryContent`. "room", "furniture",
-            "move", "remove_room", "remove_furniture", "remove_object", "look", "absent", "query",
-            "step", "moved", "picked_up", "put_down", "rename", "merge", "split", "split_off",
-            "transform": what was called, with its arguments as values; a thing is named by its
-            description and, where it has one, its id.
+            "move", "name", "merge_furniture", "remove_room", "remove_furniture",
+            "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down",
+            "rename", "merge", "split", "split_off", "transform": what was called, with its
+            arguments as values; a thing is named by its description and, where it has one, its id.
             `seen` of a look holds the arguments of each sighting: description, relation, confidence
             (a score where the memory calibrates it) and, of some, owner, id and embedding;
             `coverage` is one share or those of "in" and "onTop", `viewpoint` of a look is None or
@@ -307,6 +309,9 @@ def _read_line(data: Any, path: Path) -> LogLine:
     elif kind in STATEMENTS:
         if not LEAST_CONFIDENCE <= float(values["confidence"]) <= 1:
             raise ValueError(f"confidence {shorten(values['confidence'])}")
+    elif kind == "merge_furniture":
+        if type(values["other"]) is not int:
+            raise ValueError(f"other {shorten(values['other'])}")
     elif kind == "merge":
         values["other"] = ThingName.from_json(values["other"])
     elif kind == "transform":

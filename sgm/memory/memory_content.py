@@ -11,6 +11,7 @@ import numpy as np
 from sgm.layout.layout import Layout
 from sgm.memory.clock import MAX_TIME, Clock
 from sgm.memory.columns import (
+    Columns,
     Tables,
     check_tables,
     keep_rows,
@@ -117,6 +118,25 @@ class MemoryContent:
             queries=(),
             sought={key: value for key, value in self.sought.items() if key[1] in kept},
         )
+
+    def merge_furniture(self, kept: int, other: int) -> MemoryContent:
+        """Return the content with one furniture node instead of two, by id; `kept` stays."""
+        content = self.copy()
+        ids = list(self.layout.furniture)
+        here, there = ids.index(kept), ids.index(other)
+        edges, objects = content.tables["edges"], content.tables["objects"]
+        last = objects["last_furniture"]
+        last[last == there] = here
+        pairs = zip(edges["object"].tolist(), edges["relation"].tolist(), strict=True)
+        found = {pair: edge for edge, pair in enumerate(pairs) if edges["furniture"][edge] == here}
+        for edge in np.flatnonzero(edges["furniture"] == there).tolist():
+            twin = found.get((int(edges["object"][edge]), int(edges["relation"][edge])))
+            if twin is None:
+                edges["furniture"][edge] = here
+            else:
+                _merge_rows(edges, twin, edge)
+        _merge_rows(content.tables["furniture"], here, there)
+        return content.remove(furniture=[other])
 
     def rename(self, row: int, name: str) -> MemoryContent:
         """Call an object otherwise."""
@@ -228,6 +248,18 @@ class MemoryContent:
             raise ValueError("two objects of one description, or a label that is there twice")
         if self.labels[:2] != HOME_LABELS or not isinstance(self.prior, str):
             raise ValueError("no labels of house and floor, or no checksum of the prior")
+
+
+def _merge_rows(columns: Columns, row: int, other: int) -> None:
+    """Add what a row of a table counts to another: sums, the last times, else what is newer."""
+    is_newer = columns["last_observed"][other] > columns["last_observed"][row]
+    for name, values in columns.items():
+        if name.startswith(("num_", "time_")):
+            values[row] += values[other]
+        elif name.startswith("last_"):
+            values[row] = max(values[row], values[other])
+        elif name not in ("object", "furniture", "relation") and is_newer:
+            values[row] = values[other]
 
 
 def _check_between(what: str, values: Any, low: int, high: int) -> None:

@@ -140,6 +140,54 @@ class MemoryLayout(MemoryFiles):
             layout.furniture[furniture] = node
             self._state.note_new()
 
+    def name_furniture(self, furniture: int, label: str, description: str | None = None) -> None:
+        """Note what a furniture node is, where that was not known, or was known wrongly.
+
+        Args:
+            furniture: id from `add_furniture`.
+            label: what it is.
+            description: for people; the label if left out.
+
+        Raises:
+            KeyError: if there is no such furniture node.
+            ValueError: if the label or the description is no name (`read_words`).
+        """
+        read_words("furniture label", label)
+        description = label if description is None else description
+        read_words("furniture description", description)
+        with self._lock:
+            layout = self._state.layout
+            layout.check_furniture(furniture)
+            number = int(furniture)
+            self._write("name", furniture=number, label=label, description=description)
+            node = layout.furniture[number]
+            layout.furniture[number] = replace(node, label=label, description=description)
+            self._state.note_new(label)
+
+    def merge_furniture(self, furniture: int, other: int) -> None:
+        """Note that two furniture nodes are one: what was seen at the other was seen at the first.
+
+        The other node is removed; what people said about it goes with it.
+
+        Args:
+            furniture: id of the node that stays.
+            other: id of the one that goes.
+
+        Raises:
+            KeyError: if there is no such furniture node.
+            ValueError: if they are one.
+        """
+        with self._lock:
+            for number in (furniture, other):
+                self._state.layout.check_furniture(number)
+            if furniture == other:
+                raise ValueError(
+                    f"furniture to merge must be two, got {furniture} twice. Give another id."
+                )
+            self._write("merge_furniture", furniture=int(furniture), other=int(other))
+            content = self._state.get_content().merge_furniture(int(furniture), int(other))
+            self._state.take(content)
+
     def transform(
         self,
         angle: float = 0.0,

@@ -106,6 +106,10 @@ class Replayer:
         elif kind == "move":
             room, position = self._rooms[values["room"]], values["position"]
             memory.move_furniture(place, room, position, values.get("box"))
+        elif kind == "name":
+            memory.name_furniture(place, values["label"], values["description"])
+        elif kind == "merge_furniture":
+            memory.merge_furniture(place, self.furniture.pop(values["other"]))
         elif kind == "remove_room":
             self._remove_room(values["room"])
         elif kind == "remove_furniture":

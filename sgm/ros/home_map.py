@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,24 +10,32 @@ from typing import Any
 from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import FLOOR_THICKNESS, Box
 from sgm.layout.furniture import Furniture
+from sgm.layout.layout import RoomId
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
+_SAME = 2e-3  # metres and radians: maps are written to millimetres
 _MOST_ROOMS, _MOST_FURNITURE = 1000, 10_000
-_ROOM_FIELDS = ("name", "label", "floor")
+_ROOM_FIELDS = ("name", "label", "floor", "id")
 _BOX, _POLYGON = ("center", "size"), ("polygon", "bottom", "top")  # one or the other
 _FURNITURE_FIELDS = (
     "name", "label", "room", *_BOX, *_POLYGON, "yaw", "interior", "position", "open_cost",
-    "is_open",
+    "is_open", "id",
 )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class MapFurniture(Furniture):
-    """Furniture of a map; it has a box, and `is_open` if its door stands open all the time."""
+    """Furniture of a map; it has a box.
+
+    Attributes:
+        is_open: whether its door stands open all the time.
+        id: in the memory that the map was written of; None for what a person added.
+    """
 
     is_open: bool = False
+    id: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +46,13 @@ class HomeMap:
         frame: name of that frame.
         rooms: label of each, (R,).
         furniture: (F,); floors of rooms are among it.
+        room_ids: of each room in the memory that the map was written of; None for new ones, (R,).
     """
 
     frame: str
     rooms: tuple[str, ...]
     furniture: tuple[MapFurniture, ...]
+    room_ids: tuple[int | None, ...] = ()
 
     @classmethod
     def from_values(cls, data: Any, where: str = "map") -> HomeMap:
@@ -67,6 +78,7 @@ class HomeMap:
             )
         rooms: dict[str, int] = {}
         labels: list[str] = []
+        room_ids: list[int | None] = []
         furniture: list[MapFurniture] = []
         for number, entry in enumerate(_read_list("rooms", data["rooms"], _MOST_ROOMS, where)):
             spot = f"room {number} in {where}"
@@ -79,6 +91,7 @@ class HomeMap:
                     'Write {name: "bedroom 2", label: bedroom}.'
                 )
             rooms[name] = number
+            room_ids.append(_read_id(row, spot))
             labels.append(read_words(f"label of {spot}", row.get("label", _drop_number(name))))
             if row.get("floor") is not None:
                 box = _read_floor(row["floor"], f"floor of {spot}")
@@ -86,7 +99,16 @@ class HomeMap:
         entries = _read_list("furniture", data["furniture"], _MOST_FURNITURE, where)
         for number, entry in enumerate(entries):
             furniture.append(_read_furniture(entry, rooms, f"furniture {number} in {where}"))
-        return cls(str(data.get("frame", "map")), tuple(labels), tuple(furniture))
+        given = [row.id for row in furniture if row.id is not None]
+        for numbers in (given, [number for number in room_ids if number is not None]):
+            again = next((one for one in numbers if numbers.count(one) > 1), None)
+            if again is not None:
+                raise ValueError(
+                    f"ids of a map must be there once, got {again} again in {where}. Leave the id "
+                    "of what was added out."
+                )
+        frame = str(data.get("frame", "map"))
+        return cls(frame, tuple(labels), tuple(furniture), tuple(room_ids))
 
     def add_to(self, memory: SceneGraphMemory) -> dict[int, Box]:
         """Add all rooms and furniture to a memory, and return its boxes by furniture id."""
@@ -95,6 +117,74 @@ class HomeMap:
             room, text = rooms[row.room], row.description
             memory.add_furniture(row.label, room, text, row.position, row.box, row.open_cost)
         return memory.boxes
+
+    def correct(self, memory: SceneGraphMemory) -> Counter[str]:
+        """Correct a memory by a map that was written of it, and say what was done how often.
+
+        Furniture of a known id is moved and renamed, what has no id is added, and furniture with a
+        box that the map does not have any more is removed.
+
+        Raises:
+            ValueError: if an id is none of the memory.
+        """
+        counts: Counter[str] = Counter()
+        layout = memory.layout
+        for row in self.furniture:
+            if row.id is not None and row.id not in layout.furniture:
+                raise ValueError(
+                    f"id of furniture must be one of the memory, got {row.id} for "
+                    f"{shorten(row.description)}. Leave it out to add furniture."
+                )
+        rooms = []
+        for number, label in zip(self.room_ids, self.rooms, strict=True):
+            is_known = number in layout.rooms and layout.rooms[RoomId(number)].label == label
+            rooms.append(number if is_known and number is not None else memory.add_room(label))
+            counts["rooms added"] += not is_known
+        kept = {row.id for row in self.furniture}
+        for number, node in layout.furniture.items():
+            if node.box is not None and number not in kept:
+                memory.remove_furniture(number)
+                counts["pieces of furniture removed"] += 1
+        for row in self.furniture:
+            room = rooms[row.room]
+            if row.id is None:
+                memory.add_furniture(
+                    row.label, room, row.description, row.position, row.box, row.open_cost
+                )
+                counts["pieces of furniture added"] += 1
+                continue
+            node = layout.furniture[row.id]
+            if (node.label, node.description) != (row.label, row.description):
+                memory.name_furniture(row.id, row.label, row.description)
+                counts["pieces of furniture renamed"] += 1
+            if not _is_same_box(node.box, row.box) or node.room != room:
+                memory.move_furniture(row.id, room, row.position, row.box)
+                counts["pieces of furniture moved"] += 1
+        for number in layout.rooms:
+            if number not in rooms and not memory.list_furniture(number):
+                memory.remove_room(number)
+                counts["rooms removed"] += 1
+        return counts
+
+
+def _is_same_box(box: Box | None, other: Box | None) -> bool:
+    """Tell whether boxes are the same to a millimetre."""
+    if box is None or other is None:
+        return box is other
+    ones, others = ((*one.center, *one.size, one.yaw) for one in (box, other))
+    is_near = all(abs(a - b) < _SAME for a, b in zip(ones, others, strict=True))
+    return is_near and box.interior == other.interior
+
+
+def _read_id(row: Mapping[str, Any], spot: str) -> int | None:
+    """Return the id of an entry, a whole number; None where there is none."""
+    value = row.get("id")
+    if value is not None and (type(value) is not int or value < 0):
+        raise ValueError(
+            f"id of {spot} must be a whole number, got {shorten(value)}. Leave it as it was "
+            "written, or leave it out."
+        )
+    return value
 
 
 def _read_floor(corners: Any, what: str) -> Box:
@@ -142,7 +232,8 @@ def _read_furniture(entry: Any, rooms: Mapping[str, int], spot: str) -> MapFurni
         )
     label = read_words(f"label of {spot}", entry.get("label", _drop_number(name)))
     cost = None if cost is None else float(read_numbers(f"open_cost of {spot}", cost, ()))
-    return MapFurniture(label, room, name, "", position, box, cost, is_open)
+    own = _read_id(entry, spot)
+    return MapFurniture(label, room, name, "", position, box, cost, is_open, own)
 
 
 def _read_list(name: str, values: Any, most: int, where: str) -> list[Any]:

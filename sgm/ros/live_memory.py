@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sgm.checks import check_at_least
+from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import BuiltLook, LookBuilder
 from sgm.finder.finder import Finder
 from sgm.finder.ranking import Ranking
@@ -62,6 +63,7 @@ class LiveMemory:
     Attributes:
         memory: what is remembered.
         feed: takes the messages.
+        mapper: draws the map; None where furniture is known.
     """
 
     def __init__(
@@ -70,36 +72,40 @@ class LiveMemory:
         finder: Finder,
         *,
         step_seconds: float = 600.0,
+        discover: FurnitureMapper | None = None,
         ignore: Iterable[str] = (),
         on_look: Callable[[BuiltLook], None] = lambda look: None,
         **feed: Any,
     ) -> None:
-        """Begin with a memory whose furniture has boxes.
+        """Begin with a memory whose furniture has boxes, or without a map.
 
         Args:
             memory: with rooms and furniture (`HomeMap.add_to`), new or loaded.
             finder: who is asked.
             step_seconds: length of a time step of the memory.
+            discover: draws the map of this memory; None where its furniture is known.
             ignore: as in `LookBuilder`.
             on_look: is given every look after it was folded in.
             feed: of `CameraFeed`.
 
         Raises:
-            ValueError: if no furniture has a box, or a number is out of range.
+            ValueError: if no furniture has a box and none is discovered, or a number is out of
+                range.
         """
         check_at_least(1, step_seconds=step_seconds)
-        boxes = memory.boxes
-        if not boxes:
+        if discover is None and not memory.boxes:
             raise ValueError(
                 "memory must have furniture with boxes to see it, got none. Add furniture with "
-                "box=, or give a map."
+                "box=, give a map, or discover=FurnitureMapper(memory)."
             )
         self.memory, self._finder = memory, finder
-        self._boxes, self._on_look = boxes, on_look
+        self._on_look, self.mapper = on_look, discover
         self._step_seconds = step_seconds
         self._began: float | None = None  # seconds of the messages at time step `_first`
         self._first = memory.time
-        self.builder = LookBuilder(memory.layout.furniture, ignore=ignore, on_look=self._tell)
+        self.builder = LookBuilder(
+            memory.layout.furniture, discover=discover, ignore=ignore, on_look=self._tell
+        )
         self.feed = CameraFeed(self.builder, **feed)
 
     def finish(self) -> None:
@@ -127,7 +133,7 @@ class LiveMemory:
 
     def find_stand(self, furniture: int) -> tuple[tuple[float, float], float]:
         """Return where to stand before furniture, x, y, and the yaw with which one looks at it."""
-        box = self._boxes.get(furniture)
+        box = self.memory.boxes.get(furniture)
         position = self.memory.get_position(furniture)
         if box is None:
             return position or (0.0, 0.0), 0.0
@@ -137,13 +143,14 @@ class LiveMemory:
 
     def list_markers(self, description: str) -> list[BeliefMarker]:
         """Return the likeliest places of a thing that have a box."""
+        boxes = self.memory.boxes
         return [
             BeliefMarker(
-                place.furniture, self._boxes[place.furniture], place.probability,
+                place.furniture, boxes[place.furniture], place.probability,
                 f"{place.name} {place.probability:.0%}",
             )
             for place in self.rank(description, _MOST_SHOWN)
-            if place.furniture in self._boxes
+            if place.furniture in boxes
         ]  # fmt: skip
 
     def _tell(self, look: BuiltLook) -> None:

@@ -45,7 +45,7 @@ def make_parser() -> argparse.ArgumentParser:
     add("--finder", default="any_home", help="any_home, bayesian, adaptive, or an exported folder")
     add("--aliases", type=Path, help="CSV file of what things are called besides")
     add("--ignore", nargs="+", default=[], metavar="NAME",
-        help="names of what is no thing, such as person and wall: observe leaves it out")  # fmt: skip
+        help="names of what is no thing, such as person: observe leaves it out")  # fmt: skip
     add("--step_seconds", type=float, default=600.0, help="of a clock, for a home without one")
     add("--accept_jump", action="store_true", help="the time is right, however long it was off")
     add("--sync", choices=("answer", "second", "never"), default="second",

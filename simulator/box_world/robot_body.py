@@ -9,7 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sgm.eyes.camera import Pose
-from simulator.box_world.depth_camera import BoxDetector, DepthCamera, Detected, Shot
+from sgm.layout.box import Box
+from simulator.box_world.depth_camera import (
+    BoxDetector,
+    DepthCamera,
+    Detected,
+    DetectedFurniture,
+    Shot,
+)
 from simulator.box_world.routes import FloorRoutes
 from simulator.box_world.world import BoxWorld
 
@@ -36,6 +43,7 @@ class BodyRules:
         camera: what it measures.
         detector: what is recognised in the pictures.
         reach: nearest and farthest distance at which what was recognised counts, metres.
+        names_furniture: whether furniture is recognised, too, as a robot without a map needs it.
     """
 
     camera_height: float = 1.4
@@ -50,6 +58,7 @@ class BodyRules:
     camera: DepthCamera = field(default_factory=DepthCamera)
     detector: BoxDetector = field(default_factory=BoxDetector)
     reach: tuple[float, float] = (0.2, 4.0)
+    names_furniture: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +71,7 @@ class RobotFrame:
         true_pose: as it is.
         shot: the picture.
         detected: what was recognised in it.
+        furniture: which furniture was; none unless the robot names it.
     """
 
     time: float
@@ -69,6 +79,7 @@ class RobotFrame:
     true_pose: Pose
     shot: Shot
     detected: list[Detected]
+    furniture: list[DetectedFurniture]
 
 
 class RobotBody:
@@ -102,9 +113,9 @@ class RobotBody:
         for end in self.routes.find_path(self.position, furniture)[1:]:
             self._move(end)
 
-    def drive(self, furniture: int) -> Iterator[RobotFrame]:
-        """Drive to before furniture; yields the pictures on the way."""
-        path = self.routes.find_path(self.position, furniture)
+    def drive(self, goal: int | tuple[float, float]) -> Iterator[RobotFrame]:
+        """Drive to before furniture, or to a position; yields the pictures on the way."""
+        path = self.routes.find_path(self.position, goal)
         left = self.rules.metres_per_frame
         for end in path[1:]:
             start = np.array(self.position)
@@ -126,26 +137,46 @@ class RobotBody:
 
         A door is open meanwhile.
         """
-        box = self.world.floor.furniture[furniture]
-        if box.has_door:
-            self.world.open_doors.add(furniture)
+        yield from self.look_at_box(self.world.floor.furniture[furniture])
+
+    def find_door(self, box: Box) -> int | None:
+        """Return the furniture with a door that stands where a box is; None for none.
+
+        That is what a robot finds out that tries to open it.
+        """
+        best, nearest = None, math.inf
+        for number, own in enumerate(self.world.floor.furniture):
+            away = math.dist(own.center, box.center)
+            flat = math.dist(own.center[:2], box.center[:2])
+            if own.has_door and flat < max(min(own.size[:2]) / 2, 0.25) and away < nearest:
+                best, nearest = number, away
+        return best
+
+    def look_at_box(self, box: Box) -> Iterator[RobotFrame]:
+        """Look at all that is where a box is; yields the pictures. A door is open meanwhile."""
+        door = self.find_door(box)
+        if door is not None:
+            self.world.open_doors.add(door)
         middle = np.array(box.center)
-        for stand in self._list_stands(furniture):
+        for stand in self._list_stands(box):
             start = np.array(self.position)
             num = math.ceil(float(np.linalg.norm(stand - start)) / _SIDE_STEP)
             for part in range(1, num + 1):
                 self._move(start + (stand - start) * part / num)
                 yield self._take(middle - (*self.position, self.rules.camera_height))
             at = np.array([*self.position, self.rules.camera_height])
-            for target in self.list_aims(furniture):
+            for target in self._list_aims(box):
                 for _ in range(self.rules.frames_per_aim):
                     yield self._take(target - at)
                     self.time += self.rules.frame_seconds
-        self.world.open_doors.discard(furniture)
+        if door is not None:
+            self.world.open_doors.discard(door)
 
     def list_aims(self, furniture: int) -> list[np.ndarray]:
         """Return the points at which the robot looks to see all of a piece of furniture."""
-        box = self.world.floor.furniture[furniture]
+        return self._list_aims(self.world.floor.furniture[furniture])
+
+    def _list_aims(self, box: Box) -> list[np.ndarray]:
         _, width, height = box.size
         sides = [0.0] if width <= 0.7 else [-width / 4, width / 4]
         levels = [height / 2 + 0.1]
@@ -154,9 +185,8 @@ class RobotBody:
             levels += [height / 2 - (row + 0.5) * height / num for row in range(num)]
         return [box.to_map(np.array([0.0, side, level])) for level in levels for side in sides]
 
-    def _list_stands(self, furniture: int) -> list[np.ndarray]:
+    def _list_stands(self, box: Box) -> list[np.ndarray]:
         """Return where the robot looks from: before the front, then left and right of there."""
-        box = self.world.floor.furniture[furniture]
         aside = box.to_map(np.array([0.0, self.rules.sidestep, 0.0]))[:2] - box.center[:2]
         here = np.array(self.position)
         ways = [here + sign * aside for sign in (-1, 1)] if self.rules.sidestep else []
@@ -178,7 +208,11 @@ class RobotBody:
             self.world.solids, self.world.homes.num_slots, true_pose, rng=self._rng
         )
         detected = self.rules.detector.detect(self.world, shot, rng=self._rng)
-        return RobotFrame(self.time, self._guess_pose(true_pose), true_pose, shot, detected)
+        furniture = []
+        if self.rules.names_furniture:
+            furniture = self.rules.detector.detect_furniture(self.world, shot, rng=self._rng)
+        guessed = self._guess_pose(true_pose)
+        return RobotFrame(self.time, guessed, true_pose, shot, detected, furniture)
 
     def _guess_pose(self, pose: Pose) -> Pose:
         """Return where the robot takes its camera to be; errors last for `_DRIFT_SECONDS`."""

@@ -43,29 +43,48 @@ class FloorRoutes:
         self._stands = [
             self._find_cell(floor.find_stand(number)) for number in range(len(floor.furniture))
         ]
+        self._graph = self._make_graph()
+        self._searches: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._distance, self._towards = dijkstra(
-            self._make_graph(), directed=False, indices=self._stands, return_predecessors=True
+            self._graph, directed=False, indices=self._stands, return_predecessors=True
         )
 
     def compute_distance(self, start: tuple[float, float], furniture: int) -> float:
         """Return metres from a position to where furniture is looked at from; inf for no way."""
         return float(self._distance[furniture, self._find_cell(start)])
 
-    def find_path(self, start: tuple[float, float], furniture: int) -> np.ndarray:
-        """Return the corners of a way to furniture, from `start` on, (n, 2).
+    def measure_way(self, start: tuple[float, float], goal: tuple[float, float]) -> float:
+        """Return metres from a position to another one; inf for no way."""
+        return float(self._search(goal)[0][self._find_cell(start)])
+
+    def _search(self, goal: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return distance of every cell to a position, and the next cell on the way there."""
+        end = self._find_cell(goal)
+        if end not in self._searches:
+            self._searches[end] = dijkstra(
+                self._graph, directed=False, indices=end, return_predecessors=True
+            )
+        return self._searches[end]
+
+    def find_path(self, start: tuple[float, float], goal: int | tuple[float, float]) -> np.ndarray:
+        """Return the corners of a way from `start` to furniture or to a position, (n, 2).
 
         Raises:
             ValueError: if there is none.
         """
         cell = self._find_cell(start)
-        if not math.isfinite(self._distance[furniture, cell]):
+        if isinstance(goal, int):
+            end, towards = self._stands[goal], self._towards[goal]
+        else:
+            end, (_, towards) = self._find_cell(goal), self._search(goal)
+        if cell != end and towards[cell] < 0:
             raise ValueError(
-                f"position must be one that furniture {furniture} can be reached from, got "
+                f"position must be one that {goal} can be reached from, got "
                 f"{start[0]:.2f}, {start[1]:.2f}. Start on free floor."
             )
         cells = [cell]
-        while cells[-1] != self._stands[furniture]:
-            cells.append(int(self._towards[furniture, cells[-1]]))
+        while cells[-1] != end:
+            cells.append(int(towards[cells[-1]]))
         points = self._middles[cells]
         kept = [0]
         while kept[-1] < len(points) - 1:  # straight on as far as all is free

@@ -14,6 +14,7 @@ from simulator.box_world.robot_body import BodyRules
 from simulator.command_line import add_home_arguments, choose, make_parser, parse, pick
 from simulator.home_options import HomeOptions
 from simulator.process import run_main
+from simulator.robot_home.robots import SeeingRobot
 from simulator.robot_home.week import Tally, Week, WeekRules
 
 PROG = "python -m simulator.robot_home"
@@ -68,7 +69,9 @@ def play(arguments: Sequence[str]) -> int:
             )
     body = BodyRules(position_sd=options.position_sd, angle_sd=options.position_sd / 4)
     week = Week(source, options.number, options.seed, rules, body, log)
-    world = week.seeing.world
+    seeing = week.robots["eyes"]
+    assert isinstance(seeing, SeeingRobot)
+    world = seeing.world
     num_things = int((world.things.place >= 0).sum())
     print(
         f"{len(world.room_labels)} rooms, {world.num_furniture} pieces of furniture, {num_things} "
@@ -78,12 +81,12 @@ def play(arguments: Sequence[str]) -> int:
     for _ in tqdm(week.live(), total=rules.steps, unit="step", disable=options.quiet):
         pass
     print(format_tallies(week.tallies, rules.most_looks))
-    counts = week.seeing.builder.counts
+    counts = seeing.builder.counts
     print("frames: " + ", ".join(f"{number} {name}" for name, number in counts.items()))
     asked = options.ask or week.tallies[0].errands[-1].description
-    print(Finder(Adaptive()).rank(week.seeing.memory, asked, k=3))
+    print(Finder(Adaptive()).rank(seeing.memory, asked, k=3))
     if options.save is not None:
-        week.seeing.memory.save(options.save / "home.sgm")
+        seeing.memory.save(options.save / "home.sgm")
         print(f"saved: {options.save / 'home.sgm'}, {log}")
     return 0
 

@@ -1,7 +1,8 @@
-"""A robot with a memory in a home of boxes, and three ways in which it may see."""
+"""A robot with a memory in a home of boxes, and four ways in which it may see."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,14 +10,20 @@ from typing import Any
 
 import numpy as np
 
+from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import BuiltLook, LookBuilder
 from sgm.eyes.look_rules import Gate
 from sgm.finder.finder import Finder
+from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting
+from simulator.box_world.floor import STANDOFF
 from simulator.box_world.robot_body import RobotBody, RobotFrame
 from simulator.box_world.world import BoxWorld
 from simulator.trace.layout import number_names
+
+_AT = 0.15  # metres from a place of the own map at which a thing truly is there
+_AT_FURNITURE = 0.5  # metres between the middles of furniture and what is drawn of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +77,21 @@ class HomeRobot(ABC):
         search = self._finder.search(
             self.memory, description, start=self.body.position, distance=self._compute_distance
         )
-        metres, is_found = 0.0, False
-        while search.num_looks < self._most_looks and (going := search.next()) is not None:
+        metres, is_found, num_before = 0.0, False, 0
+        while num_before + search.num_looks < self._most_looks:
+            going = search.next()
+            if going is None:
+                break
             furniture = going.place.furniture
-            metres += self.body.routes.compute_distance(self.body.position, furniture)
+            metres += self._compute_distance(self.body.position, furniture)
             look = self.look_at(furniture)
-            if look is None:
+            if furniture not in self.memory.layout.furniture:  # the map has changed meanwhile
+                num_before += search.num_looks + 1
+                search = self._finder.search(
+                    self.memory, description, start=self.body.position,
+                    distance=self._compute_distance,
+                )  # fmt: skip
+            elif look is None:
                 search.not_found(0.01)
             elif search.seen(look.seen, look.coverage, look.hidden, look.viewpoint):
                 # Something that the question means is truly there.
@@ -83,7 +99,7 @@ class HomeRobot(ABC):
                 meant = self._finder.resolve_among(self.memory, description, names).matches
                 is_found = description in names or bool(meant)
                 break
-        return Errand(description, is_found, search.num_looks, metres)
+        return Errand(description, is_found, num_before + search.num_looks, metres)
 
     def _compute_distance(self, start: Any, furniture: int) -> float:
         if isinstance(start, int):
@@ -183,6 +199,121 @@ class SeeingRobot(HomeRobot):
         self.builder.frame(
             frame.time, frame.pose, self.body.rules.camera.intrinsics, detections, frame.shot.depth
         )
+
+
+class MappingRobot(HomeRobot):
+    """A robot without a map: it draws one of the furniture that its camera sees.
+
+    It is led to places to look at (`patrol`); all else it knows from its own map. It opens what has
+    a door there, as one finds out who tries.
+
+    Attributes:
+        builder: makes the looks.
+        mapper: draws the map.
+    """
+
+    def __init__(
+        self, body: RobotBody, memory: SceneGraphMemory, finder: Finder, most_looks: int
+    ) -> None:
+        """Begin with an empty memory, and a body that names furniture."""
+        super().__init__(body, memory, finder, most_looks)
+        nearest, farthest = body.rules.reach
+        self.mapper = FurnitureMapper(memory)
+        self.builder = LookBuilder(
+            discover=self.mapper, gate=Gate(nearest=nearest, farthest=farthest)
+        )
+
+    def patrol(self, furniture: int) -> None:
+        """Be led to furniture of the world, and look at all that is there."""
+        self._watch(self.body.drive(furniture))
+        box = self.world.floor.furniture[furniture]
+        self._open(self._find_place(box) if box.has_door else None)
+        self._watch(self.body.look(furniture))
+        for look in self.builder.finish():
+            look.tell(self.memory)
+        self._shut()
+        if box.has_door:  # it is known since
+            self._tell_door(self._find_place(box))
+
+    def look_at(self, furniture: int) -> BuiltLook | None:
+        """Return the look that the frames before furniture of the own map make."""
+        at = self.memory.get_position(furniture)
+        box = self.memory.layout.furniture[furniture].box
+        assert box is not None
+        if at is None:
+            x, y, _ = box.to_map(np.array([box.size[0] / 2 + STANDOFF, 0.0, 0.0]))
+            at = float(x), float(y)
+        self._watch(self.body.drive(at))
+        begin = self.body.time
+        self._open(furniture if self.body.find_door(box) is not None else None)
+        self._watch(self.body.look_at_box(box))
+        looks = list(self.builder.finish())
+        self._shut()
+        own = None
+        for look in looks:
+            if look.furniture == furniture and look.end >= begin and own is None:
+                own = look
+            else:
+                look.tell(self.memory)
+        return own
+
+    def _compute_distance(self, start: Any, furniture: int) -> float:
+        places = [
+            self.memory.get_position(one) for one in (start, furniture) if isinstance(one, int)
+        ]
+        if any(place is None for place in places):
+            return 0.0
+        begin = places[0] if isinstance(start, int) else start
+        end = places[-1]
+        assert begin is not None
+        assert end is not None
+        return self.body.routes.measure_way(begin, end)
+
+    def _list_there(self, furniture: int) -> list[tuple[Sighting, int]]:
+        """List what truly lies at a place of the own map, and the slot of each."""
+        box = self.memory.layout.furniture[furniture].box
+        assert box is not None
+        things = self.world.things
+        slots = np.flatnonzero(things.place >= 0)
+        is_there = box.contains(things.center[slots], _AT) | box.on_top.contains(
+            things.center[slots], _AT
+        )
+        return [
+            (Sighting(self.world.describe_thing(slot), RELATIONS[things.place[slot] % 2]), slot)
+            for slot in slots[is_there].tolist()
+        ]
+
+    def _watch(self, frames: Iterable[RobotFrame]) -> None:
+        for frame in frames:
+            found = [one.detection for one in frame.detected]
+            found += [one.detection for one in frame.furniture]
+            self.builder.frame(
+                frame.time, frame.pose, self.body.rules.camera.intrinsics, found, frame.shot.depth
+            )
+
+    def _find_place(self, box: Box) -> int | None:
+        """Return the found furniture that stands where a box is; None for none."""
+        near = [
+            (math.dist(row.box.center, box.center), number)
+            for number, row in self.memory.layout.furniture.items()
+            if row.box is not None and self.mapper.is_found(number)
+        ]
+        away, number = min(near, default=(math.inf, -1))
+        return number if away < _AT_FURNITURE else None
+
+    def _tell_door(self, furniture: int | None) -> None:
+        if furniture is not None:
+            self.builder.set_open(furniture, is_open=False)
+
+    def _open(self, furniture: int | None) -> None:
+        self._opened = furniture
+        if furniture is not None:
+            self.builder.set_open(furniture)
+
+    def _shut(self) -> None:
+        if self._opened is not None and self._opened in self.memory.layout.furniture:
+            self.builder.set_open(self._opened, is_open=False)
+        self._opened = None
 
 
 def make_memory(world: BoxWorld, **options: Any) -> SceneGraphMemory:

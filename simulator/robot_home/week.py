@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import cycle, islice
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
 from sgm.checks import check_at_least
 from sgm.finder.finder import Finder
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules, RobotBody
 from simulator.box_world.world import BoxWorld
 from simulator.robot_home.robots import (
     Errand,
     HomeRobot,
+    MappingRobot,
     PerfectRobot,
     SeeingRobot,
     ShownRobot,
@@ -25,8 +27,6 @@ from simulator.robot_home.robots import (
 )
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
-
-Robot = TypeVar("Robot", bound=HomeRobot)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,19 +38,21 @@ class WeekRules:
         looks_per_step: places that they look at in each step, in turn.
         errands_per_step: things that they are asked for in each step.
         most_looks: of one errand.
+        rounds: times that robots are led to all furniture before, a time step apart.
     """
 
     steps: int = 168
     looks_per_step: int = 2
     errands_per_step: int = 1
     most_looks: int = 10
+    rounds: int = 0
 
     def __post_init__(self) -> None:
         """Raise ValueError if a number is too small."""
         check_at_least(
             1, steps=self.steps, errands_per_step=self.errands_per_step, most_looks=self.most_looks
         )
-        check_at_least(0, looks_per_step=self.looks_per_step)
+        check_at_least(0, looks_per_step=self.looks_per_step, rounds=self.rounds)
 
 
 @dataclass(slots=True)
@@ -77,11 +79,21 @@ class Tally:
         return float(np.mean([errand.metres for errand in self.errands]))
 
 
+Kind = type[HomeRobot]
+# Robots by the name of their row.
+ROBOTS: Mapping[str, Kind] = {
+    "eyes": SeeingRobot,
+    "all that shows": ShownRobot,
+    "perfect looks": PerfectRobot,
+    "own map": MappingRobot,
+}
+
+
 class Week:
-    """One home in three copies, which live alike, with a robot in each.
+    """One home in copies, which live alike, with a robot in each.
 
     Attributes:
-        seeing, shown, perfect: the robots.
+        robots: by their names in `ROBOTS`.
         tallies: of all of them, in this order.
     """
 
@@ -93,39 +105,54 @@ class Week:
         rules: WeekRules,
         body: BodyRules,
         log: Path | None = None,
+        names: Sequence[str] = tuple(ROBOTS),
     ) -> None:
-        """Make the home of this number for each robot; `log` is of the robot that sees."""
+        """Make the home of this number for each robot; `log` is of the first one."""
         self._rules = rules
-
-        def make(kind: Callable[..., Robot], log: Path | None = None) -> Robot:
+        self.robots: dict[str, HomeRobot] = {}
+        for name in names:
             world = BoxWorld(source.make(Streams(seed, "test", [home])))
-            memory = make_memory(world, clock=world.homes.make_clock(), log=log)
-            return kind(RobotBody(world, body), memory, Finder(Adaptive()), rules.most_looks)
-
-        self.seeing = make(SeeingRobot, log)
-        self.shown, self.perfect = make(ShownRobot), make(PerfectRobot)
-        self.tallies = (Tally("eyes"), Tally("all that shows"), Tally("perfect looks"))
-        self._choices = self.seeing.world.homes.streams.generator("box errands", 0)
+            options: dict[str, Any] = {"clock": world.homes.make_clock(), "log": log}
+            maps = ROBOTS[name] is MappingRobot
+            memory = (
+                SceneGraphMemory(world.homes.prior, **options)
+                if maps
+                else make_memory(world, **options)
+            )
+            own = RobotBody(world, replace(body, names_furniture=maps))
+            self.robots[name] = ROBOTS[name](own, memory, Finder(Adaptive()), rules.most_looks)
+            log = None
+        self.tallies = tuple(Tally(name) for name in names)
+        self._world = next(iter(self.robots.values())).world
+        self._choices = self._world.homes.streams.generator("box errands", 0)
 
     def live(self) -> Iterator[int]:
         """Play; yields the number of each step that is over."""
-        turns = cycle(range(self.seeing.world.num_furniture))
-        robots: tuple[HomeRobot, ...] = (self.seeing, self.shown, self.perfect)
+        for _ in range(self._rules.rounds):
+            self._evolve()
+            for robot in self.robots.values():
+                for place in range(self._world.num_furniture):
+                    robot.patrol(place)
+        turns = cycle(range(self._world.num_furniture))
         for step in range(self._rules.steps):
-            for robot in robots:
-                robot.world.evolve()
-                robot.memory.step()
+            self._evolve()
             places = list(islice(turns, self._rules.looks_per_step))
             wanted = self._choose_things()
-            for robot, tally in zip(robots, self.tallies, strict=True):
+            for robot, tally in zip(self.robots.values(), self.tallies, strict=True):
                 for place in places:
                     robot.patrol(place)
                 tally.errands += [robot.fetch(description) for description in wanted]
             yield step
 
+    def _evolve(self) -> None:
+        """Let a time step pass in all copies of the home."""
+        for robot in self.robots.values():
+            robot.world.evolve()
+            robot.memory.step()
+
     def _choose_things(self) -> list[str]:
         """Choose what is fetched in a step: of all that is in the home, each alike."""
-        world = self.seeing.world
+        world = self._world
         present = np.flatnonzero(world.things.place >= 0)
         slots = self._choices.choice(present, size=self._rules.errands_per_step)
         return [world.describe_thing(int(slot)) for slot in slots]

@@ -1,7 +1,8 @@
-"""Command line: `python -m simulator.trace record | check | import | from-log`."""
+"""Command line: `python -m simulator.trace record | check | import | from-log | rooms`."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from sgm.checks import check_at_least
+from sgm.files import write_whole
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from sgm.memory.look_log import read_log
 from sgm.prior.prior_graph import PRIOR_HELP, SHIPPED, load_prior
@@ -17,6 +19,7 @@ from simulator.home_options import HomeOptions
 from simulator.process import run_main
 from simulator.trace.from_log import make_trace, split_trace
 from simulator.trace.importers import IMPORTERS
+from simulator.trace.importers.occupancy_grid import find_rooms, load_grid
 from simulator.trace.layout import read_start
 from simulator.trace.record import record_homes
 from simulator.trace.source import RecordedSource, check_step_seconds
@@ -33,7 +36,15 @@ PROG = "python -m simulator.trace"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command, and return the exit status: 0 if all is well, 1 on bad input."""
     return choose(
-        PROG, {"record": record, "check": check, "import": bring, "from-log": bring_log}, arguments
+        PROG,
+        {
+            "record": record,
+            "check": check,
+            "import": bring,
+            "from-log": bring_log,
+            "rooms": draw_rooms,
+        },
+        arguments,
     )
 
 
@@ -168,7 +179,7 @@ def _add_outputs(parser: ArgumentParser) -> None:
 
 def bring_bag(arguments: Sequence[str]) -> int:
     """Make a log of looks, a memory or a trace of a recording of ROS 2."""
-    from simulator.trace.importers.bag import BagOptions, load_home_map, read_bag
+    from simulator.trace.importers.bag import BagOptions, load_areas, load_home_map, read_bag
 
     parser = make_parser(
         f"{PROG} import bag",
@@ -177,7 +188,12 @@ def bring_bag(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("folder", type=Path, help="of the bag, or its file, .mcap or .db3")
     parser.add_argument(
-        "--map", type=Path, required=True, help="rooms and furniture with their boxes (YAML)"
+        "--map",
+        type=Path | None,
+        help="rooms and furniture with their boxes (YAML); without it they are found in the frames",
+    )
+    parser.add_argument(
+        "--areas", type=Path | None, help="rooms as polygons by name (YAML), for what is found"
     )
     parser.add_class_arguments(BagOptions)
     parser.add_argument("--log", type=Path | None, help="new file for the log of the looks")
@@ -189,11 +205,14 @@ def bring_bag(arguments: Sequence[str]) -> int:
         )
     if options.log is not None and options.log.exists():
         raise ValueError(f"log must be a new file, got {options.log}. Name another one.")
-    home = load_home_map(options.map)
+    home = None if options.map is None else load_home_map(options.map)
+    areas = None if options.areas is None else load_areas(options.areas)
     with TemporaryDirectory() as folder:
         log = options.log or (options.out and Path(folder) / "looks.jsonl")
         own = BagOptions(**pick(options, BagOptions))
-        looks = read_bag(options.folder, home, own, prior=load_prior(options.prior), log=log)
+        looks = read_bag(
+            options.folder, home, own, areas=areas, prior=load_prior(options.prior), log=log
+        )
         print(looks.summarise())
         if options.log is not None:
             print(f"log: {options.log}")
@@ -203,6 +222,28 @@ def bring_bag(arguments: Sequence[str]) -> int:
         if options.out is not None:
             save_trace(make_trace(read_log(log), options.folder.name), options.out)
             print(f"trace: {options.out}")
+    return 0
+
+
+def draw_rooms(arguments: Sequence[str]) -> int:
+    """Find the rooms of an occupancy grid, for robots that find furniture themselves."""
+    parser = make_parser(
+        f"{PROG} rooms",
+        "Split the occupancy grid of a map server at its doorways, and write the rooms as polygons "
+        "by name, for --areas of import bag and of the node (docs/bags.md). Name them then.",
+    )
+    parser.add_argument("map", type=Path, help="map.yaml of a map server, beside its image")
+    parser.add_argument("--out", type=Path, required=True, help="file for the rooms, areas.yaml")
+    parser.add_argument(
+        "--door", type=float, default=1.0, help="metres: free floor that is narrower is a doorway"
+    )
+    options = parse(parser, arguments)
+    if not options.door >= 0.1:
+        raise ValueError(f"door must be at least 0.1 m, got {options.door:g}. Give its width.")
+    rooms = find_rooms(load_grid(options.map), options.door)
+    lines = [f"{json.dumps(name)}: {json.dumps(corners)}" for name, corners in rooms.items()]
+    write_whole(options.out, ("\n".join(lines) + "\n").encode())
+    print(f"areas: {options.out}, {len(rooms)} rooms")
     return 0
 
 

@@ -177,6 +177,11 @@ class _LogReader:
                 box=values.get("box"), open_cost=values.get("open_cost"),
             )  # fmt: skip
             self._add_furniture(values["furniture"], node)
+        elif line.kind == "merge_furniture":
+            kept, gone = self._places[values["furniture"]], self._places.pop(values["other"])
+            self.looks = [
+                replace(look, place=kept) if look.place == gone else look for look in self.looks
+            ]
         elif line.kind == "remove_room":
             room = self._rooms[values["room"]]
             for place in self._places.values():
@@ -185,7 +190,15 @@ class _LogReader:
         elif line.kind == "remove_object":
             for look in self.looks:
                 look.seen.pop(read_name(values["description"]), None)
-        elif line.kind in ("move", "remove_furniture", "look", "absent", "moved", "put_down"):
+        elif line.kind in (
+            "move",
+            "name",
+            "remove_furniture",
+            "look",
+            "absent",
+            "moved",
+            "put_down",
+        ):
             self._read_place(line.kind, self._places[values["furniture"]], values)
 
     def _read_place(self, kind: str, place: int, values: Mapping[str, Any]) -> None:
@@ -193,6 +206,10 @@ class _LogReader:
         if kind == "move":
             room = self._rooms[values["room"]]
             self._nodes[place] = replace(self._nodes[place], room=room, box=values.get("box"))
+        elif kind == "name":
+            label, description = values["label"], values["description"]
+            self._nodes[place] = replace(self._nodes[place], label=label, description=description)
+            self._known_nodes[values["furniture"], label, description] = place
         elif kind == "remove_furniture":
             self._add_look(place, 1.0, {})
         elif kind == "look":

@@ -176,7 +176,17 @@ def test_camera_in_answers_out(load_node, tmp_path):
     assert again.services["~/rank"](Message(description="mug", k=1), Blank()).furniture == [0]
 
 
-def test_bad_questions_and_bad_input_do_not_end_it(load_node):
+def test_without_a_map_it_draws_one(load_node, tmp_path):
+    (tmp_path / "areas.yaml").write_text("den: [[-9, -9], [9, -9], [9, 9], [-9, 9]]")
+    node = load_node(map_file="", areas_file=str(tmp_path / "areas.yaml"))
+    _drive(node, [("mug", put_on(TABLE, 0.1, 0.3)), ("table", TABLE)])
+    node.finish()
+    answer = node.services["~/rank"](Message(description="mug", k=1), Blank())
+    assert answer.names == ["table in den"]
+    assert not node.warnings
+
+
+def test_bad_questions_and_bad_input_do_not_end_it(load_node, tmp_path):
     node = load_node()
     assert "description must" in node.services["~/rank"](Message(description="", k=1), Blank()).text
     answer = node.services["~/search"](Message(description=""), Blank())
@@ -188,8 +198,9 @@ def test_bad_questions_and_bad_input_do_not_end_it(load_node):
     with pytest.raises(ValueError, match="detections_type must be one of Detection2DArray, "):
         load_node(detections_type="PointCloud2")
     assert "detections" in load_node(detections_type="DetectionArray").subscribed
+    (tmp_path / "none.yaml").write_text("")
     with pytest.raises(ValueError, match="map must have rooms and furniture"):
-        load_node(map_file="")
+        load_node(map_file=str(tmp_path / "none.yaml"))
 
 
 def test_packages_are_whole():

@@ -16,11 +16,14 @@ from simulator.box_world.world import BoxWorld
 from simulator.robot_home.week import Week, WeekRules
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
+from tools.eyes.map_measures import measure_map
 from tools.eyes.measures import EyesExam
 
 NOISES = (0.0, 0.02, 0.1)  # standard deviations of the known position, metres
 _ABSENCE_NOISE = 0.02  # with which absences are counted
-_VERSION = 4  # of the files; raise it when homes, robots or eyes change
+MAP_NOISES = (0.02, 0.1)  # with which maps are drawn
+_MAP_ROUNDS = 2  # that both robots are led around before errands with and without a map
+_VERSION = 5  # of the files; raise it when homes, robots or eyes change
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,18 +93,27 @@ def _measure_home(source: HomeSource, rules: MeasureRules, seed: int, home: int)
                 exam.evolve()
                 exam.visit_all()
             scores["absences"] = exam.scores.to_json() | {"coverage_errors": []}
+    for noise in MAP_NOISES:
+        world = BoxWorld(source.make(Streams(seed, "test", [home])))
+        body = replace(make_body(noise), names_furniture=True)
+        scores[f"map {noise}"] = measure_map(world, body)
     week_rules = WeekRules(steps=rules.steps, errands_per_step=rules.errands_per_step)
-    week = Week(source, home, seed, week_rules, make_body(_ABSENCE_NOISE))
-    for _ in week.live():
-        pass
-    scores["errands"] = {
-        tally.name: {
-            "found": tally.found,
-            "looks": tally.compute_looks(week_rules.most_looks),
-            "metres": tally.metres,
+    led = replace(week_rules, rounds=_MAP_ROUNDS)
+    for name, own, robots in (
+        ("errands", week_rules, ("eyes", "all that shows", "perfect looks")),
+        ("errands without a map", led, ("eyes", "own map")),
+    ):
+        week = Week(source, home, seed, own, make_body(_ABSENCE_NOISE), names=robots)
+        for _ in week.live():
+            pass
+        scores[name] = {
+            tally.name: {
+                "found": tally.found,
+                "looks": tally.compute_looks(own.most_looks),
+                "metres": tally.metres,
+            }
+            for tally in week.tallies
         }
-        for tally in week.tallies
-    }
     return scores
 
 
@@ -117,6 +129,7 @@ def format_results(found: Sequence[dict[str, Any]]) -> str:
         *_list_assignment(found),
         *_list_absences(found),
         *_list_finds(found),
+        *_list_maps(found),
     ]
     lines = [
         "| measured | figure | bound |",
@@ -194,6 +207,43 @@ def _list_finds(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
                 f"{sd:.1%}",
                 "within 5 %",
             )
+
+
+def _list_maps(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
+    for noise in MAP_NOISES:
+        count = _sum(found, f"map {noise}")
+        overlaps = np.concatenate([row[f"map {noise}"]["overlaps"] for row in found])
+        where = f"without a map, after two rounds, pose noise {100 * noise:g} cm"
+        on_map = count["num_on_map"] / count["num_visible"]
+        yield (
+            f"furniture on the map, of {count['num_visible']} pieces that were in view, {where}",
+            f"{on_map:.1%}, {count['num_labelled'] / count['num_on_map']:.1%} of it with its label",
+            "90 %",
+        )
+        yield (
+            f"overlap of its footprint with the true one, {where}",
+            f"mean {overlaps.mean():.3f}, lowest tenth {np.quantile(overlaps, 0.1):.3f}",
+            ".6",
+        )
+        yield (
+            f"furniture that is not there, of {count['num_drawn']} on the map, {where}",
+            f"{count['num_nowhere'] / count['num_drawn']:.1%}",
+            "3 %",
+        )
+    for key, what, bound in (
+        ("found", "errands that end with a find", "within 10 %"),
+        ("looks", "looks of an errand", "within 15 %"),
+    ):
+        own, given = (
+            np.array([row["errands without a map"][robot][key] for row in found])
+            for robot in ("own map", "eyes")
+        )
+        more, sd = compute_ratio(own, given)
+        yield (
+            f"{what}, without a map and with the true one, after two rounds of both",
+            f"{own.mean():.3f} and {given.mean():.3f}: {more - 1:+.1%}, standard error {sd:.1%}",
+            bound,
+        )
 
 
 def compute_ratio(ones: np.ndarray, others: np.ndarray) -> tuple[float, float]:

@@ -1,13 +1,25 @@
-"""Where a thing may be, as boxes that RViz draws."""
+"""Where a thing may be, as boxes that RViz draws, and where to look next, as a pose."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
+from geometry_msgs.msg import PoseStamped
 from visualization_msgs.msg import Marker, MarkerArray
 
-from sgm.ros.live_memory import BeliefMarker
+from sgm.ros.live_memory import BeliefMarker, NextPose
+
+
+def make_pose(look: NextPose, frame: str, stamp: Any) -> PoseStamped:
+    """Return the pose to stand at, in the frame of the map, for a planner."""
+    pose = PoseStamped()
+    pose.header.frame_id, pose.header.stamp = frame, stamp
+    pose.pose.position.x, pose.pose.position.y = look.position
+    pose.pose.orientation.z = math.sin(look.yaw / 2)
+    pose.pose.orientation.w = math.cos(look.yaw / 2)
+    return pose
 
 
 def make_markers(rows: Sequence[BeliefMarker], frame: str) -> MarkerArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -18,14 +17,16 @@ from std_msgs.msg import String, UInt32
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from scene_graph_memory_ros.belief_markers import make_markers
+from scene_graph_memory_ros.belief_markers import make_markers, make_pose
 from sgm import Adaptive, Finder, ObjectFinder, SceneGraphMemory
+from sgm.eyes import FurnitureMapper
+from sgm.layout.areas import Areas
 from sgm.ros import HomeMap, LiveMemory
-from sgm.ros.live_memory import NextPose
 
 # Parameters and their defaults.
 PARAMETERS: dict[str, Any] = {
-    "map_file": "",  # rooms and furniture with boxes (docs/bags.md)
+    "map_file": "",  # rooms and furniture with boxes (docs/bags.md); found in the frames if empty
+    "areas_file": "",  # rooms as polygons, for furniture that is found
     "memory_file": "",  # is gone on with if it exists, and saved every `save_seconds`
     "log_file": "",  # of every look
     "network": "",  # "any_home", or a folder; heuristics if empty
@@ -59,9 +60,12 @@ class MemoryNode(Node):
         self._frames = read["map_frame"], read["base_frame"]
         self._file = Path(read["memory_file"]) if read["memory_file"] else None
         finder = ObjectFinder.load(read["network"]) if read["network"] else Finder(Adaptive())
+        memory = self._make_memory(read["map_file"], read["log_file"] or None)
+        areas = Areas.from_values(_read(read["areas_file"])) if read["areas_file"] else None
         self._live = LiveMemory(
-            self._make_memory(read["map_file"], read["log_file"] or None),
+            memory,
             finder,
+            discover=None if read["map_file"] else FurnitureMapper(memory, areas=areas),
             step_seconds=read["step_seconds"],
             ignore=[name for name in read["ignore"] if name],  # ROS has no list without a value
             on_look=lambda look: self.get_logger().info(
@@ -108,8 +112,8 @@ class MemoryNode(Node):
         if self._file is not None and self._file.exists():
             return SceneGraphMemory.load(self._file, log=log)
         memory = SceneGraphMemory(log=log)
-        data = yaml.safe_load(Path(map_file).read_text("utf-8")) if map_file else None
-        HomeMap.from_values(data, map_file or "the parameter map_file").add_to(memory)
+        if map_file:
+            HomeMap.from_values(_read(map_file), map_file).add_to(memory)
         return memory
 
     def _guard(self, take: Any) -> Any:
@@ -146,7 +150,8 @@ class MemoryNode(Node):
         response.furniture, response.name = look.furniture, look.name
         response.probability = look.probability
         if not response.is_over:
-            response.pose = self._make_pose(look)
+            stamp = self.get_clock().now().to_msg()
+            response.pose = make_pose(look, self._frames[0], stamp)
             self._next.publish(response.pose)
         self._show(request.description)
         return response
@@ -157,19 +162,14 @@ class MemoryNode(Node):
         found = self._live.feed.transforms.find(*self._frames, now)
         return None if found is None else (float(found[0][0, 3]), float(found[0][1, 3]))
 
-    def _make_pose(self, look: NextPose) -> PoseStamped:
-        pose = PoseStamped()
-        pose.header.frame_id = self._frames[0]
-        pose.header.stamp = self.get_clock().now().to_msg()
-        pose.pose.position.x, pose.pose.position.y = look.position
-        pose.pose.orientation.z = math.sin(look.yaw / 2)
-        pose.pose.orientation.w = math.cos(look.yaw / 2)
-        return pose
-
     def _show(self, description: str) -> None:
         """Publish where a thing may be."""
         rows = self._live.list_markers(description)
         self._belief.publish(make_markers(rows, self._frames[0]))
+
+
+def _read(path: str) -> Any:
+    return yaml.safe_load(Path(path).read_text("utf-8"))
 
 
 def _find_type(name: str) -> Any:

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from sgm.checks import check_at_least
+from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.finder.finder import Finder
+from sgm.layout.areas import Areas
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
@@ -56,6 +58,7 @@ class BagOptions:
         position_sd: how well the robot knows its position, metres, where no pose says.
         angle_sd: likewise its yaw, radians.
         ignore: names of what is no thing, such as person and wall.
+        discover: whether furniture that is on no map is found, where there is a map, too.
         step_seconds: length of a time step of the memory.
         utc_hours: of the home's local time; 2 means UTC+2.
     """
@@ -71,6 +74,7 @@ class BagOptions:
     position_sd: float = 0.05
     angle_sd: float = 0.02
     ignore: tuple[str, ...] = ()
+    discover: bool = False
     step_seconds: float = 600.0
     utc_hours: float = 0.0
 
@@ -123,11 +127,27 @@ def load_home_map(path: Path) -> HomeMap:
         ) from error
 
 
+def load_areas(path: Path) -> Areas:
+    """Read rooms as polygons (YAML, or JSON).
+
+    Raises:
+        ValueError: if it cannot be read, or holds no polygons by name.
+    """
+    try:
+        return Areas.from_values(read_yaml(path), str(path))
+    except OSError as error:
+        raise ValueError(
+            f"areas must be a file that can be read, got {shorten(error.strerror)} for {path}. "
+            "Check the path."
+        ) from error
+
+
 def read_bag(
     path: Path,
-    home: HomeMap,
+    home: HomeMap | None = None,
     options: BagOptions | None = None,
     *,
+    areas: Areas | None = None,
     prior: PriorGraph | None = None,
     log: Path | None = None,
 ) -> BagLooks:
@@ -139,8 +159,10 @@ def read_bag(
     Args:
         path: folder of the bag, or a file of its storage, .mcap or .db3. Without metadata.yaml, the
             files of the folder are read in the order of their names.
-        home: rooms and furniture, in the frame of the map.
+        home: rooms and furniture, in the frame of the map; None to find furniture in the frames
+            (`FurnitureMapper`).
         options: topics and how they are read.
+        areas: rooms as polygons, for furniture that is found; None for one room "home".
         prior: of the memory; None for the household prior.
         log: file for the log of the memory; None for none.
 
@@ -162,16 +184,21 @@ def read_bag(
             option = own[topic]
             if live is None:
                 memory = SceneGraphMemory(prior, _make_clock(seconds, options), log=log)
-                home.add_to(memory)
+                mapper = FurnitureMapper(memory, areas=areas)
+                if home is not None:
+                    home.add_to(memory)
                 live = LiveMemory(
                     memory, Finder(Adaptive()), step_seconds=options.step_seconds,
+                    discover=mapper if home is None or options.discover else None,
                     ignore=options.ignore,
                     on_look=lambda look: looks.update(("looks",)),
-                    map_frame=home.frame, camera_frame=options.camera_frame, names=names,
+                    map_frame="map" if home is None else home.frame,
+                    camera_frame=options.camera_frame, names=names,
                     pose_sd=(options.position_sd, options.angle_sd),
                     uses_depth="depth" in topics,
                 )  # fmt: skip
-                for number, row in zip(memory.furniture_ids, home.furniture, strict=True):
+                known = () if home is None else home.furniture
+                for number, row in zip(memory.furniture_ids, known, strict=True):
                     if row.is_open:
                         live.builder.set_open(number)
             feed = live.feed
@@ -194,6 +221,8 @@ def read_bag(
         )
     live.finish()
     counts.update(live.feed.counts)
+    if live.mapper is not None:
+        counts.update({f"map: {name}": number for name, number in live.mapper.counts.items()})
     counts.update({f"frames: {name}": number for name, number in live.builder.counts.items()})
     return BagLooks(live.memory, looks["looks"], counts, topics)
 

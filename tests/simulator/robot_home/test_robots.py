@@ -114,10 +114,14 @@ def test_errors_of_the_known_position_have_their_size_and_last(make_world):
 def test_two_robots_live_in_the_same_home(source):
     week = Week(source, 0, 2, WeekRules(steps=3), BodyRules(frames_per_aim=1))
     for _ in week.live():
-        for other in (week.shown.world, week.perfect.world):
-            eyes = week.seeing.world
+        for name in ("all that shows", "perfect looks", "own map"):
+            other = week.robots[name].world
+            eyes = week.robots["eyes"].world
             np.testing.assert_array_equal(eyes.homes.object_place, other.homes.object_place)
             np.testing.assert_array_equal(eyes.things.center, other.things.center)
-    first, second, third = [[one.description for one in tally.errands] for tally in week.tallies]
+    first, second, third, last = (
+        [one.description for one in tally.errands] for tally in week.tallies
+    )
+    assert last == first
     assert first == second == third
     assert len(first) == 3

@@ -5,7 +5,8 @@ from types import SimpleNamespace as Message
 import numpy as np
 import pytest
 
-from sgm import SceneGraphMemory
+from sgm import Bayesian, Finder, SceneGraphMemory
+from sgm.eyes.__main__ import main as draw_main
 from sgm.memory.look_log import read_log
 from simulator.trace.__main__ import main
 from simulator.trace.importers.bag import BagOptions, load_home_map, read_bag
@@ -38,6 +39,7 @@ furniture:
 TOPICS = {
     "/detections": "vision_msgs/msg/Detection2DArray",
     "/yolo": "yolo_msgs/msg/DetectionArray",
+    "/all": "vision_msgs/msg/Detection2DArray",
     "/in_map": "vision_msgs/msg/Detection3DArray",
     "/depth/compressedDepth": "sensor_msgs/msg/CompressedImage",
     "/boxes": "vision_msgs/msg/Detection3DArray",
@@ -116,6 +118,8 @@ def write_bag(tmp_path):
                     rows = [(name, 0.9, find_box(body, pose)) for name, body in things]
                     put("/detections", time, make_detections(time, rows))
                     put("/yolo", time, make_yolo(time, rows))
+                    named = [("dining_table", 0.9, find_box(TABLE, pose))]
+                    put("/all", time, make_detections(time, [*rows, *named]))
                     rows = [(name, 0.9, body.center) for name, body in things]
                     put("/in_map", time, make_detections_3d(time, rows, frame="map"))
                     rows = [
@@ -173,6 +177,34 @@ def test_what_robots_publish_is_read(write_bag, tmp_path, detections, depth):
     assert not [name for name in looks.counts if "cannot" in name or "without" in name]
 
 
+def test_a_bag_without_a_map_becomes_a_memory_that_answers(write_bag, tmp_path, capsys):
+    """One command; the map that it draws is written, corrected by a person, and taken again."""
+    folder, memory, log = write_bag(), tmp_path / "home.sgm", tmp_path / "looks.jsonl"
+    areas = tmp_path / "areas.yaml"
+    areas.write_text("kitchen: [[-3, -3], [5, -3], [5, 3], [-3, 3]]")
+    command = ["import", "bag", str(folder), "--memory", str(memory), "--log", str(log)]
+    command += ["--detections", "/all", "--areas", str(areas)]
+    assert main(command) == 0
+    assert "1 map: furniture found" in capsys.readouterr().out
+    home = SceneGraphMemory.load(memory)
+    seen = home.last_seen("mug")
+    assert home.describe(seen.furniture) == "dining table in kitchen"
+    assert not seen.is_there  # the second visit showed that it is gone
+    place = Finder(Bayesian()).rank(home, "mug")
+    assert place[0].name == "dining table in kitchen"
+
+    drawn = tmp_path / "drawn.yaml"
+    assert draw_main(["map", str(log), "--out", str(drawn)]) == 0
+    text = drawn.read_text()
+    (tmp_path / "drawn.yaml").write_text(text.replace('"dining table"', '"our table"', 1))
+    assert draw_main(["correct", str(memory), "--map", str(drawn)]) == 0
+    assert "1 pieces of furniture renamed" in capsys.readouterr().out
+    assert SceneGraphMemory.load(memory).describe(seen.furniture) == "our table in kitchen"
+    looks = read_bag(folder, load_home_map(drawn), BagOptions(detections="/detections"))
+    assert looks.memory.describe(0) == "our table in kitchen"
+    assert looks.memory.last_seen("mug").times_seen == 1
+
+
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
 def test_storages_need_no_metadata(write_bag, tmp_path, storage):
     folder = write_bag(storage)
@@ -187,7 +219,7 @@ def test_storages_need_no_metadata(write_bag, tmp_path, storage):
 
 
 def test_the_only_topic_of_a_type_need_not_be_named(write_bag, tmp_path):
-    leaves_out = ["/detections", "/boxes", "/in_map", "/camera/depth/image_raw"]
+    leaves_out = ["/detections", "/all", "/boxes", "/in_map", "/camera/depth/image_raw"]
     looks = read_bag(write_bag(leaves_out=leaves_out), load_home_map(tmp_path / "map.yaml"))
     assert looks.num_looks == 2
     assert looks.topics["detections"] == "/yolo"
@@ -217,7 +249,7 @@ def test_the_command_writes_log_memory_and_trace(write_bag, tmp_path, capsys):
     ("leaves_out", "message"),
     [
         (
-            ["/detections", "/boxes", "/yolo", "/in_map"],
+            ["/detections", "/all", "/boxes", "/yolo", "/in_map"],
             "bag must have the topic /detections of type .*got no such topic",
         ),
         (["/tf"], "bag must have the topic /tf of type"),

@@ -44,7 +44,23 @@ def test_table_by_hand():
         "perfect looks": {"found": 1.0, "looks": 2.0, "metres": 3.0},
     }
     home = {name: count for name in ("noise 0.0", "noise 0.02", "noise 0.1", "absences")}
-    table = format_results([{**home, "errands": errands}] * 2)
+    drawn = {
+        "num_visible": 20, "num_on_map": 18, "overlaps": [0.5, 0.9], "num_labelled": 9,
+        "num_drawn": 25, "num_nowhere": 5,
+    }  # fmt: skip
+    home |= {"map 0.02": drawn, "map 0.1": drawn}
+    led = {
+        "eyes": {"found": 0.8, "looks": 2.0, "metres": 3.0},
+        "own map": {"found": 0.7, "looks": 2.2, "metres": 3.0},
+    }
+    found = {**home, "errands": errands, "errands without a map": led}
+    table = format_results([found] * 2)
+    assert "pieces that were in view, without a map, after two rounds, pose noise 10 cm" in table
+    assert "| 90.0%, 50.0% of it with its label | 90 % |" in table
+    assert "| mean 0.700, lowest tenth 0.500 | .6 |" in table
+    assert "| 20.0% | 3 % |" in table
+    assert "0.700 and 0.800: -12.5%, standard error 0.0% | within 10 % |" in table
+    assert "2.200 and 2.000: +10.0%, standard error 0.0% | within 15 % |" in table
     assert "coverage of 8 volumes in looks, pose noise 0 cm" in table
     assert "within .05 in 6, mean +0.030, largest error 0.100" in table
     assert "| right for 98.0%, at no place 2.0% | 98 % |" in table

@@ -1,0 +1,109 @@
+"""The map of a memory: `python -m sgm.eyes map` writes it, `correct` takes it again."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from sgm.files import read_file, write_whole
+from sgm.memory.look_log import read_log
+from sgm.memory.replay import replay
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import shorten
+from sgm.ros.home_map import HomeMap
+from sgm.ros.map_file import write_map
+
+_MOST_BYTES = 1 << 24  # of a map
+_LOG = ".jsonl"
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the options of both commands."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sgm.eyes",
+        description="The map that a robot has drawn, for a person to correct (docs/eyes.md).",
+        allow_abbrev=False,
+    )
+    commands = parser.add_subparsers(dest="command", required=True)
+    drawn = commands.add_parser("map", help="write rooms and furniture as YAML")
+    drawn.add_argument(
+        "looks", type=Path, nargs="+",
+        help=f"a memory file, or logs of looks of one home in their order ({_LOG})",
+    )  # fmt: skip
+    drawn.add_argument("--out", type=Path, required=True, help="file for the map, map.yaml")
+    drawn.add_argument("--frame", default="map", help="name of the frame of coordinates")
+    mend = commands.add_parser("correct", help="take a corrected map into a memory")
+    mend.add_argument("memory", type=Path, help="memory file, which is written anew")
+    mend.add_argument("--map", type=Path, required=True, help="the corrected map.yaml")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command, and return its status: 0 if all is well, 1 on bad input."""
+    options = make_parser().parse_args(arguments)
+    try:
+        if options.command == "map":
+            draw(options.looks, options.out, options.frame)
+        else:
+            correct(options.memory, options.map)
+    except (ValueError, KeyError, OSError, ModuleNotFoundError) as error:
+        text = " ".join(str(error.args[-1] if error.args else error).split())
+        print(f"error: {text}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def draw(looks: Sequence[Path], out: Path, frame: str) -> None:
+    """Write the map of a memory, or of the one that logs of looks make."""
+    if all(path.suffix == _LOG for path in looks):
+        lines = [line for path in looks for line in read_log(path)]
+        memory = deque(replay(lines), maxlen=1)[0][0]
+    elif len(looks) == 1:
+        memory = SceneGraphMemory.load(looks[0])
+    else:
+        raise ValueError(
+            f"looks must be one memory file, or logs ending in {_LOG}, got "
+            f"{shorten([str(path) for path in looks])}. Name one memory, or its logs."
+        )
+    layout = memory.layout
+    write_whole(out, write_map(layout, frame).encode())
+    print(f"map: {out}, {len(layout.rooms)} rooms, {len(memory.boxes)} pieces of furniture")
+
+
+def correct(path: Path, map_file: Path) -> None:
+    """Take a corrected map into a memory file."""
+    memory = SceneGraphMemory.load(path)
+    counts = load_map(map_file).correct(memory)
+    memory.save(path)
+    said = ", ".join(f"{number} {what}" for what, number in counts.items() if number)
+    print(f"memory: {path}, {said or 'nothing to correct'}")
+
+
+def load_map(path: Path) -> HomeMap:
+    """Read a map (YAML).
+
+    Raises:
+        ValueError: if it is none.
+        ModuleNotFoundError: if PyYAML is not installed.
+    """
+    try:
+        import yaml
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            "PyYAML must be installed to read a map, got no such package. Run pip install pyyaml."
+        ) from None
+    try:
+        data: Any = yaml.safe_load(read_file(path, _MOST_BYTES))
+    except (yaml.YAMLError, RecursionError) as error:
+        raise ValueError(
+            f"map must be YAML, got {shorten(str(error)[:200])} in {path}. Mend the line."
+        ) from None
+    return HomeMap.from_values(data, str(path))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,583 @@
+"""A map that draws itself: furniture that a detector names gets a place with extents."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+from collections.abc import Container, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from sgm.checks import check_at_least, check_shares
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.detection import Detection
+from sgm.eyes.furniture_cells import FurnitureCells
+from sgm.eyes.furniture_labels import FurnitureLabels
+from sgm.eyes.silhouettes import Silhouettes
+from sgm.layout.areas import Areas
+from sgm.layout.box import FLOOR_THICKNESS, Box
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+
+_STEPS = np.linspace(-1.05, 1.05, 22)  # of the sides of a box in pixels: what is beside it, too
+_WITHIN = 0.5  # of them
+_MOST_BEHIND = 2.5  # metres that furniture reaches behind what of it is nearest, at most
+_ABOVE_FLOOR = 0.04  # metres: what is lower is floor
+_REACH = 0.15  # metres around a box within which a detection of its label is of it
+_LEAST_ALIKE = 0.08  # of that share times the overlap with how the box looks, and a tenth
+_LEAST_SHARE = 0.3  # of the points of a detection that lie in the box of what it is of
+_LEAST_POINTS = 5  # of a detection
+_MOST_SKETCHES = 500
+_MOST_SEEN = 100  # detections of furniture, and of things, that are read of a frame
+# Of so many latest detections of furniture, those at its place, for a pose to be believed again.
+_DOUBTED, _SURE_AGAIN = 8, 5
+_INSIDE = 0.05  # metres below the upper side, and from all others, of what lies inside
+_SPOT = "spot"
+_SPOT_SIDE = 0.5  # metres of a new spot
+_WIDEST_SPOT = 1.2
+_SPOT_REACH = 0.6  # metres from the middle of a spot at which a thing is at it, or widens it
+_NEAR = 1.5  # metres at which furniture is named as what a spot is by
+
+
+@dataclass(frozen=True, slots=True)
+class MapRules:
+    """When furniture is believed, and how the map may change.
+
+    Attributes:
+        least_frames: in which furniture must have been detected.
+        least_apart: metres between the places of the camera from which it must have been seen.
+        least_change: metres by which a side or the middle of a box changes before it is drawn anew.
+        most_change: metres that the middle of furniture moves at once, after which it is rather the
+            pose that jumped.
+        most_frames: after which furniture is drawn well enough.
+        least_overlap: share of the smaller footprint that is in both, of detections of one label
+            that are of one piece of furniture.
+        least_likeness: overlap of detections with how the box looks, on average.
+        settle: seconds between two changes of the map; visits end with each.
+    """
+
+    least_frames: int = 5
+    least_apart: float = 0.3
+    least_change: float = 0.04
+    most_change: float = 0.4
+    most_frames: int = 400
+    least_overlap: float = 0.4
+    least_likeness: float = 0.4
+    settle: float = 10.0
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a number that is out of range."""
+        check_at_least(1, least_frames=self.least_frames, most_frames=self.most_frames)
+        check_at_least(
+            0, least_apart=self.least_apart, least_change=self.least_change,
+            most_change=self.most_change, settle=self.settle,
+        )  # fmt: skip
+        check_shares(least_overlap=self.least_overlap, least_likeness=self.least_likeness)
+
+
+@dataclass(slots=True, eq=False)
+class Sketch:
+    """What may be a piece of furniture.
+
+    Attributes:
+        names: how often it was called what.
+        cells: that were seen of it.
+        silhouettes: boxes in pixels around it.
+        num_frames: in which it was detected.
+        sum_sd: of the standard deviations of their poses, metres.
+        low, high: of the places of the camera from which it was, x, y, z, (3,).
+        sum_eye: of these places, (3,).
+        box: drawn so far; None while too little was seen.
+        furniture: its id in the memory; None while it is not believed.
+        num_drawn: frames when it was drawn last.
+        likeness: mean overlap of detections with how the box looks, 0 to 1.
+        beside: how often each other sketch was detected in the same frame.
+    """
+
+    names: Counter[str] = field(default_factory=Counter)
+    cells: FurnitureCells = field(default_factory=FurnitureCells)
+    silhouettes: Silhouettes = field(default_factory=Silhouettes)
+    num_frames: int = 0
+    sum_sd: float = 0.0
+    low: np.ndarray = field(default_factory=lambda: np.full(3, np.inf))
+    high: np.ndarray = field(default_factory=lambda: np.full(3, -np.inf))
+    sum_eye: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    box: Box | None = None
+    furniture: int | None = None
+    num_drawn: int = 0
+    likeness: float = 0.0
+    beside: Counter[int] = field(default_factory=Counter)
+
+    @property
+    def label(self) -> str:
+        """What it was called most often."""
+        return self.names.most_common(1)[0][0]
+
+    def add(
+        self, label: str, eye: np.ndarray, sd: float, points: np.ndarray, is_within: np.ndarray
+    ) -> None:
+        """Take in a detection: its points (n, 3), and which of them are within its box (n,)."""
+        self.names[label] += 1
+        self.cells.add(points, is_within)
+        self.num_frames += 1
+        self.sum_sd += sd
+        self.low, self.high = np.minimum(self.low, eye), np.maximum(self.high, eye)
+        self.sum_eye += eye
+
+    def join(self, other: Sketch) -> None:
+        """Take in what is of the same furniture."""
+        self.names += other.names
+        self.cells.join(other.cells)
+        self.silhouettes.join(other.silhouettes)
+        self.num_frames += other.num_frames
+        self.sum_sd += other.sum_sd
+        self.low, self.high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
+        self.sum_eye += other.sum_eye
+        if self.furniture is None:
+            self.furniture = other.furniture
+
+    def draw(self, ground: float) -> None:
+        """Draw the box anew, where frames came since."""
+        if self.num_drawn != self.num_frames:
+            eye, sd = self.sum_eye / self.num_frames, self.sum_sd / self.num_frames
+            drawn = self.cells.fit(eye, ground, sd)
+            if drawn is not None:
+                drawn = self.silhouettes.fit(drawn)
+            boxes = [box for box in (drawn, self.box) if box is not None]
+            if boxes:  # the one that explains better what was seen, the new one first
+                fits = [self.silhouettes.compute_overlap(box) for box in boxes]
+                best = int(np.argmax(fits))
+                self.box, self.likeness = boxes[best], fits[best]
+            self.num_drawn = self.num_frames
+
+
+class FurnitureMapper:
+    """Finds furniture in frames, and adds it to a memory: `LookBuilder(discover=...)`.
+
+    Detections whose label is of furniture are fused over frames and visits (`FurnitureCells`). One
+    that was seen in `least_frames` frames from places that are `least_apart` is believed: it is
+    furniture of the memory with a box, which is drawn anew as more is seen. Two that overlap are
+    one. What is seen on no known furniture lies on a spot, a place of its own by the furniture that
+    is near; it goes over to furniture that is found there later.
+
+    Whether furniture has doors, or an inside, is unknown until it is told (`LookBuilder.set_open`),
+    or until things are seen inside. Furniture that the memory had before is left as it is.
+
+    Attributes:
+        memory: that gets the furniture.
+        labels: which names are of furniture.
+        rules: when furniture is believed.
+        merged: ids of furniture and spots that are gone, with those that they are part of.
+    """
+
+    def __init__(
+        self,
+        memory: SceneGraphMemory,
+        *,
+        areas: Areas | None = None,
+        labels: FurnitureLabels | None = None,
+        rules: MapRules | None = None,
+        ground: float = 0.0,
+    ) -> None:
+        """Begin with the furniture that the memory has.
+
+        Args:
+            memory: with rooms and furniture, or empty.
+            areas: rooms as polygons; None for one room "home".
+            labels: what furniture may be called; None for those of the household.
+            rules: when furniture is believed; None for the defaults.
+            ground: height of the floor in the map, metres.
+        """
+        self.memory = memory
+        self.labels = FurnitureLabels() if labels is None else labels
+        self._areas = Areas() if areas is None else areas
+        self.rules = MapRules() if rules is None else rules
+        self._ground = ground
+        self._sketches: list[Sketch] = []
+        self._by_id: dict[int, Sketch] = {}
+        self._spots: set[int] = set()
+        self._counts: Counter[str] = Counter()
+        self.merged: dict[int, int] = {}
+        # Since a jump: whether the latest detections of furniture were where it stands.
+        self._doubt: deque[bool] | None = None
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How often the map was changed in which way."""
+        return dict(self._counts)
+
+    def is_found(self, furniture: int) -> bool:
+        """Tell whether furniture of the memory was found by this."""
+        return furniture in self._by_id
+
+    def see(
+        self,
+        view: CameraView,
+        detections: Sequence[Detection],
+        known: Sequence[int | None],
+        others: Sequence[Detection] = (),
+    ) -> bool:
+        """Take in the detections of furniture of one frame, and return whether its pose is right.
+
+        After a jump of the pose it is not believed until furniture is seen where it stands.
+
+        Args:
+            view: the frame.
+            detections: whose label is of furniture.
+            known: furniture of the memory that each of them is of; None for none.
+            others: detections of things in the same frame: what they show is not furniture.
+        """
+        if self._doubt is not None:
+            self._doubt.extend(one is not None for one in known)
+            if sum(self._doubt) < _SURE_AGAIN:
+                return False
+            self._doubt = None
+        if len(detections) > _MOST_SEEN:
+            self._counts["detections of furniture beyond what is read"] += (
+                len(detections) - _MOST_SEEN
+            )
+        detections, known = detections[:_MOST_SEEN], known[:_MOST_SEEN]
+        near = (*detections, *others[:_MOST_SEEN])
+        boxes = [one.box for one in near if one.box is not None]
+        taken: dict[int, Sketch] = {}
+        for detection, furniture in zip(detections, known, strict=True):
+            sketch = None if furniture is None else self._by_id.get(furniture)
+            if furniture is not None and sketch is None:
+                continue  # furniture of the map, which is left as it is
+            label = self.labels.find_label(detection.name)
+            points, is_within = self._measure(view, detection, boxes)
+            if label is None or is_within.sum() < _LEAST_POINTS:
+                continue
+            if sketch is None or id(sketch) in taken:
+                sketch = self._find_sketch(label, detection, points[is_within], view, taken)
+            if sketch is None:
+                if len(self._sketches) >= _MOST_SKETCHES:
+                    self._counts["furniture beyond what is kept"] += 1
+                    continue
+                sketch = Sketch()
+                self._sketches.append(sketch)
+            sketch.beside.update(list(taken))
+            taken[id(sketch)] = sketch
+            if sketch.num_frames < self.rules.most_frames:
+                pose = view.pose
+                sketch.add(label, pose.position, pose.position_sd, points, is_within)
+                if detection.box is not None:
+                    sketch.silhouettes.add(view, detection.box)
+                if sketch.num_frames >= 2 * max(sketch.num_drawn, 1) or not sketch.num_drawn:
+                    sketch.draw(self._ground)
+        return True
+
+    def note_jump(self) -> None:
+        """Note that the pose has jumped: where the camera is now in the map is not known."""
+        self._counts["jumps of the pose"] += 1
+        if self._by_id:
+            self._doubt = deque(maxlen=_DOUBTED)
+        self._sketches = [one for one in self._sketches if one.furniture is not None]
+
+    def _measure(
+        self, view: CameraView, detection: Detection, boxes: Sequence[tuple[float, ...]]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return points (n, 3) around a detection, and which of them are within it, (n,)."""
+        none = np.empty((0, 3)), np.empty(0, dtype=bool)
+        if detection.box is None:
+            has_size = detection.size is not None and min(detection.size) > 0
+            return self._fill(detection) if has_size else none
+        left, top, right, bottom = detection.box
+        sides = right - left, bottom - top
+        columns = (left + right) / 2 + sides[0] * _STEPS
+        rows = (top + bottom) / 2 + sides[1] * _STEPS
+        pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+        within = np.abs(np.stack(np.meshgrid(_STEPS, _STEPS), axis=-1).reshape(-1, 2)).max(axis=1)
+        is_within = within <= _WITHIN
+        is_kept = view.intrinsics.contains(pixels)
+        area = sides[0] * sides[1]
+        for other in boxes:  # what is before it, or on it
+            if (other[2] - other[0]) * (other[3] - other[1]) < area:
+                is_kept &= ~is_within | ~(
+                    (pixels[:, 0] > other[0]) & (pixels[:, 0] < other[2])
+                    & (pixels[:, 1] > other[1]) & (pixels[:, 1] < other[3])
+                )  # fmt: skip
+        points, is_known = view.locate_pixels(pixels)
+        is_kept &= is_known & (points[:, 2] > self._ground + _ABOVE_FLOOR)
+        points, is_within = points[is_kept], is_within[is_kept]
+        if not is_within.any():
+            return none
+        away = np.linalg.norm(points - view.pose.position, axis=1)
+        nearest = float(np.quantile(away[is_within], 0.1))
+        is_near = away < nearest + _MOST_BEHIND
+        return points[is_near], is_within[is_near]
+
+    def _fill(self, detection: Detection) -> tuple[np.ndarray, np.ndarray]:
+        """Return points on a box in space, all of them within the detection."""
+        assert detection.center is not None
+        assert detection.size is not None
+        steps = np.linspace(-0.5, 0.5, 9)
+        grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+        grid = grid[np.abs(grid).max(axis=1) == 0.5]
+        points = np.array(detection.center) + grid * np.array(detection.size)
+        return points, np.ones(len(points), dtype=bool)
+
+    def _find_sketch(
+        self,
+        label: str,
+        detection: Detection,
+        points: np.ndarray,
+        view: CameraView,
+        taken: Container[int],
+    ) -> Sketch | None:
+        """Return what a detection with points (n, 3) is of.
+
+        Of those in whose box many of the points lie it is the one that looks most like it.
+        """
+        reach = _REACH + 2 * float(view.pose.compute_sd(np.array(2.0)))
+        best, most = None, _LEAST_ALIKE
+        for sketch in self._sketches:
+            if sketch.box is None or id(sketch) in taken:
+                continue
+            if not any(self.labels.are_same(label, name) for name in sketch.names):
+                continue
+            if np.linalg.norm(points.mean(axis=0) - sketch.box.center) > sketch.box.radius + 1.5:
+                continue
+            share = float(sketch.box.contains(points, reach).mean())
+            if share < _LEAST_SHARE:
+                continue
+            alike = share
+            if detection.box is not None:
+                look = Silhouettes()
+                look.add(view, detection.box)
+                alike *= 0.1 + look.compute_overlap(sketch.box)
+            if alike > most:
+                best, most = sketch, alike
+        return best
+
+    def settle(self) -> bool:
+        """Add what is believed to the memory, and draw anew; return whether the map changed."""
+        for sketch in self._sketches:
+            sketch.draw(self._ground)
+        self._sketches = [one for one in self._sketches if one.box is not None]
+        has_changed = self._join_sketches()
+        for sketch in self._sketches:
+            if sketch.furniture is None and self._is_believed(sketch):
+                self._add(sketch)
+                has_changed = True
+            elif sketch.furniture is not None:
+                has_changed |= self._update(sketch)
+        return has_changed
+
+    def _is_believed(self, sketch: Sketch) -> bool:
+        if sketch.box is None or sketch.num_frames < self.rules.least_frames:
+            return False
+        if sketch.likeness < self.rules.least_likeness:
+            return False
+        return float(np.linalg.norm(sketch.high - sketch.low)) >= self.rules.least_apart
+
+    def _join_sketches(self) -> bool:
+        """Make one of sketches that overlap; return whether furniture of the memory is gone."""
+        has_changed = False
+        least = self.rules.least_likeness
+        ordered = sorted(
+            self._sketches,
+            key=lambda one: (one.furniture is None, one.likeness < least, -one.num_frames),
+        )
+        kept: list[Sketch] = []
+        for sketch in ordered:
+            into = next((one for one in kept if self._are_one(one, sketch)), None)
+            if into is None:
+                kept.append(sketch)
+                continue
+            if sketch.furniture is not None and into.furniture is not None:
+                self._merge(into.furniture, sketch.furniture)
+                has_changed = True
+            is_other = not self.labels.are_same(into.label, sketch.label)
+            if is_other and sketch.furniture is None and sketch.likeness < least:
+                continue  # what it shows is the other one, and it does not look like it
+            into.join(sketch)
+            into.draw(self._ground)
+        self._sketches = kept
+        return has_changed
+
+    def _are_one(self, sketch: Sketch, other: Sketch) -> bool:
+        """Tell whether two sketches are of one piece of furniture."""
+        if sketch.box is None or other.box is None:
+            return False
+        both, whole = _compute_overlap(sketch.box, other.box)
+        smaller = min(_get_area(sketch.box), _get_area(other.box))
+        if self.labels.are_same(sketch.label, other.label):
+            num_beside = sketch.beside[id(other)] + other.beside[id(sketch)]
+            if 4 * num_beside > min(sketch.num_frames, other.num_frames):
+                return False  # they were seen at once
+            return both > self.rules.least_overlap * smaller
+        is_seldom = 4 * other.num_frames < sketch.num_frames  # a name that was wrong
+        return both > 0.5 * whole or (is_seldom and both > 0.6 * smaller)
+
+    def _add(self, sketch: Sketch) -> None:
+        """Add believed furniture to the memory, with what was seen at spots that it stands at."""
+        assert sketch.box is not None
+        for number, row in self.memory.layout.furniture.items():
+            if row.box is None or number in self._by_id or number in self._spots:
+                continue
+            both, _ = _compute_overlap(row.box, sketch.box)
+            if both > self.rules.least_overlap * min(_get_area(row.box), _get_area(sketch.box)):
+                return  # it is on the map already, as people have drawn it
+        label, box = sketch.label, sketch.box
+        number = sum(row.label == label for row in self.memory.layout.furniture.values()) + 1
+        name = label if number == 1 else f"{label} {number}"
+        room = self._find_room(box.center)
+        sketch.furniture = self.memory.add_furniture(label, room, name, box=box)
+        self._by_id[sketch.furniture] = sketch
+        self._counts["furniture found"] += 1
+        self._take_spots(sketch.furniture, box)
+
+    def _update(self, sketch: Sketch) -> bool:
+        """Draw furniture of the memory anew, if it differs by enough; return whether it did."""
+        furniture, new = sketch.furniture, sketch.box
+        row = self.memory.layout.furniture.get(furniture) if furniture is not None else None
+        if row is None or row.box is None or new is None or furniture is None:
+            return False
+        new = replace(new, interior=row.box.interior)
+        moved = math.dist(new.center, row.box.center)
+        change = max(moved, *(abs(a - b) for a, b in zip(new.size, row.box.size, strict=True)))
+        if change < self.rules.least_change and row.label == sketch.label:
+            return False
+        if moved > self.rules.most_change + max(row.box.size[:2]) / 2:
+            self._counts["furniture that jumped"] += 1
+            return False
+        if row.label != sketch.label:
+            self.memory.name_furniture(furniture, sketch.label)
+        if change >= self.rules.least_change:
+            self.memory.move_furniture(furniture, box=new)
+        self._counts["furniture drawn anew"] += 1
+        self._take_spots(furniture, new)
+        return True
+
+    def _merge(self, furniture: int, other: int) -> None:
+        self.memory.merge_furniture(furniture, other)
+        self._by_id.pop(other, None)
+        self._spots.discard(other)
+        self.merged[other] = furniture
+        self._counts["furniture merged"] += 1
+
+    def _find_room(self, at: Sequence[float]) -> int:
+        """Return the id of the room at a position, which is added if the memory has none."""
+        name = self._areas.find(at)
+        for number, room in self.memory.layout.rooms.items():
+            if str(room) == name:
+                return number
+        return self.memory.add_room(name)
+
+    # Spots.
+
+    def find_spot(self, center: np.ndarray, bottom: float) -> int:
+        """Return the spot at which a thing lies, which is added if there is none.
+
+        Args:
+            center: of the thing in the map, (3,).
+            bottom: height of its lower side.
+        """
+        is_low = bottom < self._ground + 0.15
+        top = self._ground if is_low else bottom
+        layout = self.memory.layout
+        for number in self._spots:
+            box = layout.furniture[number].box
+            assert box is not None
+            if abs(box.top - top) < 0.1 and math.dist(box.center[:2], center[:2]) < _SPOT_REACH:
+                size = [
+                    min(max(side, 2 * abs(float(at) - mid) + 0.2), _WIDEST_SPOT)
+                    for side, at, mid in zip(box.size[:2], center, box.center, strict=False)
+                ]
+                wider = replace(box, size=(size[0], size[1], box.size[2]))
+                self.memory.move_furniture(number, box=wider)
+                return number
+        x, y = center[:2].tolist()
+        thick = FLOOR_THICKNESS if is_low else 0.04
+        box = Box((x, y, top - thick / 2), (_SPOT_SIDE, _SPOT_SIDE, thick))
+        name = self._name_spot(box, is_low)
+        spot = self.memory.add_furniture("floor" if is_low else _SPOT, self._find_room((x, y)),
+                                         name, box=box)  # fmt: skip
+        self._spots.add(spot)
+        self._counts["spots"] += 1
+        return spot
+
+    def _name_spot(self, box: Box, is_low: bool) -> str:
+        """Return what people call a spot: by the furniture that is nearest."""
+        near = [
+            (float(row.box.compute_distance(np.array(box.center))), row.description)
+            for number, row in self.memory.layout.furniture.items()
+            if row.box is not None and number not in self._spots
+        ]
+        away, name = min(near, default=(math.inf, ""))
+        what = "floor" if is_low else _SPOT
+        base = f"{what} by the {name}" if away < _NEAR else what
+        taken = {row.description for row in self.memory.layout.furniture.values()}
+        names = (base if number == 1 else f"{base} {number}" for number in range(1, len(taken) + 2))
+        return next(name for name in names if name not in taken)
+
+    def _take_spots(self, furniture: int, box: Box) -> None:
+        """Let furniture have what was seen at spots that turn out to be it."""
+        for spot in sorted(self._spots):
+            own = self.memory.layout.furniture[spot].box
+            assert own is not None
+            is_at = box.bottom + 0.05 <= own.top <= box.top + 0.15
+            flat = np.array([own.center[0], own.center[1], box.center[2]])
+            if is_at and box.contains(flat, 0.1):
+                self._merge(furniture, spot)
+
+    def list_around(self, at: np.ndarray) -> list[int]:
+        """Return the furniture that was found, and whose box a point (3,) lies in."""
+        boxes = self.memory.boxes
+        return [
+            number
+            for number in self._by_id
+            if number in boxes and boxes[number].holds(at[None], _INSIDE).all()
+        ]
+
+    def tell_interior(self, furniture: int, interior: str) -> None:
+        """Note what furniture that was found has inside: "none", "open" or "door".
+
+        Raises:
+            KeyError: if there is no such furniture.
+            ValueError: if the interior is none of these.
+        """
+        self.memory.layout.check_furniture(furniture)
+        box = self.memory.layout.furniture[furniture].box
+        if box is not None and box.interior != interior:
+            self.memory.move_furniture(furniture, box=replace(box, interior=interior))
+
+    def note_inside(self, furniture: int, centers: Iterable[np.ndarray]) -> bool:
+        """Note things that were seen inside furniture; return whether it has an inside since."""
+        row = self.memory.layout.furniture.get(furniture)
+        if row is None or row.box is None or row.box.interior != "none":
+            return False
+        if furniture not in self._by_id:
+            return False
+        if not any(row.box.holds(at[None], _INSIDE).all() for at in centers):
+            return False
+        self.tell_interior(furniture, "open")
+        return True
+
+
+def _get_area(box: Box) -> float:
+    return box.size[0] * box.size[1]
+
+
+def _compute_overlap(box: Box, other: Box) -> tuple[float, float]:
+    """Return the area of two footprints that is in both, and that in either, by points.
+
+    0 where one stands above the other.
+    """
+    low, high = max(box.bottom, other.bottom), min(box.top, other.top)
+    least = min(box.size[2], other.size[2])
+    whole = _get_area(box) + _get_area(other)
+    if (
+        high - low < 0.3 * least
+        or math.dist(box.center[:2], other.center[:2])
+        > (math.hypot(*box.size[:2]) + math.hypot(*other.size[:2])) / 2
+    ):
+        return 0.0, whole
+    small, large = sorted((box, other), key=_get_area)
+    steps = (np.arange(20) + 0.5) / 20 - 0.5
+    flat = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * small.size[:2]
+    points = small.to_map(np.column_stack([flat, np.zeros(len(flat))]))
+    points[:, 2] = large.center[2]
+    both = float(large.contains(points).mean()) * _get_area(small)
+    return both, whole - both

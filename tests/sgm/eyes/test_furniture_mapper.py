@@ -1,0 +1,219 @@
+"""A map that draws itself: furniture, spots, jumps of the pose, doors, and odd detections."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sgm import SceneGraphMemory
+from sgm.eyes import Box, Detection, FurnitureLabels, FurnitureMapper, LookBuilder, MapRules, Pose
+from sgm.layout.areas import Areas
+from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, detect, look_around, put_on, render
+
+SOFA = Box((2.0, 2.6, 0.25), (0.9, 1.8, 0.5), -math.pi / 2)
+
+
+class Walk:
+    """Looks at things and furniture, as a detector names them, with a clock of its own."""
+
+    def __init__(self, builder):
+        self.builder, self.time = builder, 0.0
+
+    def see(self, poses, furniture, things=(), shift=(0.0, 0.0, 0.0), also=()):
+        solid = [FLOOR, *(box for _, box in furniture), *(box for _, box in things)]
+        for pose in poses:
+            found = [detect(name, box, pose) for name, box in (*furniture, *things)]
+            depth = render(solid, pose)
+            said = Pose(pose.rotation, pose.position + np.array(shift))
+            self.builder.frame(self.time, said, CAMERA, [*found, *also], depth)
+            self.time += 0.2
+
+    def tell(self, memory):
+        looks = list(self.builder.finish())
+        for look in looks:
+            look.tell(memory)
+        return looks
+
+
+def make(**options):
+    memory = SceneGraphMemory()
+    mapper = FurnitureMapper(memory, **options)
+    return memory, mapper, Walk(LookBuilder(discover=mapper))
+
+
+def compute_overlap(box, other):
+    """Footprints of two boxes along the axes of the map: their intersection over their union."""
+    low = np.maximum(box.corners.min(axis=0), other.corners.min(axis=0))
+    high = np.minimum(box.corners.max(axis=0), other.corners.max(axis=0))
+    both = np.prod(np.maximum(high - low, 0))
+    return both / (np.prod(box.size[:2]) + np.prod(other.size[:2]) - both)
+
+
+def test_furniture_gets_a_place_with_extents():
+    memory, mapper, walk = make()
+    mug = put_on(TABLE, -0.2, 0.1)
+    walk.see(look_around(TABLE.center, num=20), [("Dining_Table", TABLE)], [("mug", mug)])
+    walk.tell(memory)
+    (number,) = memory.furniture_ids
+    row = memory.layout.furniture[number]
+    assert (row.label, memory.describe(number)) == ("dining table", "dining table in home")
+    assert compute_overlap(row.box, TABLE) > 0.7
+    assert row.box.top == pytest.approx(TABLE.top, abs=0.04)
+    seen = memory.last_seen("mug")
+    assert (seen.furniture, seen.relation) == (number, "onTop")
+    assert mapper.counts["furniture found"] == 1
+    assert mapper.is_found(number)
+    # What is gone is noticed, as with a map that was given.
+    memory.step()
+    walk.time += 100
+    walk.see(look_around(TABLE.center, num=20), [("table", TABLE)])
+    walk.tell(memory)
+    assert not memory.last_seen("mug").is_there
+
+
+def test_a_glimpse_or_one_side_is_not_believed():
+    memory, mapper, walk = make()
+    walk.see(look_around(TABLE.center, num=20)[:4], [("table", TABLE)])  # too few frames
+    walk.tell(memory)
+    walk.see([look_around(SOFA.center)[0]] * 20, [("sofa", SOFA)])  # from one place alone
+    walk.tell(memory)
+    assert "furniture found" not in mapper.counts
+
+
+def test_what_lies_on_nothing_known_lies_on_a_spot_and_goes_over():
+    memory, mapper, walk = make(rules=MapRules(least_frames=30))
+    mug = put_on(TABLE, -0.2, 0.1)
+    walk.see(look_around(TABLE.center, num=20), [("table", TABLE)], [("mug", mug)])
+    walk.tell(memory)
+    spot = memory.last_seen("mug").furniture
+    assert memory.layout.furniture[spot].label == "spot"
+    assert mapper.counts["spots"] == 1
+    walk.time += 100
+    walk.see(look_around(TABLE.center, num=20), [("table", TABLE)], [("mug", mug)])
+    walk.tell(memory)
+    seen = memory.last_seen("mug")
+    assert memory.layout.furniture[seen.furniture].label == "table"
+    assert spot not in memory.furniture_ids
+    assert seen.times_seen >= 2
+
+
+def test_a_spot_is_named_by_what_is_near():
+    memory, _, walk = make()
+    slippers = Box((1.2, 0.9, 0.05), (0.25, 0.2, 0.1))  # on the floor, beside the table
+    poses = look_around((1.7, 0.3, 0.3), radius=2.0, num=24)
+    walk.see(poses, [("table", TABLE)], [("slippers", slippers)])
+    walk.tell(memory)
+    seen = memory.last_seen("slippers")
+    assert memory.describe(seen.furniture) == "floor by the table in home"
+    assert memory.layout.furniture[seen.furniture].label == "floor"
+
+
+def test_two_pieces_and_names_that_are_wrong_now_and_then():
+    memory, _, walk = make()
+    for center in (TABLE.center, SOFA.center):
+        poses = look_around(center, radius=2.2, num=24)
+        for number, pose in enumerate(poses):
+            name = "fridge" if number % 8 == 0 else "couch"
+            walk.see([pose], [("table", TABLE), (name, SOFA)])
+        walk.time += 20  # it drives over
+    walk.tell(memory)
+    rows = {row.label: row.box for row in memory.layout.furniture.values()}
+    assert sorted(rows) == ["sofa", "table"]
+    assert compute_overlap(rows["sofa"], SOFA) > 0.6
+    assert compute_overlap(rows["table"], TABLE) > 0.6
+
+
+def test_a_jump_of_the_pose_moves_nothing():
+    memory, mapper, walk = make()
+    mug = put_on(TABLE, -0.2, 0.1)
+    poses = look_around(TABLE.center, num=20)
+    walk.see(poses, [("table", TABLE)], [("mug", mug)])
+    walk.tell(memory)
+    before = memory.layout.furniture
+    walk.see(poses, [("table", TABLE)], [("mug", mug)])
+    walk.see(poses, [("table", TABLE)], [("mug", mug)], shift=(3.0, 0.0, 0.0))
+    walk.tell(memory)
+    assert memory.layout.furniture == before
+    assert mapper.counts["jumps of the pose"] >= 1
+    assert walk.builder.counts["pose jumped"] == 19  # the first is too fast
+    walk.see(poses, [("table", TABLE)], [("mug", mug)])  # it is where it was again
+    walk.tell(memory)
+    assert memory.layout.furniture == before
+    assert walk.builder.counts["pose jumped"] < 30
+
+
+def test_doors_are_unknown_until_they_are_told():
+    memory, _, walk = make()
+    walk.see(look_around(SOFA.center, num=20), [("cabinet", SOFA)])
+    walk.tell(memory)
+    (number,) = memory.furniture_ids
+    assert memory.layout.furniture[number].box.interior == "none"
+    walk.builder.set_open(number)
+    assert memory.layout.furniture[number].box.interior == "door"
+    walk.builder.set_open(number, is_open=False)
+    walk.see(look_around(SOFA.center, num=20), [("cabinet", SOFA)])
+    walk.tell(memory)
+    assert memory.layout.furniture[number].box.interior == "door"  # it stays
+
+
+def test_furniture_of_the_map_is_left_as_it_is():
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    drawn = Box((2.05, 0.0, 0.35), (0.9, 1.3, 0.7))
+    table = memory.add_furniture("table", kitchen, box=drawn)
+    walk = Walk(LookBuilder(discover=FurnitureMapper(memory)))
+    walk.see(look_around(TABLE.center, num=20), [("table", TABLE)])
+    walk.tell(memory)
+    assert memory.furniture_ids == (table,)
+    assert memory.layout.furniture[table].box == drawn
+
+
+def test_rooms_are_polygons():
+    areas = Areas({"kitchen": [[-3, -3], [5, -3], [5, 1.5], [-3, 1.5]],
+                   "den": [[-3, 1.5], [5, 1.5], [5, 4], [-3, 4]]})  # fmt: skip
+    memory, _, walk = make(areas=areas)
+    for center, name, box in ((TABLE.center, "table", TABLE), (SOFA.center, "sofa", SOFA)):
+        walk.see(look_around(center, num=20), [(name, box)])
+        walk.tell(memory)
+    assert sorted(map(memory.describe, memory.furniture_ids)) == ["sofa in den", "table in kitchen"]
+    assert Areas().find((0, 0)) == "home"
+    assert areas.find((50, 50)) == "home"
+    for data in (
+        {"kitchen": [{"x": 0, "y": 0}, {"x": 4, "y": 0}, {"x": 0, "y": 4}]},
+        {"areas": [{"name": "kitchen", "polygon": [[0, 0], [4, 0], [0, 4]]}]},
+        {"kitchen": {"polygon": [[0, 0], [4, 0], [0, 4]], "note": 1}},
+    ):
+        assert Areas.from_values(data).find((1, 1)) == "kitchen"
+    for data in ({}, [1], "x", {"kitchen": 3}, {"kitchen": [[0, 0], [1, 1]]}, {"": [[0, 0]] * 3}):
+        with pytest.raises(ValueError, match=r"area|polygon|non-empty"):
+            Areas.from_values(data, "areas.yaml")
+
+
+def test_odd_detections_end_in_no_furniture():
+    memory, mapper, walk = make(labels=FurnitureLabels({"table": ["mesa"]}))
+    poses = look_around(TABLE.center, num=20)
+    odd = [
+        Detection("fridge", 0.9, box=(10, 10, 10, 10)),  # of no size
+        Detection("sofa", 0.9, center=(1, 1, 1)),
+        Detection("bed", 0.9, center=(1, 1, 1), size=(0, 0, 0)),
+        Detection("冷蔵庫", 0.9, box=(5, 5, 6, 6)),
+        Detection("closet", 0.9, box=(-500, -500, 900, 900)),
+    ]
+    walk.see(poses, [("mesa", TABLE)], also=odd)
+    for _ in range(2):  # two frames of one time
+        walk.builder.frame(walk.time, poses[0], CAMERA, odd)
+    walk.tell(memory)
+    labels = [memory.layout.furniture[number].label for number in memory.furniture_ids
+              if mapper.is_found(number)]  # fmt: skip
+    assert "table" in labels
+    assert set(labels) <= {"table", "closet"}
+    assert walk.builder.counts["frame came twice"] == 1
+
+
+def test_bad_arguments_are_one_line():
+    with pytest.raises(TypeError, match="discover must be a FurnitureMapper"):
+        LookBuilder(discover=True)
+    with pytest.raises(TypeError, match="furniture must be a mapping, got None"):
+        LookBuilder()
+    with pytest.raises(ValueError, match="least_frames must be at least 1"):
+        MapRules(least_frames=0)
