@@ -59,6 +59,7 @@ class NEPPolicy(StepPolicy):
         self._belief_filter = belief_filter
         self._asks_moved = asks_moved
         self._predictor: NodeEdgePredictor | None = None
+        self.counts_looks = builder.config.evidence  # type: ignore[misc]
 
     @property
     def reads_clock(self) -> bool:

@@ -48,7 +48,8 @@ def compute_elsewhere(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     num_looks = (look_times[number] > since).sum(axis=2)
     num_looks = np.where(was_seen[:, None], num_looks, memory.furniture_num_observed[home])
     miss_rate = memory.history.compute_miss_rate()[home][:, None]
-    missed = compute_miss(num_looks, miss_rate, Detector().repeated_share)  # (Q, F)
+    # Half of what hides a thing from all looks of a step does so in all steps.
+    missed = compute_miss(num_looks, miss_rate, Detector().repeated_share / 2)  # (Q, F)
     last = objects["last_furniture"][row]
     missed_last = np.where(last >= 0, missed[np.arange(len(row)), last], 1.0)
     elsewhere = np.maximum(ELSEWHERE * moved, compute_out(memory, queries, usual))

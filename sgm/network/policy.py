@@ -19,7 +19,7 @@ from sgm.evidence.object_counts import choose_edges
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.network.network import Network
-from sgm.policies.policy import Policy
+from sgm.policies.policy import Policy, weigh_looks_since
 from sgm.prior.place_prior import PlacePrior
 
 # Of a logit: sums in another order differ nine orders of magnitude below, so that an answer does
@@ -55,11 +55,14 @@ class StepPolicy(Policy):
     def believe(self, memory: MemoryBatch, queries: Queries) -> Belief:
         """Return its logits of the places and of elsewhere, (Q, F + 1).
 
-        Of a network that answers places alone, elsewhere is that of the rules.
+        Of a network that answers places alone, elsewhere is that of the rules; so are the looks of
+        earlier steps, unless it `counts_looks`.
         """
         logits = self.ask_anew(memory, queries)
         if logits.shape[1] > memory.num_furniture:
             return Belief(logits)
+        if not self.counts_looks:
+            logits = logits + np.log(weigh_looks_since(memory, queries))
         return Belief.of_logits(logits, compute_elsewhere(memory, queries))
 
     @abstractmethod
@@ -76,6 +79,7 @@ class NetworkPolicy(StepPolicy):
     """
 
     answers_apart = True
+    counts_looks = True
     reads_clock = False
     text_pipeline = None
 

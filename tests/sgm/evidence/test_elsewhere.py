@@ -96,9 +96,9 @@ def ask(memory, *names):
 
 
 def test_never_seen_by_hand():
-    """Two looks at each of three places, whose miss rate was not counted: .2, a fifth of it hidden.
+    """Two looks at each of three places, whose miss rate was not counted: .2; a tenth is hidden.
 
-    .04 + .96 (.16 / .96)^2 of what is in the home is missed by them; a tenth was elsewhere before.
+    .02 + .98 (.18 / .98)^2 of what is in the home is missed; a tenth was elsewhere before.
     """
     memory = SceneGraphMemory()
     room = memory.add_room("study")
@@ -108,7 +108,7 @@ def test_never_seen_by_hand():
         for place in places:
             memory.observe(place, [])
         memory.step()
-    missed = 0.04 + 0.16**2 / 0.96
+    missed = 0.02 + 0.18**2 / 0.98
     assert ask(memory, "piano") == pytest.approx(0.1 / (0.1 + 0.9 * missed))
 
 
