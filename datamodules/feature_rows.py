@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from sgm.memory.columns import NEVER
-from simulator.snapshots.snapshots import Snapshots
+
+if TYPE_CHECKING:
+    from simulator.snapshots.snapshots import Snapshots
 
 
 @dataclass(frozen=True)

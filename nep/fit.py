@@ -34,6 +34,7 @@ from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.callbacks.resume import RandomStates, WholeCheckpoints
 from nep.config_files import find_configs
+from nep.encoders import load_all
 from nep.model.module import NEPModule
 from nep.players.checkpoints import check_resumable
 from sgm.messages import shorten, shorten_text
@@ -69,6 +70,7 @@ class FitCLI(LightningCLI):
             model_class: what is trained; a subclass of one's own may have further arguments.
             data_class: what it is trained on, likewise.
         """
+        load_all()  # for encoders that are named without their module
         super().__init__(
             model_class,
             data_class,

@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 
 from datamodules.features import FeatureConfig
-from nep.encoders import Encoder
+from nep.encoders import Encoder, load_all
 from nep.model.module import NEPModule
 from sgm.messages import shorten, shorten_text
 from sgm.text import PAPER_PIPELINE, is_text_known
@@ -115,6 +115,7 @@ def import_encoders(modules: Sequence[str]) -> None:
 
 def _find_encoder(class_path: Any, where: str | Path) -> type[Encoder]:
     """Find an encoder class among those that are loaded; a file never makes us import one."""
+    load_all()
     found: dict[Any, type[Encoder]] = {}
     to_visit = Encoder.__subclasses__()
     while to_visit:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.snapshots.snapshots import Snapshots
+if TYPE_CHECKING:
+    from simulator.snapshots.snapshots import Snapshots
+
 
 NODE_TYPES = ("house", "floor", "room", "furniture", "object")
 RELATIONS = ("in", "contains", "onTop", "under")

@@ -1,4 +1,4 @@
-"""The recipes of CONTRIBUTING.md, followed word for word in a copy of the packages."""
+"""The recipes of docs/extend, followed word for word in a copy of the packages."""
 
 import os
 import re
@@ -31,11 +31,14 @@ EXPECTED = {
 
 def read_recipes() -> dict[str, list[tuple[str, str]]]:
     """Title of each recipe, and its blocks as (language, text)."""
-    page = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
-    section = page.split("## Add something\n")[1].split("\n## ")[0]
-    parts = re.split(r"^### (.*)$", section, flags=re.MULTILINE)[1:]
-    blocks = [re.findall(r"```(\w+)\n(.*?)```", text, re.DOTALL) for text in parts[1::2]]
-    return {title: found for title, found in zip(parts[::2], blocks, strict=True) if found}
+    pages = [path.read_text("utf-8") for path in sorted((ROOT / "docs" / "extend").glob("*.md"))]
+    blocks = {
+        page.partition("\n")[0].removeprefix("# "): re.findall(
+            r"```(\w+)\n(.*?)```", page, re.DOTALL
+        )
+        for page in pages
+    }
+    return {title: found for title, found in blocks.items() if found}
 
 
 RECIPES = read_recipes()

@@ -1,0 +1,129 @@
+"""How much of our code an import or a call walks through: `python -m tools.closures`.
+
+A closure is the files of ours with code that an import loads; `__init__.py` of a docstring are none. A profile of a call counts its calls of our
+functions, the files that they are in, and the returns to a file that was left.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("sgm", "simulator", "datamodules", "nep")
+# Most files that an import may load.
+MOST_FILES = {"nep.model.module": 30, "nep.fit": 225}
+
+
+def list_closure(module: str) -> list[str]:
+    """Return the modules of ours that an import of one loads, in a fresh interpreter."""
+    code = (
+        f"import importlib, json, sys; importlib.import_module({module!r}); "
+        "print(json.dumps({n: m.__file__ for n, m in sys.modules.items()"
+        " if getattr(m, '__file__', None)}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = json.loads(done.stdout.splitlines()[-1])
+    return sorted(
+        name
+        for name, file in found.items()
+        if name.partition(".")[0] in PACKAGES and _has_code(file)
+    )
+
+
+def _has_code(file: str) -> bool:
+    """Tell whether a file has more than a docstring."""
+    return len(ast.parse(Path(file).read_text("utf-8")).body) > 1
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """What a call walks through.
+
+    Attributes:
+        calls: of functions of ours.
+        files: that they are in.
+        returns: how often a function calls into another file of ours that the call was in before.
+    """
+
+    calls: int
+    files: tuple[str, ...]
+    returns: int
+
+
+def profile(call: Callable[[], Any]) -> Walk:
+    """Follow a call, which is made once before, so that nothing is loaded meanwhile."""
+    call()
+    walked: list[str] = []
+
+    def note(frame: FrameType, event: str, _: Any) -> None:
+        file = frame.f_code.co_filename
+        if event == "call" and file.startswith(str(ROOT)):
+            name = file.removeprefix(f"{ROOT}/")
+            if name.partition("/")[0] in PACKAGES:
+                walked.append(name)
+
+    sys.setprofile(note)
+    try:
+        call()
+    finally:
+        sys.setprofile(None)
+    seen: set[str] = set()
+    returns, last = 0, ""
+    for name in walked:
+        returns += name != last and name in seen
+        seen.add(name)
+        last = name
+    return Walk(len(walked), tuple(sorted(seen)), returns)
+
+
+def make_calls() -> dict[str, Callable[[], Any]]:
+    """Return the calls that are profiled, by name: a look of two sightings, and a question."""
+    sgm = importlib.import_module("sgm")
+    memory = sgm.SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    places = [memory.add_furniture(label, kitchen) for label in ("fridge", "table", "sink")]
+    seen = [sgm.Sighting("milk", "in"), sgm.Sighting("red mug")]
+    for place in places:
+        memory.observe(place, seen)
+        memory.step()
+    finder = sgm.ObjectFinder.load()
+    return {
+        "observe": lambda: memory.observe(places[0], seen),
+        "rank": lambda: finder.rank(memory, "milk"),
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print closures and profiles; with names of modules, what each of them loads."""
+    names = sys.argv[1:] if arguments is None else arguments
+    for name in names:
+        print("\n".join([f"{name}:", *(f"  {own}" for own in list_closure(name))]))
+    if names:
+        return 0
+    print("| import | files of ours |\n| --- | --- |")
+    for name in ("sgm.finder.object_finder", *MOST_FILES, "nep.evaluate", "nep.reproduce"):
+        print(f"| `{name}` | {len(list_closure(name))} |")
+    print("\n| call | calls | files | returns |\n| --- | --- | --- | --- |")
+    for name, call in make_calls().items():
+        walk = profile(call)
+        print(f"| `{name}` | {walk.calls} | {len(walk.files)} | {walk.returns} |")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
