@@ -32,9 +32,6 @@ from simulator.command_line import (
     parse,
     pick,
 )
-from simulator.events.files import MANIFEST as EVENT_MANIFEST
-from simulator.events.files import load_events, read_manifest, save_events
-from simulator.events.recorder import collect_events
 from simulator.fan_out import check_workers, fan_out
 from simulator.home_options import HomeOptions
 from simulator.policies import check_policies, identify_policy, make_policy
@@ -171,6 +168,11 @@ def write_events(
     config: CollectConfig, out: Path, workers: int = 1, backend: str = "processes"
 ) -> None:
     """Collect events into a folder, all at once, unless they are there; extras must be off."""
+    # Loaded when asked for: a training needs snapshots alone.
+    from simulator.events.files import MANIFEST as EVENT_MANIFEST
+    from simulator.events.files import load_events, read_manifest, save_events
+    from simulator.events.recorder import collect_events
+
     settings = config.describe()
     for extra in EXTRAS:
         if extra in settings:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from importlib import import_module
 
 from sgm.prior.prior_graph import PriorGraph, load_prior
-from simulator.trace.source import RecordedSource
 from simulator.world.config import HomeConfig
 from simulator.world.source import HomeSource, SampledSource
 
@@ -71,6 +70,8 @@ class HomeOptions:
         """
         prior = load_prior(self.prior)
         if self.trace is not None:
+            from simulator.trace.source import RecordedSource  # few trainings read traces
+
             return RecordedSource(
                 prior, self.home, self.trace, self.step_seconds, self.by_day, self.replays
             )

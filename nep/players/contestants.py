@@ -22,7 +22,6 @@ from sgm.network.policy import NetworkPolicy
 from sgm.network.shipped import CONFIG, PRETRAINED, find_trained, split_name
 from simulator.policies import POLICIES, Policy, check_policies, make_policy
 from simulator.tasks.registry import TASKS, check_task
-from simulator.trace.recorded_homes import RecordedHomes
 from simulator.world.homes import Homes
 
 MakePolicy = Callable[[Homes], Policy]
@@ -258,6 +257,8 @@ class LeftOut:
 
     def make(self, homes: Homes) -> LeftOutPolicy:
         """Make the player for recorded homes."""
+        from simulator.trace.recorded_homes import RecordedHomes
+
         assert isinstance(homes, RecordedHomes), "only recorded homes have names"
         names = sorted(set(homes.names))
         networks = [self.find(name).load().play_in(homes) for name in names]

@@ -9,8 +9,6 @@ import lightning.pytorch as pl
 from lightning.pytorch.loggers import TensorBoardLogger, WandbLogger
 from matplotlib.figure import Figure
 
-from simulator.drawing import draw_pixels
-
 Board = TensorBoardLogger | WandbLogger
 
 
@@ -22,6 +20,8 @@ def list_boards(trainer: pl.Trainer) -> list[Board]:
 def log_figures(boards: Sequence[Board], figures: Mapping[str, Figure], step: int) -> None:
     """Show figures by name, at a step of the training."""
     for name, figure in figures.items():
+        from simulator.drawing import draw_pixels  # with matplotlib
+
         pixels = draw_pixels(figure)
         for board in boards:
             if isinstance(board, TensorBoardLogger):

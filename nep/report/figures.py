@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 from textwrap import fill
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,13 +18,15 @@ from nep.players.contestants import MakePolicy
 from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_interval, smooth
 from sgm.policies.policy import compute_probabilities
-from simulator.drawing import FloorPlan, draw_belief
 from simulator.tasks.answer import Answer
 from simulator.tasks.find_object import FindObject
 from simulator.tasks.metrics import STEP_METRICS
 from simulator.tasks.task import Task
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
+
+if TYPE_CHECKING:
+    from simulator.drawing import FloorPlan
 
 # One colour and line style per policy, the same in every figure; oracles are dashed grey.
 _STYLES: Mapping[str, dict[str, Any]] = {
@@ -277,6 +279,8 @@ def play_search_stories(
     homes = source.make(Streams(seed, split, [0]))
     policy = make(homes)
     game = FindObject(homes, policy)
+    from simulator.drawing import FloorPlan  # a training without pictures does without
+
     plan = FloorPlan.of_homes(homes)
     answers: list[Answer] = []
     game.on_answer = answers.append
@@ -300,6 +304,8 @@ def play_search_stories(
 
 def draw_searches(searches: list[SearchStory]) -> Figure:
     """Draw searches side by side: belief before the first look, looks in order, the truth."""
+    from simulator.drawing import draw_belief
+
     figure = Figure(figsize=(6.4 * len(searches), 5.2), dpi=100, layout="constrained")
     panels = figure.subplots(1, len(searches), squeeze=False)[0]
     for axes, search in zip(panels, searches, strict=True):

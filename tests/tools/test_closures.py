@@ -4,7 +4,7 @@ import pytest
 
 from tools.closures import MOST_FILES, list_closure, profile
 
-FORBIDDEN = ("nep.bench", "nep.robot", "sgm.finder.finder", "simulator.trace.importers", "tools")
+FORBIDDEN = ("nep.bench", "nep.robot", "sgm.finder", "simulator.trace", "simulator.events", "tools")
 
 
 @pytest.mark.slow
