@@ -52,7 +52,7 @@ def _has_code(file: str) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Walk:
+class CallWalk:
     """What a call walks through.
 
     Attributes:
@@ -66,7 +66,7 @@ class Walk:
     returns: int
 
 
-def profile(call: Callable[[], Any]) -> Walk:
+def profile(call: Callable[[], Any]) -> CallWalk:
     """Follow a call, which is made once before, so that nothing is loaded meanwhile."""
     call()
     walked: list[str] = []
@@ -89,7 +89,7 @@ def profile(call: Callable[[], Any]) -> Walk:
         returns += name != last and name in seen
         seen.add(name)
         last = name
-    return Walk(len(walked), tuple(sorted(seen)), returns)
+    return CallWalk(len(walked), tuple(sorted(seen)), returns)
 
 
 def make_calls() -> dict[str, Callable[[], Any]]:
