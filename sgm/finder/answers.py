@@ -57,7 +57,8 @@ class PlaceFound:
     Attributes:
         place: its id.
         name: "white fridge in kitchen".
-        relation: "in" or "onTop" it.
+        relation: "in" or "onTop" it; "is" or "part" where the place itself, or its room, was
+            asked for.
         probability: that the thing is there.
         why: what the memory holds for and against it.
     """
@@ -104,6 +105,8 @@ class WhereIs:
         at: the time that is asked about.
         ask: what to ask the user, if the name is ambiguous or unknown; else empty.
         candidates: what else may be meant.
+        asked_for: "thing"; "place" or "room" where the name is of furniture or of a room, which is
+            in `places` itself, or with what stands in it.
     """
 
     status: Status
@@ -117,6 +120,7 @@ class WhereIs:
     at: Moment
     ask: str
     candidates: tuple[str, ...]
+    asked_for: str = "thing"
 
 
 @dataclass(frozen=True, slots=True)

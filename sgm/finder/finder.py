@@ -12,7 +12,7 @@ import numpy as np
 from sgm.belief import Belief, Detector, Posterior, compute_posterior
 from sgm.checks import check_kind, check_shares
 from sgm.finder.judged import JudgedBeliefs
-from sgm.finder.ranking import Place, Ranking, gather_evidence
+from sgm.finder.ranking import Place, Ranking, gather_evidence, rank_place
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
 from sgm.memory.asking import Asked
@@ -111,6 +111,8 @@ class Finder:
     ) -> Ranking:
         """Rank the places where something may be, now or at a time to come.
 
+        A question for furniture or a room is answered with it (`Ranking.asked_for`).
+
         Args:
             memory: what was seen so far; it needs furniture.
             description: what to look for, in words: "the red mug", seen before or not.
@@ -130,6 +132,11 @@ class Finder:
             )
         check_ids(exclude)
         resolution = self.resolve(memory, description)
+        asked_for, own = memory.find_places(description)
+        if own:
+            layout = memory.layout
+            names = {number: layout.describe(number) for number in own if number not in exclude}
+            return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
         asked = memory.ask(resolution.matches or (description,), at=at)
         probabilities, elsewhere, detection = self._compute_posterior(asked)
         relations = asked.choose_relation().tolist()

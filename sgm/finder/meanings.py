@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal
 
 from sgm.finder.answers import Status
-from sgm.layout.layout import Layout
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten, shorten_text
 from sgm.names.name import Name
@@ -66,7 +65,7 @@ def find_place(
     numbered = _NUMBERED.fullmatch(words)
     if numbered and int(numbered[1]) in names:
         return int(numbered[1])
-    found = _find_called(layout, Name.read(place, "place"), names)
+    found = layout.find_called(Name.read(place, "place"))
     if found:
         return _choose(found, names, thing)
     likely = list(memory.find_furniture(place))
@@ -91,29 +90,6 @@ def find_place(
         raise Unclear("ambiguous", _ask_unknown(place, told, "list_places"), told, thing)
     near = memory.resolve(place, among=list(names.values())).alternatives
     raise Unclear("unknown", _ask_unknown(place, near, "list_places"), near, thing)
-
-
-def _find_called(layout: Layout, name: Name, names: Mapping[int, str]) -> list[int]:
-    """Find the places that are exactly of a name: as they are told, by their own, or by a label."""
-    rooms = {number: str(room) for number, room in layout.rooms.items()}
-    for called in (
-        names,
-        {number: node.description for number, node in layout.furniture.items()},
-        {number: str(node.label) for number, node in layout.furniture.items()},
-        {
-            number: f"{rooms[node.room]} {node.description}"
-            for number, node in layout.furniture.items()
-        },
-        {
-            number: f"{node.label} in {rooms[node.room]}"
-            for number, node in layout.furniture.items()
-        },
-        {number: f"{rooms[node.room]} {node.label}" for number, node in layout.furniture.items()},
-    ):
-        found = [number for number, own in called.items() if Name.read(own).is_same(name)]
-        if found:
-            return found
-    return []
 
 
 def find_rooms(memory: SceneGraphMemory, room: str, *, acts: bool = False) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -20,6 +20,7 @@ _MONTHS = (
     "January", "February", "March", "April", "May", "June", "July", "August", "September",
     "October", "November", "December",
 )  # fmt: skip
+_WHERE = {"is": "it is this place", "part": "it stands in this room"}
 _NAMED = 2  # similar objects that are called by name
 
 
@@ -110,7 +111,8 @@ class Place:
     Attributes:
         furniture: id of the furniture node.
         name: for people, "white fridge in kitchen".
-        relation: "in" or "onTop" it, the likelier one.
+        relation: "in" or "onTop" it, the likelier one; "is" where the place itself was asked for,
+            "part" where it stands in a room that was.
         probability: that it is at this furniture; of several things that were meant, that at least
             one of them is.
         evidence: what the memory holds for and against it.
@@ -136,7 +138,7 @@ class Place:
     @property
     def why(self) -> str:
         """The evidence in one line: seen here, similar objects, prior."""
-        return str(self.evidence)
+        return _WHERE.get(self.relation) or str(self.evidence)
 
     def __str__(self) -> str:
         """Say it in one line."""
@@ -156,6 +158,8 @@ class Ranking:
         last_seen: where and when it was last seen; None if it never was.
         resolution: what the question was taken for, and what else it may have meant.
         with_robot: probability that the robot carries it (`SceneGraphMemory.picked_up`).
+        asked_for: "thing"; or "place" or "room" where the name is of furniture or of a room: the
+            places are that furniture, or what stands in the room, each with probability 1.
     """
 
     description: str
@@ -164,6 +168,7 @@ class Ranking:
     last_seen: SeenAt | None
     resolution: Resolution
     with_robot: float = 0.0
+    asked_for: str = "thing"
 
     def __iter__(self) -> Iterator[Place]:
         """Iterate over the places, the best first."""
@@ -184,6 +189,18 @@ class Ranking:
         if self.with_robot:
             lines.insert(1, f"  {self.with_robot:4.0%}  with the robot")
         return "\n".join(lines)
+
+
+def rank_place(
+    description: str, resolution: Resolution, names: Mapping[int, str], asked_for: str
+) -> Ranking:
+    """Return the ranking of a question for places themselves, which are by id in `names`."""
+    nothing = Evidence(None, 0, (), 0.0)
+    places = tuple(
+        Place(number, name, "is" if asked_for == "place" else "part", 1.0, nothing)
+        for number, name in names.items()
+    )
+    return Ranking(description, places, 0.0, None, resolution, asked_for=asked_for)
 
 
 def _tell_end(said: Statement) -> str:

@@ -88,7 +88,7 @@ class ReadCalls:
             last_seen = LastSeen(seen.furniture, name, seen.is_there, seen.by, when)
         answer = WhereIs(
             thing=ranking.description,
-            taken_for=ranking.resolution.matches[:MOST_CANDIDATES],
+            taken_for=_list_taken(ranking),
             places=tuple(
                 PlaceFound(
                     place.furniture, place.name, place.relation, place.probability, _tell_why(place)
@@ -100,7 +100,8 @@ class ReadCalls:
             with_robot=ranking.with_robot,
             last_seen=last_seen,
             at=self._tell_time(asked, now),
-            **tell_doubt(doubt(ranking.resolution)),
+            asked_for=ranking.asked_for,
+            **tell_doubt(None if ranking.asked_for != "thing" else doubt(ranking.resolution)),
         )
         return answer if k is not None else _fit(answer)
 
@@ -317,12 +318,19 @@ def _choose_last_seen(ranking: Ranking) -> SeenAt | None:
     return next(still, last)
 
 
+def _list_taken(ranking: Ranking) -> tuple[str, ...]:
+    """List what a question was taken for: things, or the places themselves."""
+    if ranking.asked_for == "place":
+        return tuple(place.name for place in ranking)[:MOST_CANDIDATES]
+    return ranking.resolution.matches[:MOST_CANDIDATES]
+
+
 def _tell_why(place: Place) -> str:
     """Say the evidence; where the thing was seen itself, other things and the prior say little."""
     evidence = place.evidence
     if evidence.seen is not None:
-        evidence = replace(evidence, similar=(), prior=0.0)
-    return shorten_text(str(evidence), _MOST_WHY)
+        place = replace(place, evidence=replace(evidence, similar=(), prior=0.0))
+    return shorten_text(place.why, _MOST_WHY)
 
 
 def _fit(answer: WhereIs) -> WhereIs:

@@ -147,6 +147,10 @@ class ObjectSearch:
         if self.is_found:
             return None
         ranking = self._finder.rank(self.memory, self.description)
+        if ranking.asked_for != "thing":
+            names = ", ".join(place.name for place in ranking)
+            self._reason = f"it is no thing to look for but a {ranking.asked_for}: {names}"
+            return None
         places, cut_off = self._split(ranking)
         if ranking.with_robot > 0.5:
             self._reason = f"the robot carries it ({ranking.with_robot:.0%})"

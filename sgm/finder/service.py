@@ -206,7 +206,8 @@ class MemoryService(ReadCalls):
             self._searches[search_id] = search
             while len(self._searches) > MOST_SEARCHES:
                 self._searches.popitem(last=False)
-        return _tell_search(search_id, search, unclear)
+        is_place = search.ranking.asked_for != "thing"
+        return _tell_search(search_id, search, None if is_place else unclear)
 
     def search_next(
         self,

@@ -26,9 +26,10 @@ from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since
 from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
+from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_matching import NameIndex, Resolution, Similarity
-from sgm.names.words import read_words
+from sgm.names.words import read_words, strip_question
 
 if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame
@@ -137,6 +138,37 @@ class MemoryQuestions(MemoryLayout):
         names = [node.description for node in furniture.values()]
         matches = self.resolve(name, among=names).matches
         return tuple(number for number, node in furniture.items() if node.description in matches)
+
+    def find_places(self, name: str) -> tuple[str, tuple[int, ...]]:
+        """Return the furniture that a question is about, if it is about furniture or a room.
+
+        Args:
+            name: such as "the fridge", "kitchen table", "the kitchen".
+
+        Returns:
+            "place" and the ids of the furniture of that name, "room" and those of what stands in
+            it; else "thing" and none. A thing that was seen under exactly that name comes first,
+            and any thing of the name before a place that is less than exactly so called.
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        layout, resolution = self.layout, self.resolve(name)
+        if resolution.how in ("exact", "same words"):
+            return "thing", ()
+        asked = Name.read(strip_question(name) or name)
+        found = layout.find_called(asked)
+        if not found and not resolution.matches:
+            names = [node.description for node in layout.furniture.values()]
+            likely = self.resolve(name, among=names)
+            if likely.is_sure and likely.how not in ("fewer words", "more general name"):
+                found = [n for n, node in layout.furniture.items()
+                         if node.description in likely.matches]  # fmt: skip
+        if found:
+            return "place", tuple(found)
+        rooms = [n for n, room in layout.rooms.items() if Name.read(room.label).is_same(asked)]
+        within = tuple(n for n, node in layout.furniture.items() if node.room in rooms)
+        return ("room", within) if within and not resolution.matches else ("thing", ())
 
     def ask(
         self,

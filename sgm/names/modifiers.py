@@ -150,6 +150,8 @@ _VESSELS = frozenset("mug cup glass bottle jug pitcher carafe tumbler".split())
 
 
 _USES = (_ROOMS, _DRINKS)
+# In what a thing is packed, or how it is shaped: a "soap bar" is no "soap bottle".
+PACKAGES = frozenset("bottle can box carton bag jar tube bar packet roll pouch sachet".split())
 _HOW = frozenset().union(*_CLASSES) | frozenset(
     "stripe dot check color flower plain enamel eaten favorite good nice used other spare "
     "extra broken bright heavy paperback hardcover fluffy cute beautiful bloody stupid "

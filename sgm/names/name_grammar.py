@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 from sgm.names.aliases import AliasTable
 from sgm.names.instances import split_instance, split_written_on
 from sgm.names.known_words import is_word
-from sgm.names.modifiers import COLOURS, MATERIALS, PROPERTIES, narrows, says_how, spell
+from sgm.names.modifiers import COLOURS, MATERIALS, PACKAGES, PROPERTIES, narrows, says_how, spell
 from sgm.names.words import (
     BREAKS,
     DETERMINERS,
@@ -95,6 +95,7 @@ class Reading:
         instance: which of several, "2" of "mug_2"; empty if it has no number.
         is_sort: whether the head says a sort of the thing that it is an alias of, as "dress shirt"
             of "shirt": other sorts are not meant.
+        main_words: words of the names that the table has for the things first.
         is_content: whether it is what the thing holds, or a remark: "cereal" of "cereal box".
     """
 
@@ -112,6 +113,12 @@ class Reading:
     instance: str = ""
     is_content: bool = False
     is_sort: bool = False
+    main_words: frozenset[str] = frozenset()
+
+    @cached_property
+    def packages(self) -> frozenset[str]:
+        """In what it is packed, or how it is shaped, where that is not its name: "soap bottle"."""
+        return (self.said & PACKAGES) - (self.head_words & self.main_words)
 
     @cached_property
     def key(self) -> str:
@@ -252,6 +259,9 @@ class NameReader:
         own_words = head | {whole} | {make_key(split_words(self._table.names[n])) for n in things}
         properties, kinds, sorts = self._split_modifiers(before, (last, whole), own_words)
         _, stem, stem_sorts = self._split_modifiers(plain[owned:-1], (last,), own_words - head)
+        main_words = frozenset(
+            spell(word) for thing in things for word in split_words(self._table.names[thing])
+        )
         is_sort = False
         if len(things) == 1 and length > 1:  # "dress shirt" is a "shirt" by the table, and a sort
             name = self._table.names[things[0]]
@@ -261,7 +271,7 @@ class NameReader:
         owner = self._table.names[known[0]] if known else " ".join(plain[:owned])
         return Reading(
             things, own, ending, head, properties, kinds, sorts, stem, stem_sorts, frozenset(),
-            owner, is_content=is_content, is_sort=is_sort,
+            owner, is_content=is_content, is_sort=is_sort, main_words=main_words,
         )  # fmt: skip
 
     def _split_modifiers(

@@ -340,7 +340,9 @@ class NameIndex:
         numbers = {
             number
             for number, one in self._endings.get(whole, ())
-            if one.endings[0] == whole and _is_possible(reading, one)
+            if one.endings[0] == whole
+            and _is_possible(reading, one)
+            and one.stem <= set(map(spell, one.words))  # no "cream of tartar"
         }
         return [sorted(numbers)] if numbers else []
 
@@ -524,6 +526,8 @@ def _is_possible(asked: Reading, said: Reading) -> bool:
     if asked.owner and said.owner not in ("", asked.owner):
         return False
     if asked.instance and said.instance not in ("", asked.instance):
+        return False
+    if asked.packages and said.packages and not asked.packages & said.packages:
         return False
     if is_elsewhere(asked.said, said.said):
         return False

@@ -3,7 +3,8 @@
 Every case is of a kind and a seed: a file of that kind, changed, is loaded and used; a robot calls
 a memory in any order, or several threads do; a command gets odd options; whoever writes is killed,
 or has no disk; a browser sends what the page never offered; a FIFO, a device or a folder is where a
-file is meant; a file is linked and moved while it is in use; or connections stay idle. It ends
+file is meant; a file is linked and moved while it is in use; connections stay idle; or names are
+nearly those of things. It ends
 well, or with one clear line: a ValueError or OSError. All else is a finding, printed with the kind
 and the seed that give it again.
 
@@ -51,7 +52,7 @@ _PER_PROCESS = 250
 KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "log",
          "results", "source", "layout", "session", "command", "writing", "tensor", "pickle",
          "homer", "yaml", "replay", "page", "serve", "threads", "special", "links",
-         "start", "idle")  # fmt: skip
+         "start", "idle", "names")  # fmt: skip
 
 
 class Hang(BaseException):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import commands
 import idle
 import many_threads
+import near_names
 import owners
 import page_requests
 import replays
@@ -27,6 +28,7 @@ TARGETS = {
     "page": targets.Target(page_requests.make_request, page_requests.change, page_requests.use),
     "serve": targets.Target(serve_requests.make_request, serve_requests.change, serve_requests.use),
     "threads": targets.Target(many_threads.make_plan, many_threads.change, many_threads.use),
+    "names": targets.Target(near_names.make, near_names.change, near_names.use),
     "special": targets.Target(special_files.make_all, special_files.change, special_files.use),
     "links": targets.Target(owners.make_home, owners.change_plan, owners.use_links),
     "start": targets.Target(owners.make_home, owners.change_plan, owners.use_start),

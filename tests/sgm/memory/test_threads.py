@@ -82,6 +82,7 @@ READERS = {
     "num_furniture": lambda memory, n: memory.num_furniture,
     "places_of": lambda memory, n: memory.places_of("large mug"),
     "rank": lambda memory, n: memory.rank(Bayesian(), "cup"),
+    "find_places": lambda memory, n: memory.find_places("shelf"),
     "find_carried": lambda memory, n: memory.find_carried("mug"),
     "resolve": lambda memory, n: memory.resolve("mug"),
     "resolve_exact": lambda memory, n: memory.resolve_exact("mug"),

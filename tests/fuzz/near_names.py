@@ -1,0 +1,100 @@
+"""Writes of names that are nearly those of known things: nothing else may be moved or forgotten."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from sgm.finder.finder import Finder
+from sgm.finder.service import MemoryService
+from sgm.names.name import Name
+from sgm.policies.heuristics import Bayesian
+from simulator import SceneGraphMemory, Sighting
+
+Rng = np.random.Generator
+HEADS = ("mug", "ladle", "cable", "slipper", "kettle", "battery", "drawer", "insulin", "paper")
+WORDS = ("left", "right", "red", "blue", "small", "large", "usb-a", "usb-c", "trash", "soda", "aa")
+ENDS = ("", "", "", " 1", "_2", ".003", " 7a1f", "s")
+LETTERS = "abcdefgilmnoprstu129é"
+
+
+def make(folder: Path) -> None:
+    """Write the seed that warms up."""
+    (folder / "seed").write_text("0")
+
+
+def change(folder: Path, rng: Rng) -> None:
+    """Write another seed."""
+    (folder / "seed").write_text(str(rng.integers(2**62)))
+
+
+def use(folder: Path) -> None:
+    """Write with near names; an AssertionError is a finding."""
+    rng = np.random.default_rng(int((folder / "seed").read_text()))
+    memory = SceneGraphMemory()
+    room = memory.add_room("hall")
+    for label in ("shelf", "desk"):
+        memory.add_furniture(label, room)
+    service = MemoryService(memory, Finder(Bayesian()), None)
+    seen = list({_make_name(rng) for _ in range(int(rng.integers(1, 8)))})
+    service.observe("shelf", [Sighting(name) for name in seen])
+    for _ in range(10):
+        known = seen[int(rng.integers(len(seen)))]
+        _write(service, _spoil(known, rng), rng)
+
+
+def _make_name(rng: Rng) -> str:
+    words = [WORDS[int(rng.integers(len(WORDS)))]] if rng.random() < 0.6 else []
+    head = HEADS[int(rng.integers(len(HEADS)))]
+    return " ".join([*words, head]) + ENDS[int(rng.integers(len(ENDS)))]
+
+
+def _spoil(name: str, rng: Rng) -> str:
+    """Change, add, take or swap a letter or a word, or nothing."""
+    kind, place = int(rng.integers(6)), int(rng.integers(len(name)))
+    letter = LETTERS[int(rng.integers(len(LETTERS)))]
+    if kind == 0:
+        return name[:place] + letter + name[place + 1 :]
+    if kind == 1:
+        return name[:place] + letter + name[place:]
+    if kind == 2:
+        return (name[:place] + name[place + 1 :]) or name
+    if kind == 3:
+        return f"{WORDS[int(rng.integers(len(WORDS)))]} {name}"
+    if kind == 4:
+        return name.upper()
+    return _make_name(rng)
+
+
+def _write(service: MemoryService, name: str, rng: Rng) -> None:
+    memory = service.memory
+    if not name.strip(" _.-"):
+        return
+    before = {thing: json.dumps([str(one) for one in memory.history(thing)])
+              for thing in memory.descriptions}  # fmt: skip
+    kind = int(rng.integers(4))
+    if kind == 0:
+        noted = service.forget(name, by="anna")
+    elif kind == 1:
+        noted = service.note_moved(name, "desk", "anna")
+    elif kind == 2:
+        noted = service.rename(name, "something of mine")
+    else:
+        noted = service.picked_up(name)
+    if noted.status != "ok":
+        assert noted.ask, noted
+    for thing, was in before.items():
+        if thing in memory.descriptions:
+            told = json.dumps([str(one) for one in memory.history(thing)])
+            is_kept = told == was
+        else:
+            is_kept = False
+        assert is_kept or Name.read(thing).is_same(Name.read(name)), (thing, name, kind)
+    if kind == 3 and noted.status == "ok":
+        service.put_down(noted.thing, "shelf")
+    if "something of mine" in memory.descriptions:
+        service.forget("something of mine")
+    if not memory.descriptions:
+        service.observe("shelf", [Sighting("mug")])
