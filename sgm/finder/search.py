@@ -231,8 +231,9 @@ class ObjectSearch:
             read_name(one.description) in meant or one.id == self.description for one in sightings
         )
         self.offered = ()
-        if not is_found and not resolution.is_sure:
-            self.offered = resolution.matches or resolution.doubtful
+        if not is_found and names:  # what was known of another thing before, too
+            shown = self._finder.resolve_among(self.memory, self.description, names)
+            self.offered = () if shown.is_sure else shown.matches or shown.doubtful
         share = read_coverage(coverage, look.place.name)
         self._note(look, split_coverage(share)[RELATIONS.index(look.place.relation)], is_found)
         return is_found
