@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from sgm.files import compute_checksum
 from sgm.memory.clock import Clock
 from sgm.memory.locks import LogLock
 from sgm.memory.look_log import LogLine, read_log
@@ -211,11 +212,11 @@ def _read_latest(log: Path) -> list[LogLine]:
 
 def _check_same(path: Path, latest: MemoryContent, log: Path, lines: Sequence[LogLine]) -> None:
     """Check that a file is a snapshot that the log goes on from, or ends with."""
+    # The process may have ended between the new log and the new file, or the disk was full.
+    if compute_checksum(path) in [line.values.get("file") for line in lines]:
+        return
     saved = _write(load_content(path))
     if saved == _write(latest) or saved in _list_started(lines):
-        return
-    # The process may have ended between the new log and the new file.
-    if any(saved in _list_started(read_log(_number(log, n))) for n in _list_numbers(log)[-1:]):
         return
     raise ValueError(
         f"home must be the memory that its log goes on from, got another one in {path}. Move "

@@ -186,10 +186,6 @@ class SaveLock(_ProcessLock):
             known._keeper = ref(memory)
         return known
 
-    def is_in_place(self) -> bool:
-        """Tell whether the file is there, and is the one that was written last."""
-        return self.path.exists() and self._held.is_at(self.path)
-
     def _check_keeper(self, memory: object) -> None:
         keeper = None if self._keeper is None else self._keeper()
         if keeper is None:

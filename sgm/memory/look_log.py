@@ -56,7 +56,8 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "split_off": ("description", "furniture", "name", "by"),
     "transform": ("angle", "shift", "map_id"),
 }
-_OPTIONAL = ("id", "by")  # of the thing; who said it
+# Id of the thing; who said it; checksum of the memory file that the log goes on from.
+_OPTIONAL = ("id", "by", "file")
 # What a line says only where there is any.
 _LEFT_OUT = ("by", "box", "open_cost", "hidden", "viewpoint")
 
@@ -116,9 +117,12 @@ class LookLog:
                     with self.path.open("r+b") as file:
                         file.truncate(len(whole))
 
-    def start(self, content: MemoryContent, *, is_new: bool) -> None:
-        """Note what a memory holds that begins (`is_new`), or goes on; now it has the log."""
-        self._write(_write_start(content, is_new=is_new), is_new=True)
+    def start(self, content: MemoryContent, *, is_new: bool, file: str = "") -> None:
+        """Note what a memory holds that begins (`is_new`), or goes on; now it has the log.
+
+        `file` is the checksum of the memory file that it lies beside, "" without one.
+        """
+        self._write(_write_start(content, is_new=is_new, file=file), is_new=True)
 
     def go_on(self) -> None:
         """Have the log for a memory that is what its last line left."""
@@ -134,8 +138,10 @@ class LookLog:
         with self._lock.turns:
             return self._lock.is_lost()
 
-    def rotate(self, old: Path, content: MemoryContent) -> None:
+    def rotate(self, old: Path, content: MemoryContent, file: str = "") -> None:
         """Keep the log so far under another name, and begin anew with what the memory holds.
+
+        `file` is the checksum of the memory file that is about to be replaced, "" without one.
 
         Raises:
             ValueError: as `write`.
@@ -144,7 +150,7 @@ class LookLog:
         with self._lock.take(self._turn, is_new=False):
             self.path.replace(old)
             try:
-                _append(self.path, _write_start(content, is_new=False))
+                _append(self.path, _write_start(content, is_new=False, file=file))
                 with self.path.open("r+b") as file:
                     _sync(file, self.path)
             except BaseException:
@@ -204,7 +210,7 @@ def read_log(path: str | Path) -> list[LogLine]:
     return _read_lines(whole, path)
 
 
-def _write_start(content: MemoryContent, *, is_new: bool) -> bytes:
+def _write_start(content: MemoryContent, *, is_new: bool, file: str) -> bytes:
     clock = content.clock
     values = {
         "version": VERSION,
@@ -212,6 +218,7 @@ def _write_start(content: MemoryContent, *, is_new: bool) -> bytes:
         "clock": None if clock is None else clock.to_json(),
         **content.layout.to_json(),
         "memory": None if is_new and content.score_calibration is None else content.to_json(),
+        **({"file": file} if file else {}),
     }
     return _write_line("start", content.time, clock, values)
 

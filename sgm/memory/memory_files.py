@@ -12,7 +12,14 @@ from pathlib import Path
 from threading import Lock, RLock
 from typing import Any
 
-from sgm.files import VERSION, check_version, make_read_error, read_json, write_whole
+from sgm.files import (
+    VERSION,
+    check_version,
+    compute_checksum,
+    make_read_error,
+    read_json,
+    write_whole,
+)
 from sgm.memory.locks import SaveLock
 from sgm.memory.look_log import LookLog
 from sgm.memory.memory_content import MemoryContent
@@ -82,6 +89,14 @@ def _compute_checksum(data: Any) -> str:
     return hashlib.sha256(json.dumps([VERSION, data], sort_keys=True).encode()).hexdigest()
 
 
+def _compute_file_checksum(path: Path) -> str:
+    """Return the checksum of a memory file; "" if there is none."""
+    try:
+        return compute_checksum(path)
+    except OSError:
+        return ""
+
+
 class MemoryFiles:
     """The part of `SceneGraphMemory` for its file and its log; `load` reads the file.
 
@@ -127,11 +142,12 @@ class MemoryFiles:
     def _save(self, path: str | Path, old_log: Path | None = None) -> None:
         # Of two saves the later one lasts; no other call waits for the disk.
         with self._saving, SaveLock.hold(path, self) as lock:
+            before = "" if old_log is None else _compute_file_checksum(Path(path))
             with self._lock:
                 content = self._state.get_content_to_save().copy()
                 if self._log is not None and old_log is not None:
                     self._renew_lost_log(self._log)
-                    self._log.rotate(old_log, content)
+                    self._log.rotate(old_log, content, before)
             save_content(path, content.to_json())
             self._save_lock = lock
 
@@ -167,7 +183,7 @@ class MemoryFiles:
             self._log.write(kind, time, self._state.clock, values)
 
     def _renew_lost_log(self, log: LookLog) -> None:
-        """Begin the log anew if it was moved or removed: with the file that it goes on from, too.
+        """Begin the log anew if it was moved or removed.
 
         Raises:
             OSError: if another file lies in its place, or it cannot be written.
@@ -175,6 +191,6 @@ class MemoryFiles:
         if not log.is_lost():
             return
         warnings.warn(f"the log was moved or removed: it is begun anew at {log.path}", stacklevel=4)
-        if self._kept_lock is not None and self._kept_lock.is_in_place():
-            log.start(load_content(self._kept_lock.path), is_new=False)
-        log.start(self._state.get_content_to_save(), is_new=False)
+        kept = self._kept_lock
+        file = "" if kept is None else _compute_file_checksum(kept.path)
+        log.start(self._state.get_content_to_save(), is_new=False, file=file)

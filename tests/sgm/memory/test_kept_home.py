@@ -144,6 +144,28 @@ def test_a_start_on_a_full_disk(tmp_path, left):
     assert write(KeptHome.open(path).memory) == before
 
 
+def test_old_logs_may_be_removed_from_a_full_disk(tmp_path, monkeypatch):
+    """As its message asks for: the file is of before the snapshot that the disk did not take."""
+    path = tmp_path / "home.sgm"
+    home = begin(path)
+    home.snapshot()
+    home.memory.step()
+
+    def refuse(*_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(memory_files, "save_content", refuse)
+        with pytest.raises(OSError, match="No space"):
+            home.snapshot()
+    home.memory.step()
+    before = write(home.memory)
+    for old in tmp_path.glob("home.sgm.log.0*"):
+        old.unlink()
+    home.memory = None
+    assert write(KeptHome.open(path).memory) == before
+
+
 def test_old_logs_are_kept_up_to_a_size(tmp_path, monkeypatch):
     monkeypatch.setattr(kept_home, "KEPT_BYTES", 9000)
     monkeypatch.setattr(kept_home, "MOST_LOG_BYTES", 4000)
