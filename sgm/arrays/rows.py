@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+_FEW_KEYS = 100  # for each value: a count of all is sooner made than the values are sorted
+
 
 def add_in_order(values: np.ndarray) -> np.ndarray:
     """Sum along the last axis, (..., F) -> (..., 1), from first to last.
@@ -19,15 +21,16 @@ def sum_equal(key: np.ndarray, values: np.ndarray) -> np.ndarray:
 
     Keys are whole numbers of at least -1.
     """
-    first_key = np.arange(len(key))[:, None] * (int(key.max(initial=0)) + 2)
-    _, number = np.unique(key + first_key, return_inverse=True)
-    number = number.ravel()
+    num_keys = int(key.max(initial=0)) + 2
+    number = (key + (np.arange(len(key)) * num_keys + 1)[:, None]).ravel()
+    if num_keys * len(key) > _FEW_KEYS * key.size:
+        number = np.unique(number, return_inverse=True)[1].ravel()
     return np.bincount(number, values.ravel())[number].reshape(key.shape)
 
 
 def rank_rows(values: np.ndarray) -> np.ndarray:
     """Return 1 / rank within rows, the highest value 1, ties in order, (Q, F) -> (Q, F)."""
-    order = np.argsort(-values, axis=-1, kind="stable")
+    order = (-values).argsort(axis=1, kind="stable")
     ranks = np.empty(values.shape)
-    np.put_along_axis(ranks, order, 1 / np.arange(1.0, values.shape[-1] + 1), axis=-1)
+    ranks[np.arange(len(values))[:, None], order] = 1 / np.arange(1.0, values.shape[1] + 1)
     return ranks

@@ -11,8 +11,8 @@ import numpy as np
 from sgm.arrays.grouped import sum_rows
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
-from sgm.evidence.look_filter import follow_looks
 from sgm.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
+from sgm.evidence.sighting_filter import follow_looks
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -64,19 +64,20 @@ class Rates(NamedTuple):
     left: np.ndarray
 
     @classmethod
-    def estimate(cls, memory: MemoryBatch, queries: Queries, counts: ObjectCounts) -> Rates:
+    def estimate(
+        cls, memory: MemoryBatch, queries: Queries, counts: ObjectCounts, sums: HomeSums
+    ) -> Rates:
         """Estimate the rates; each is the mean of a posterior that starts with a weak prior.
 
-        The counts are `ObjectCounts.gather` of the same memory and objects.
+        The counts are `ObjectCounts.gather` of the same memory and objects, the sums of its homes.
         """
         hours, home, own = compute_own_rates(memory, queries.home, queries.object)
-        sums = HomeSums.of(memory)
         num_seen = sums.num_seen[queries.home]
         home_left, left = _compute_left_rates(sums, queries, counts, hours)
         return cls(
             home=home,
             own=own,
-            crossing=compute_crossing(memory)[queries.home],
+            crossing=_compute_crossing(memory, sums)[queries.home],
             any_moved=-np.expm1(-home * hours * np.maximum(num_seen, 1)),
             miss=memory.history.compute_miss_rate()[queries.home],
             home_left=home_left,
@@ -208,9 +209,8 @@ def compute_own_rates(
     return hours, average, np.clip(own, 1e-4, 2.0)
 
 
-def compute_crossing(memory: MemoryBatch) -> np.ndarray:
+def _compute_crossing(memory: MemoryBatch, sums: HomeSums) -> np.ndarray:
     """Return which share of the moves seen led to another room, (H,)."""
     if not memory.history.counts_moves:
         return np.full(memory.num_homes, 0.5)
-    sums = HomeSums.of(memory)
     return (sums.num_crossing + 0.5) / (sums.arrivals.sum(axis=1) + 1)

@@ -53,7 +53,8 @@ class Companions(NamedTuple):
         objects, edges, shape = memory.objects, memory.edges, counts.num_true.shape
         object_total, object_square, object_most = _sum_sightings(memory)
         query, edge = _join_edges(memory, queries, sums)
-        row, place, count = (edges[name][edge] for name in ("object", "furniture", "num_true"))
+        row, place = (edges[name][edge].astype(np.intp) for name in ("object", "furniture"))
+        count = edges["num_true"][edge]
 
         def sum_by_place(weight: np.ndarray) -> np.ndarray:
             summed = np.bincount(query * shape[1] + place, weight, minlength=shape[0] * shape[1])

@@ -7,6 +7,7 @@ import numpy as np
 from sgm.belief import Detector, compute_miss
 from sgm.evidence.adaptive_filter import Rates, compute_destinations, list_look_times
 from sgm.evidence.expected_places import Expected
+from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -38,7 +39,7 @@ def compute_elsewhere(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     objects, row, home = memory.objects, queries.object, queries.home
     was_seen, seen_at = objects["num_observed"][row] > 0, objects["last_observed"][row]
     counts, prior = ObjectCounts.gather(memory, queries), Expected.by_prior(memory, queries)
-    rate = Rates.estimate(memory, queries, counts).left
+    rate = Rates.estimate(memory, queries, counts, HomeSums.of(memory)).left
     hours = compute_hours_per_step(memory, home) * (memory.time - seen_at)
     moved = np.where(was_seen, -np.expm1(-rate * hours), 1.0)
     usual = compute_destinations(memory, queries, counts, prior)[:, :-1]

@@ -6,7 +6,7 @@ where things move once an hour or once a month.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,14 +18,15 @@ from sgm.evidence import (
     sighting_columns,
 )
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
-from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
+from sgm.evidence.columns import PLACE_GROUP_COLUMNS, QUESTION_GROUP_COLUMNS
 from sgm.evidence.question import Question
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
 # What computes the columns of each group of `sgm.evidence.columns`, by name: (Q, F) each, whatever
-# it is where a home has no place, or (Q,). What a group leaves out is zero.
-PLACE_GROUPS: Mapping[str, Callable[[Question], Mapping[str, np.ndarray]]] = {
+# it is where a home has no place, or (Q,). All are zero of a group that returns none.
+ComputeColumns = Callable[[Question], Mapping[str, np.ndarray]]
+PLACE_GROUPS: Mapping[str, ComputeColumns] = {
     "sightings": sighting_columns.compute_sightings,
     "looks": sighting_columns.compute_looks,
     "times": sighting_columns.compute_times,
@@ -38,7 +39,7 @@ PLACE_GROUPS: Mapping[str, Callable[[Question], Mapping[str, np.ndarray]]] = {
     "rooms": home_columns.compute_rooms,
     "hours": sighting_columns.compute_hours,
 }
-QUESTION_GROUPS: Mapping[str, Callable[[Question], Mapping[str, np.ndarray]]] = {
+QUESTION_GROUPS: Mapping[str, ComputeColumns] = {
     "size": question_columns.compute_size,
     "movement": question_columns.compute_movement,
     "stays": question_columns.compute_stays,
@@ -47,8 +48,6 @@ QUESTION_GROUPS: Mapping[str, Callable[[Question], Mapping[str, np.ndarray]]] = 
     "object": question_columns.compute_object,
     "hour": question_columns.compute_hour,
 }
-_PLACE_NUMBER = {name: number for number, name in enumerate(PLACE_COLUMNS)}
-_QUESTION_NUMBER = {name: number for number, name in enumerate(QUESTION_COLUMNS)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +79,29 @@ def compute_features(
     reckon with it, and `movement.any_moved`, say which kind of question it is.
     """
     asked = Question.gather(memory, queries, asks_moved)
-    shape = asked.arrays.is_place.shape
-    place = np.zeros((*shape, len(PLACE_COLUMNS)), dtype=np.float32)
-    question = np.zeros((shape[0], len(QUESTION_COLUMNS)), dtype=np.float32)
+    is_place = asked.arrays.is_place
+    place = _compute(PLACE_GROUPS, PLACE_GROUP_COLUMNS, asked, is_place.shape)
+    place[:, ~is_place] = 0
+    question = _compute(QUESTION_GROUPS, QUESTION_GROUP_COLUMNS, asked, is_place.shape[:1])
+    return Features(
+        np.ascontiguousarray(place.transpose(1, 2, 0)), np.ascontiguousarray(question.T), asked
+    )
+
+
+def _compute(
+    groups: Mapping[str, ComputeColumns],
+    names: Mapping[str, Sequence[str]],
+    asked: Question,
+    shape: tuple[int, ...],
+) -> np.ndarray:
+    """Return the columns of all groups, in the order of their names, float32 (D, *shape)."""
+    nothing = np.zeros(shape)
+    computed: list[np.ndarray] = []
     with np.errstate(divide="ignore", invalid="ignore"):  # where a home has no place
-        for group, compute in PLACE_GROUPS.items():
-            for name, column in compute(asked).items():
-                place[..., _PLACE_NUMBER[f"{group}.{name}"]] = column
-    place[~asked.arrays.is_place] = 0
-    for group, compute in QUESTION_GROUPS.items():
-        for name, column in compute(asked).items():
-            question[:, _QUESTION_NUMBER[f"{group}.{name}"]] = column
-    return Features(place, question, asked)
+        for group, of_group in names.items():
+            columns = groups[group](asked)
+            computed += (
+                [columns[name] for name in of_group] if columns else [nothing] * len(of_group)
+            )
+    joined = np.concatenate(computed, dtype=np.float32, casting="unsafe")
+    return joined.reshape(-1, *shape)

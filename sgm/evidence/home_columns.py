@@ -42,8 +42,9 @@ def compute_others(asked: Question) -> dict[str, np.ndarray]:
     is_usual = count == count.max(axis=1, keepdims=True)
     often = companions.often * ~is_usual * is_place
     # A number for each label, and for each label in a room: rooms have small ones.
-    label = arrays.label.astype(np.int64)
-    label_in_room = label * (int(arrays.room.max(initial=0)) + 2) + arrays.room
+    label = np.where(is_place, arrays.label, -1).astype(np.int64)
+    num_rooms = int(arrays.room.max(initial=0)) + 1
+    label_in_room = np.where(is_place, label * num_rooms + arrays.room, -1)
     at_label = sum_equal(label, named)
     return {
         "name_at_label": np.log1p(at_label),

@@ -1,6 +1,19 @@
-"""Where an object can be, given its last sighting and all looks since.
+"""Filters that follow things over looks: the probability of each place, given that looks missed it.
 
-Loops are over looks alone: each step is that of all questions, filters and places, (Q, K, P).
+Between looks a thing leaves its place at a rate, for a place drawn from its destinations: anywhere
+with the share `crossing`, else within its room. With W the probability of all places, p_f that of a
+place in the destinations, P_r and q_f = p_f / P_r that of its room and its share in it, write
+
+    b_f = p_f W + q_f z_r + y_f
+
+Then time leaves W as it is, multiplies each z_r by exp(-rate crossing t) and each y_f by
+exp(-rate t). A look that would show what is at g in room s with probability d, and does not, takes
+m = d b_g away:
+
+    W -= m,    y_g -= m,    y_f += q_f m for all f in s,    z_s -= m,    z_r += P_r m for all r
+
+What is done to all of a room or a home is summed up instead, and decays are put off until a sum is
+read: a look costs the same in any home.
 """
 
 from __future__ import annotations
@@ -9,220 +22,191 @@ from typing import NamedTuple
 
 import numpy as np
 
-_SAME = 0.97  # probability that what is seen is the object that is asked for
-_TINY = 1e-12
-_FEW = 8  # rows: how a product is rounded depends on how many it has
+from sgm.evidence.destinations import Destinations
+
+_MOST_NATS = 200.0  # of decays that are put off: their inverse stays finite
+_BLOCK = 64  # questions that are followed together: what a look reads stays in the cache
 
 
-class LooksSince(NamedTuple):
-    """The looks since Q objects were last seen, aligned at their ends; `counts` says which are any.
+def follow(
+    belief: np.ndarray,
+    goes: Destinations,
+    where: np.ndarray,
+    detection: np.ndarray,
+    hours: np.ndarray,
+    rate: np.ndarray,
+    crossing: np.ndarray,
+) -> np.ndarray:
+    """Follow K filters for each of Q things over n looks that miss it.
+
+    The answer to a question does not depend on which others are beside it, to the bit.
+
+    Args:
+        belief: at first, sums to one, (P, Q, 1).
+        goes: destinations.
+        where: the looks were, (n, Q).
+        detection: how likely each shows what is there, 0 for those that do not count, (n, Q).
+        hours: from the start until each look, and until the end, (n + 1, Q).
+        rate: at which the things leave, per hour, (Q, K).
+        crossing: share of their ways that lead anywhere, (Q, K).
+
+    Returns:
+        The belief at the end, up to a factor, (P, Q, K).
+    """
+    if len(rate) <= _BLOCK:
+        return _follow_block(belief, goes, where, detection, hours, rate, crossing)
+    after = np.empty((*belief.shape[:2], rate.shape[1]))
+    for start in range(0, len(rate), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        after[:, block] = _follow_block(
+            belief[:, block], goes.take(block), where[:, block], detection[:, block],
+            hours[:, block], rate[block], crossing[block],
+        )  # fmt: skip
+    return after
+
+
+def _follow_block(
+    belief: np.ndarray,
+    goes: Destinations,
+    where: np.ndarray,
+    detection: np.ndarray,
+    hours: np.ndarray,
+    rate: np.ndarray,
+    crossing: np.ndarray,
+) -> np.ndarray:
+    """`follow` for a few things."""
+    nats = hours[..., None] * rate  # (n + 1, Q, K)
+    base = _list_bases(nats)
+    decay = _Decay(np.exp(crossing * (base - nats)), np.exp(base - nats))
+    state = _State(np.broadcast_to(belief, (len(belief), *rate.shape)), goes)
+    index = state.find(where)
+    weight, inverse = _weigh_looks(goes, where, detection[..., None], decay)
+    begin = 0
+    before = np.concatenate([np.zeros_like(base[:1]), base[:-1]])
+    for end in np.flatnonzero((base != before).any(axis=(1, 2))).tolist():
+        _subtract(state.rows, index[begin:end], weight[begin:end], inverse[begin:end])
+        passed = before[end] - base[end]
+        state.decay(_Decay(np.exp(crossing * passed), np.exp(passed)), passed < 0)
+        begin = end
+    _subtract(state.rows, index[begin:], weight[begin:], inverse[begin:])
+    return state.read(_Decay(decay.z[-1], decay.y[-1]))
+
+
+class _Decay(NamedTuple):
+    """By what z and y are to be multiplied, (..., Q, K) each."""
+
+    z: np.ndarray
+    y: np.ndarray
+
+
+class _State:
+    """Beliefs about Q things by K filters, with what is put off.
+
+    Beside W, z and y, which decays do not reach, there is what looks took away since: of all
+    places for each of z, and of the places of each room for each of y.
 
     Attributes:
-        when, where: time, that of the sighting or 0 before it, and place, (Q, n).
-        counts: bool (Q, n).
+        rows: of K numbers, for W, what was taken of all, z, what was taken in each room, and y,
+            those of Q things each, ((2 + 2 R + P) Q, K).
     """
 
-    when: np.ndarray
-    where: np.ndarray
-    counts: np.ndarray
+    def __init__(self, belief: np.ndarray, goes: Destinations) -> None:
+        """Start with beliefs, (P, Q, K)."""
+        self._goes = goes
+        num_rooms = len(goes.room_total)
+        parts = np.zeros((2 + 2 * num_rooms + len(belief), *belief.shape[1:]))
+        self.rows = parts.reshape(-1, belief.shape[2])
+        self._whole, self._taken = parts[0], parts[1]
+        self._z, self._taken_inside = parts[2 : 2 + num_rooms], parts[2 + num_rooms :][:num_rooms]
+        self._y = parts[2 + 2 * num_rooms :]
+        in_room = goes.sum_rooms(belief)
+        self._whole[:] = np.add.accumulate(in_room)[-1]
+        self._z[:] = in_room - goes.room_total * self._whole
+        self._y[:] = belief - goes.share * goes.at_places(in_room)
 
-    @classmethod
-    def list(
-        cls,
-        look_times: np.ndarray,
-        look_row: np.ndarray,
-        last_place: np.ndarray,
-        last_time: np.ndarray,
-    ) -> LooksSince:
-        """List looks but for the one that saw the object; see `follow_looks`."""
-        times = look_times.reshape(len(look_times), -1)
-        order = np.argsort(times, axis=1, kind="stable")
-        when = np.take_along_axis(times, order, axis=1)[look_row].astype(np.int64)
-        where = (order // look_times.shape[2])[look_row]
-        start = np.where(last_place >= 0, last_time, -1)[:, None]
-        counts = (when >= np.maximum(start, 0)) & ((when > start) | (where != last_place[:, None]))
-        is_used = counts.any(axis=0)
-        used = slice(is_used.argmax() if is_used.any() else -1, None)
-        return cls(when[:, used], where[:, used], counts[:, used])
+    def find(self, where: np.ndarray) -> np.ndarray:
+        """Return the five rows that looks at places read, of all things, (n, Q) -> (n, 5 Q)."""
+        num_queries, num_rooms = where.shape[1], len(self._z)
+        query = np.arange(num_queries)
+        room_row = self._goes.room_row.ravel()[where * num_queries + query]
+        index = np.empty((len(where), 5, num_queries), dtype=np.int64)
+        index[:, 0], index[:, 1] = query, query + num_queries
+        index[:, 2] = room_row + 2 * num_queries
+        index[:, 3] = room_row + (2 + num_rooms) * num_queries
+        index[:, 4] = (where + 2 + 2 * num_rooms) * num_queries + query
+        return index.reshape(len(where), 5 * num_queries)
 
-    def take(self, chosen: np.ndarray) -> LooksSince:
-        """Leave some of the looks out."""
-        return self._replace(counts=self.counts & chosen)
+    def decay(self, decay: _Decay, chosen: np.ndarray) -> None:
+        """Let the z and y of some beliefs decay, no longer put off, bool (Q, K)."""
+        z, y = self._compute_parts(decay)
+        self._z[:, chosen], self._y[:, chosen] = z[:, chosen], y[:, chosen]
+        self._taken[chosen], self._taken_inside[:, chosen] = 0, 0
 
-    def start(self, last_place: np.ndarray, last_time: np.ndarray, now: int) -> np.ndarray:
-        """Return when each belief starts: at the last sighting, else at the first look, (Q,)."""
-        first = self.when[np.arange(len(self.when)), self.counts.argmax(axis=1)]
-        first = np.where(self.counts.any(axis=1), first, now)
-        return np.where(last_place >= 0, last_time, first)
+    def read(self, decay: _Decay) -> np.ndarray:
+        """Return the beliefs, (P, Q, K)."""
+        z, belief = self._compute_parts(decay)
+        belief += self._goes.share * self._goes.at_places(z)
+        belief += self._goes.place * self._whole
+        return np.maximum(belief, 0, out=belief)  # what is left may be less than sums can hold
 
-    def elapsed(self, start: np.ndarray, now: int) -> np.ndarray:
-        """Return the steps before each look, and from the last one to now, (Q, n + 1)."""
-        time = np.where(self.counts, self.when, start[:, None])
-        time = np.column_stack([start, time, np.full(len(start), now)])
-        return np.diff(np.maximum.accumulate(time, axis=1), axis=1)
+    def _compute_parts(self, decay: _Decay) -> tuple[np.ndarray, np.ndarray]:
+        goes = self._goes
+        z = decay.z * (self._z - goes.room_total * self._taken)
+        return z, decay.y * (self._y - goes.share * goes.at_places(self._taken_inside))
 
 
-def follow_looks(
-    destination: np.ndarray,
-    room: np.ndarray,
-    num_rooms: int,
-    look_times: np.ndarray,
-    look_row: np.ndarray,
-    last_place: np.ndarray,
-    last_time: np.ndarray,
-    now: int,
-    hours: np.ndarray,
-    rate: np.ndarray,
-    crossing: np.ndarray,
-    moved: np.ndarray,
-    miss: np.ndarray,
-) -> np.ndarray:
-    """Follow K filters over the looks at Q objects; see `sgm.evidence.adaptive_filter`.
+def _list_bases(nats: np.ndarray) -> np.ndarray:
+    """Return from where decays are put off at each look, in nats since the start, (n, Q, K)."""
+    count = np.floor(nats / _MOST_NATS)
+    if not count.any():
+        return np.zeros_like(nats)
+    is_new = np.diff(count, axis=0, prepend=0.0) > 0
+    return np.maximum.accumulate(np.where(is_new, nats, 0.0), axis=0)
 
-    Args:
-        destination: where each object goes, sums to one, float64 (Q, P); the last place is
-            elsewhere.
-        room: of each place, -1 where there is none, int64 (Q, P).
-        num_rooms: room numbers are below it.
-        look_times: of the latest looks at each place but elsewhere, -1 for none, (n, P - 1, L).
-        look_row: which row of these are the looks for each object, (Q,).
-        last_place: where it was last seen, -1 for never, int64 (Q,).
-        last_time: when, int64 (Q,).
-        now: the present time step.
-        hours: length of a step, (Q,).
-        rate: at which it leaves, per hour, (Q, K).
-        crossing: share of its ways that lead anywhere, not within the room, (Q, K).
-        moved: how likely it has just moved, since it is asked for, (Q, K).
-        miss: probability that a look misses it, (Q,).
 
-    Returns:
-        Probabilities of the places, (Q, K, P).
+def _weigh_looks(
+    goes: Destinations, where: np.ndarray, detection: np.ndarray, decay: _Decay
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return how much of each row that a look reads it misses, and how much it takes of it.
+
+    Both (n, 5, Q, K), the latter of what it misses.
     """
-    looks = LooksSince.list(look_times, look_row, last_place, last_time)
-    is_now = looks.when == now
-    # Filters of one rate and crossing differ in the move just before the question alone.
-    twin = ((rate[:, :, None] == rate[:, None]) & (crossing[:, :, None] == crossing[:, None])).all(
-        0
+    row = where * where.shape[1] + np.arange(where.shape[1])
+    place, share = (
+        values.reshape(-1, values.shape[2]).take(row, axis=0) * detection
+        for values in (goes.place, goes.share)
     )
-    first, number = np.unique(twin.argmax(axis=1), return_inverse=True)
-    first = np.resize(first, -(-len(first) // _FEW) * _FEW)
-    since = looks.take(~is_now)
-    steps = since.elapsed(since.start(last_place, last_time, now), now)
-    before = _follow(
-        _start(destination, last_place)[:, None].repeat(len(first), axis=1), destination[:, None],
-        room, num_rooms, since.where, np.where(since.counts, 1 - miss[:, None], 0.0)[:, None],
-        (steps * hours[:, None])[:, None], rate[:, first], crossing[:, first],
-    )  # fmt: skip
-    belief = before[:, number]
-    # Nothing moved since it was seen in this step.
-    moved = np.where(((last_place >= 0) & (last_time == now))[:, None], 0.0, moved)
-    for filters in np.flatnonzero(moved.any(axis=0)):
-        belief[:, filters] = _move_once(
-            belief[:, filters],
-            destination,
-            room,
-            num_rooms,
-            crossing[:, filters],
-            moved[:, filters],
-        )
-    query, look = np.nonzero(looks.counts & is_now)
-    seen_not = np.zeros(destination.shape)
-    np.add.at(seen_not, (query, looks.where[query, look]), 1)
-    belief *= (miss[:, None] ** seen_not)[:, None]
-    return belief / np.maximum(_add_up(belief), _TINY)
+    z_decay, y_decay = decay.z[:-1], decay.y[:-1]
+    shape = (len(where), 5, *z_decay.shape[1:])
+    weight, inverse = np.empty(shape), np.empty(shape)
+    weight[:, 0] = place
+    np.multiply(-place, z_decay, out=weight[:, 1])
+    np.multiply(share, z_decay, out=weight[:, 2])
+    np.multiply(-share, y_decay, out=weight[:, 3])
+    np.multiply(detection, y_decay, out=weight[:, 4])
+    inverse[:, 0] = 1
+    inverse[:, 1:3] = 1 / z_decay[:, None]
+    inverse[:, 3:] = 1 / y_decay[:, None]
+    return weight, inverse
 
 
-def _start(goes: np.ndarray, last_place: np.ndarray) -> np.ndarray:
-    """Return the belief at the last sighting, or before the first look, (Q, P)."""
-    was_seen = np.flatnonzero(last_place >= 0)
-    belief = goes.copy()
-    belief[was_seen] *= 1 - _SAME
-    belief[was_seen, last_place[was_seen]] += _SAME
-    return belief
+def _subtract(rows: np.ndarray, index: np.ndarray, weight: np.ndarray, inverse: np.ndarray) -> None:
+    """Take away what n looks miss; see `_State` and `_weigh_looks`.
 
-
-def _follow(
-    belief: np.ndarray,
-    goes: np.ndarray,
-    room: np.ndarray,
-    num_rooms: int,
-    where: np.ndarray,
-    found: np.ndarray,
-    hours: np.ndarray,
-    rate: np.ndarray,
-    crossing: np.ndarray,
-) -> np.ndarray:
-    """Follow N filters in each of G homes over n looks at the same places.
-
-    Args:
-        belief: at first, sums to one, (G, N, P); it is changed.
-        goes: destinations, (G, N or 1, P).
-        room: of each place, (G, P).
-        num_rooms: room numbers are below it.
-        where: the looks were, (G, n).
-        found: how likely each shows what is there, 0 for those that do not count, (G, N or 1, n).
-        hours: before each look and after the last one, (G, N or 1, n + 1).
-        rate: at which they leave, per hour, (G, N).
-        crossing: share of their ways that lead anywhere, (G, N).
-
-    Returns:
-        The belief at the end, up to a factor, (G, N, P).
+    For few questions the time goes into calls, so that there are few. What is missed is added up in
+    one order, whatever the shapes.
     """
-    is_in = (room[:, :, None] == np.arange(num_rooms)).astype(float)
-    places_of = np.ascontiguousarray(is_in.swapaxes(1, 2))
-    total = goes @ is_in
-    share = goes / np.maximum(total @ places_of, _TINY)
-    # Looks first, since each step reads those of one.
-    found, hours = (np.ascontiguousarray(np.moveaxis(each, 2, 0)) for each in (found, hours))
-    stays, in_room = np.exp(-rate * hours), np.exp(-rate * crossing * hours)
-    inwards, anywhere = (in_room - stays)[..., None], (1 - in_room)[..., None]
-    stays, passes, home = stays[..., None], np.any(hours, axis=(1, 2)), np.arange(len(belief))
-    mass = np.ones(rate.shape)  # what the belief sums up to
-    for look in range(len(hours)):
-        if passes[look]:
-            flow = belief @ is_in
-            flow *= inwards[look]
-            flow += total * (anywhere[look] * mass[..., None])
-            came = flow @ places_of
-            came *= share
-            belief *= stays[look]
-            belief += came
-        if look < len(found):
-            here = found[look] * belief[home, :, where[:, look]]
-            belief[home, :, where[:, look]] -= here
-            mass -= here
-    return belief
-
-
-def _move_once(
-    density: np.ndarray,
-    goes: np.ndarray,
-    room: np.ndarray,
-    num_rooms: int,
-    cross: np.ndarray,
-    probability: np.ndarray,
-) -> np.ndarray:
-    """Let objects move to another place with a probability, (Q,).
-
-    Density and destinations are of the places, (Q, P), and `cross` is the share of the moves that
-    lead anywhere, (Q,).
-    """
-    is_in = (room[:, :, None] == np.arange(num_rooms)).astype(float)
-
-    def sum_room(values: np.ndarray) -> np.ndarray:
-        return np.einsum("qpr,qr->qp", is_in, np.einsum("qp,qpr->qr", values, is_in))
-
-    away = density / np.maximum(1 - goes, 1e-6)
-    others = sum_room(goes) - goes
-    has_others = others > 1e-9
-    away_inside = np.divide(density, others, out=np.zeros_like(density), where=has_others)
-    came = goes * (_add_up(away) - away)
-    inside = np.where(has_others, (sum_room(away_inside) - away_inside) * goes, density)
-    cross, probability = cross[:, None], probability[:, None]
-    after = cross * came + (1 - cross) * inside
-    return (1 - probability) * density + probability * after
-
-
-def _add_up(values: np.ndarray) -> np.ndarray:
-    """Sum rows, (..., F) -> (..., 1), from first to last: zeros beyond the end change no bit."""
-    return np.add.accumulate(values, axis=-1)[..., -1:]
+    read = np.empty(weight.shape[1:])
+    read_rows, changed = read.reshape(-1, rows.shape[1]), np.empty_like(read)
+    changed_rows = changed.reshape(read_rows.shape)
+    first, second, missed = changed[:2], changed[2:4], np.empty_like(read[0])
+    left, right, last = first[0], first[1], changed[4]
+    for index_now, weight_now, inverse_now in zip(index, weight, inverse, strict=True):
+        rows.take(index_now, 0, read_rows, "clip")
+        np.multiply(read, weight_now, changed)
+        np.add(first, second, first)
+        np.add(left, right, left)
+        np.add(left, last, missed)
+        np.multiply(inverse_now, missed, changed)
+        np.subtract(read, changed, changed)
+        rows[index_now] = changed_rows

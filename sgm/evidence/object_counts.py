@@ -103,15 +103,6 @@ def compute_hour(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
     return np.mod(memory.clock[home, 0] / 3600 + memory.time * memory.clock[home, 1] / 3600, 24)
 
 
-def count_sightings(memory: MemoryBatch, rows: np.ndarray) -> np.ndarray:
-    """Count the sightings of Q rows of objects at F places: `ObjectCounts.num_true` alone."""
-    edges, shape = memory.edges, (len(rows), memory.num_furniture)
-    query, edge = join_groups(rows, edges["object"], len(memory.objects))
-    at = query * shape[1] + edges["furniture"][edge]
-    count = np.bincount(at, edges["num_true"][edge], minlength=shape[0] * shape[1])
-    return count.reshape(shape)
-
-
 def choose_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """Choose a relation for Q objects at each of F places: seen most often so, else likelier.
 

@@ -160,7 +160,8 @@ class Question:
         """
         home, row, history = queries.home, queries.object, memory.history
         counts = ObjectCounts.gather(memory, queries)
-        rates = Rates.estimate(memory, queries, counts)
+        sums = HomeSums.of(memory)
+        rates = Rates.estimate(memory, queries, counts, sums)
         expected = Expected.by_words(memory, queries)
         goes = compute_destinations(memory, queries, counts, expected)
         hours = compute_hours_per_step(memory, home)
@@ -205,7 +206,6 @@ class Question:
             **{name: memory.objects[name][row] for name in _OF_OBJECTS},
             **{name: history.counters[name][home] for name in _OF_HOMES},
         )
-        sums = HomeSums.of(memory)
         companions = Companions.gather(memory, queries, counts, rates.home * hours, sums)
         return cls(
             memory, queries, asks_moved, arrays, counters, counts, rates, expected, companions, sums

@@ -16,6 +16,7 @@ from sgm.evidence.adaptive_filter import (
 )
 from sgm.evidence.elsewhere import compute_elsewhere
 from sgm.evidence.expected_places import Expected
+from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -55,7 +56,7 @@ class Adaptive(Policy):
     def follow(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, and last of elsewhere, (Q, F + 1)."""
         counts = ObjectCounts.gather(memory, queries)
-        rates = Rates.estimate(memory, queries, counts)
+        rates = Rates.estimate(memory, queries, counts, HomeSums.of(memory))
         expected = Expected.by_prior(memory, queries)
         goes = compute_destinations(memory, queries, counts, expected, self._settings.hours)
         return compute_beliefs(memory, queries, rates, goes, [self._settings])[:, 0]

@@ -10,9 +10,10 @@ from sgm.evidence.adaptive_filter import (
     compute_destinations,
 )
 from sgm.evidence.expected_places import Expected
-from sgm.evidence.look_filter import follow_looks
+from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.evidence.question import FILTERS
+from sgm.evidence.sighting_filter import follow_looks
 from sgm.policies.adaptive import Adaptive
 from sgm.policies.heuristics import Bayesian
 from simulator.tasks.predict_location import predict_locations
@@ -109,7 +110,8 @@ def rollout(make_tiny_homes):
 
 
 def estimate(memory, queries):
-    return Rates.estimate(memory, queries, ObjectCounts.gather(memory, queries))
+    counts = ObjectCounts.gather(memory, queries)
+    return Rates.estimate(memory, queries, counts, HomeSums.of(memory))
 
 
 def ask_all(memory, home):
