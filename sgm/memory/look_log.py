@@ -151,8 +151,8 @@ class LookLog:
             self.path.replace(old)
             try:
                 _append(self.path, _write_start(content, is_new=False, file=file))
-                with self.path.open("r+b") as file:
-                    _sync(file, self.path)
+                with self.path.open("r+b") as begun:
+                    _sync(begun, self.path)
             except BaseException:
                 old.replace(self.path)
                 raise
