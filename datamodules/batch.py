@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
@@ -284,6 +284,19 @@ class Batch:
     def query_relation(self) -> Tensor:
         """Relation of each query edge: 0 "in", 1 "onTop", int64 (Q,)."""
         return (self.query_edge >= sum(self.edge_counts[: OBJECT_UP.stop - 1])).long()
+
+    def find_elsewhere(self) -> Tensor:
+        """Return for each snapshot whether what is asked for is at no place, float32 (B,).
+
+        1 where all of its query edges are false, 0 where one is true; nan where none is known to be
+        true and the truth of one is unknown, and without query edges.
+        """
+        count = partial(torch.bincount, self.query_snapshot, minlength=self.num_snapshots)
+        num_true = count(weights=(self.query_target > 0).float())
+        is_known = count(weights=self.query_target.isnan().float()) == 0
+        is_known &= count() > 0
+        elsewhere = torch.where(is_known, 1.0, torch.nan)
+        return torch.where(num_true > 0, 0.0, elsewhere).float()
 
     def find_entered(self) -> tuple[Tensor, Tensor]:
         """Find the nodes that edges enter, (R,), and which of them each edge enters, (E,)."""

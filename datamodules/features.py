@@ -104,7 +104,8 @@ class FeatureConfig:
             ones (docs/traces.md) or a memory with a clock. Not in the paper.
         evidence: what the memory says about every furniture node and about the question as a whole
             (`sgm.evidence`): scale-free, without knowledge of the rules. Not in the paper.
-        evidence_without: groups of it that are switched off (`sgm.evidence.columns`).
+        evidence_without: groups of it that are switched off, or single columns such as
+            "filters.belief_slow" (`sgm.evidence.columns`).
         text_pipeline: None for the shipped one, or "en_core_web_sm" (docs/design.md, ruling 21).
 
     Source: paper appendix B, Table 2; docs/design.md, rulings 12-14.
@@ -128,7 +129,14 @@ class FeatureConfig:
         """Raise ValueError if there is no group of such a name."""
         object.__setattr__(self, "evidence_without", tuple(self.evidence_without))  # JSON: a list
         known = {**PLACE_GROUP_COLUMNS, **QUESTION_GROUP_COLUMNS}
-        _check_names("evidence_without must hold", self.evidence_without, known)
+        columns = {*PLACE_COLUMNS, *QUESTION_COLUMNS}
+        groups = [name for name in self.evidence_without if name not in columns]
+        _check_names("evidence_without must hold", groups, known)
+
+    def shows(self, column: str) -> bool:
+        """Tell whether a column of the evidence, "group.name", is on."""
+        off = self.evidence_without
+        return column not in off and column.partition(".")[0] not in off
 
     @property
     def groups(self) -> tuple[str, ...]:

@@ -179,10 +179,9 @@ class GraphBuilder:
             return None
         values = self._compute(table, count, (rows, slice(None), (table,)))
         names = PLACE_COLUMNS if table == "place" else QUESTION_COLUMNS
-        without = self.config.evidence_without
         for feature, columns in self._columns[table]:
             if feature.group == "evidence":
-                values[:, columns] *= [name.partition(".")[0] not in without for name in names]
+                values[:, columns] *= [self.config.shows(name) for name in names]
         return values
 
     def _get_text(self, labels: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:

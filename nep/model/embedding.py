@@ -159,8 +159,10 @@ class EvidenceEmbedding(nn.Module):
             is_clock += [False] * (count - len(columns))  # further features
             self.register_buffer(f"{name}_has_clock", torch.tensor(is_clock), persistent=False)
 
-    def forward(self, batch: Batch) -> Tensor:
+    def forward(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """Embed the furniture nodes: (NF, units), or (NF, M, units) of several members.
+
+        And return the standardised evidence of the questions, (B, C).
 
         Raises:
             ValueError: if the batch holds no evidence.
@@ -179,7 +181,7 @@ class EvidenceEmbedding(nn.Module):
         place = self.place_scale(place).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS)
         question = self.question_scale(question).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS)
         hidden = self.place(place) + self.question(question).index_select(0, snapshot)
-        return gelu(self.second(gelu(split_members(hidden, self.members))))
+        return gelu(self.second(gelu(split_members(hidden, self.members)))), question
 
     def compute_shortcut(self, batch: Batch) -> Tensor:
         """Return what the filters add to the logits of furniture nodes, (NF, M)."""

@@ -18,8 +18,8 @@ from datamodules.features import check_groups
 from nep.encoders.encoder import Encoder
 from nep.layers.segment import segment_max, segment_sum
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
-from nep.model.node_edge_predictor import NodeEdgePredictor
-from nep.model.settings import LossConfig, NetworkConfig, OptimiserConfig, PlayingConfig
+from nep.model.node_edge_predictor import Logits, NodeEdgePredictor
+from nep.model.settings import LossConfig, NetworkConfig, OptimiserConfig
 
 
 class HitsAtOne(Metric):
@@ -82,9 +82,8 @@ class NEPModule(pl.LightningModule):
         listwise_best: its `best`: of several right places, the one with the greatest share counts.
         learning_rate: of Adam.
         schedule: "constant", or "cosine": the rate falls to zero over the training.
-        prior_share: share of a filter of the prior in the answers, see `NEPPolicy`.
-        learns_asked: whether it has learnt from questions of tasks and from those about anything
-            (`simulator.tasks.ask_anything`), and reads which it is.
+        elsewhere: whether it also says how likely what is asked for is at no place: a logit more
+            for each question. It takes evidence.
         reads: groups of features beyond the paper's that it reads; follows `data.features`.
 
     Raises:
@@ -107,8 +106,7 @@ class NEPModule(pl.LightningModule):
         listwise_best: bool = False,
         learning_rate: float = 1e-4,
         schedule: Literal["constant", "cosine"] = "constant",
-        prior_share: float = 0.0,
-        learns_asked: bool = False,
+        elsewhere: bool = False,
         reads: Sequence[str] = (),
     ) -> None:
         super().__init__()
@@ -120,17 +118,16 @@ class NEPModule(pl.LightningModule):
             feed_forward_units,
             dropout,
             clock_dropout,
+            elsewhere,
         )
         self.loss = LossConfig(paper_loss, listwise_weight, listwise_best)
         self.optimiser = OptimiserConfig(learning_rate, schedule)
-        self.playing = PlayingConfig(prior_share, learns_asked)
         self.save_hyperparameters(
             {
                 "encoder": encoder.config(),
                 **asdict(network),
                 **asdict(self.loss),
                 **asdict(self.optimiser),
-                **asdict(self.playing),
                 "reads": list(reads),
                 # Lightning's name for what turns the plain encoder entry back into an encoder
                 "_instantiator": "lightning.pytorch.cli.instantiate_module",
@@ -191,13 +188,14 @@ class NEPModule(pl.LightningModule):
     def _step(self, batch: Batch, stage: str, metrics: MetricCollection) -> Tensor:
         batch = batch.to(self.device)
         of_members = self.predictor.score_members(batch)
-        losses = [self._compute_loss(batch, logits) for logits in of_members.unbind(dim=1)]
+        losses = [self._compute_loss(batch, logits) for logits in of_members.split()]
         loss = torch.stack(losses).mean()
-        known = ~batch.query_target.isnan()
+        with torch.no_grad():
+            answers, snapshot = self.predictor.join_members(batch, of_members).join(batch)
+        target = self._list_targets(batch)
+        known = ~target.isnan()
         if known.any():
-            target = batch.query_target[known]
-            known_logits = self.predictor.join_answers(batch, of_members.detach())[known]
-            metrics.update(known_logits, target.long(), snapshot=batch.query_snapshot[known])
+            metrics.update(answers[known], target[known].long(), snapshot=snapshot[known])
         self.log(
             f"{stage}/loss",
             loss,
@@ -212,21 +210,25 @@ class NEPModule(pl.LightningModule):
         for name, metric in metrics.items(copy_state=False):
             self.log(name, metric, prog_bar=isinstance(metric, HitsAtOne))
 
-    def _compute_loss(self, batch: Batch, logits: Tensor) -> Tensor:
-        """Return the loss of the answers, or of the relevance of places where it is given."""
+    def _compute_loss(self, batch: Batch, logits: Logits) -> Tensor:
+        """Return the loss of one member's answers, or of the relevance of places where given."""
         if batch.query_relevance is not None:
             return relevance_loss(
-                logits, batch.query_relevance, batch.query_snapshot, batch.num_snapshots
+                logits.edges, batch.query_relevance, batch.query_snapshot, batch.num_snapshots
             )
-        loss = logits.sum() * 0
+        answers, snapshot = logits.join(batch)
+        target = self._list_targets(batch)
+        loss = answers.sum() * 0
         if self.loss.paper_loss:
-            loss = balanced_bce(logits, batch.query_target)
+            loss = balanced_bce(answers, target)
         if self.loss.listwise_weight:
             loss = loss + self.loss.listwise_weight * listwise_loss(
-                logits,
-                batch.query_target,
-                batch.query_snapshot,
-                batch.num_snapshots,
-                self.loss.listwise_best,
+                answers, target, snapshot, batch.num_snapshots, self.loss.listwise_best
             )
         return loss
+
+    def _list_targets(self, batch: Batch) -> Tensor:
+        """Return what is true of the answers of `Logits.join`."""
+        if self.predictor.elsewhere is None:
+            return batch.query_target
+        return torch.cat([batch.query_target, batch.find_elsewhere()])

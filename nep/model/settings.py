@@ -20,6 +20,8 @@ class NetworkConfig:
         dropout: probability in those layers; PyTorch's default, which the paper keeps.
         clock_dropout: share of the training questions whose evidence hides the clock, see
             `EvidenceEmbedding`.
+        elsewhere: whether it also says how likely what is asked for is at no place: a logit more
+            for each question. It takes evidence.
     """
 
     transformer: bool = True
@@ -28,6 +30,7 @@ class NetworkConfig:
     feed_forward_units: int = 64
     dropout: float = 0.1
     clock_dropout: float = 0.5
+    elsewhere: bool = False
 
     def __post_init__(self) -> None:
         """Check the sizes and shares."""
@@ -76,19 +79,3 @@ class OptimiserConfig:
         check_at_least(0, learning_rate=self.learning_rate)
 
 
-@dataclass(frozen=True)
-class PlayingConfig:
-    """What is done with the answers of a network when it plays.
-
-    Attributes:
-        prior_share: share of a filter of the prior in them, see `NEPPolicy`.
-        learns_asked: whether it has learnt from questions of tasks and from those about anything
-            (`simulator.tasks.ask_anything`), and reads which it is.
-    """
-
-    prior_share: float = 0.0
-    learns_asked: bool = False
-
-    def __post_init__(self) -> None:
-        """Check the share."""
-        check_shares(prior_share=self.prior_share)

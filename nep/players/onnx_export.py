@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial, reduce
+from itertools import starmap
 from typing import Any
 
 import numpy as np
@@ -16,7 +18,7 @@ from nep.model.embedding import MOST_DEVIATIONS
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
-from sgm.network.network import INPUTS, OUTPUT
+from sgm.network.network import INPUTS, OUTPUTS
 
 _OPSET, _IR_VERSION = 20, 9  # the first with Gelu; ONNX Runtime reads them from 1.17 on
 _FAR = 1e30  # above every logit: what is subtracted where there is no place
@@ -26,12 +28,16 @@ _WANTED = {"memory": True, "absence": True, "candidates": "all", "text_pipeline"
 
 
 def is_exportable(module: NEPModule, features: FeatureConfig) -> bool:
-    """Tell whether a network reads evidence and the prior of places, and compares them as a set."""
+    """Tell whether a network reads evidence and the prior of places, and compares them as a set.
+
+    It must say how likely elsewhere is, too.
+    """
     return (
         all(getattr(features, name) == value for name, value in _WANTED.items())
         and {*features.groups, "prior"} == {"evidence", "prior"}
         and type(module.predictor.encoder) in (MLP, Sets)
         and module.predictor.query_attention is None
+        and module.predictor.elsewhere is not None
     )
 
 
@@ -39,7 +45,7 @@ def make_onnx(module: NEPModule, features: FeatureConfig) -> bytes:
     """Write a network as an ONNX model of the same answers.
 
     Each member of an ensemble is a chain of its own. The answer is the logarithm of the mean of
-    their probabilities, as in `NodeEdgePredictor.join_answers`. Products are in float32: ONNX
+    their probabilities, as in `NodeEdgePredictor.join_members`. Products are in float32: ONNX
     Runtime computes their rows alike in any batch. What is added to them and the
     softmax are in float64.
 
@@ -60,7 +66,10 @@ def make_onnx(module: NEPModule, features: FeatureConfig) -> bytes:
                 helper.make_tensor_value_info(name, TensorProto.FLOAT, axes)
                 for name, axes in INPUTS.items()
             ],
-            [helper.make_tensor_value_info(OUTPUT, TensorProto.DOUBLE, INPUTS["is_place"])],
+            [
+                helper.make_tensor_value_info(name, TensorProto.DOUBLE, axes)
+                for name, axes in OUTPUTS.items()
+            ],
             graph.constants,
         ),
         opset_imports=[helper.make_opsetid("", _OPSET)],
@@ -115,17 +124,19 @@ class _Graph:
 
 def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureConfig) -> None:
     evidence, encoder = predictor.evidence_embedding, predictor.encoder
+    head = predictor.elsewhere
     assert evidence is not None
+    assert head is not None
     place = _hide(graph, "place", PLACE_COLUMNS, features)
     question = _hide(graph, "question", QUESTION_COLUMNS, features)
-    beliefs = graph.cast(place, np.float64)
+    beliefs, of_elsewhere = graph.cast(place, np.float64), graph.cast(question, np.float64)
     place = _standardise(graph, place, evidence.place_scale)
     question = _standardise(graph, question, evidence.question_scale)
     one, axis = graph.constant(1.0), graph.constant([1], np.int64)
     is_place = graph.cast("is_place", np.float64)
     far = graph.add("Mul", graph.add("Sub", "is_place", one), graph.constant(_FAR))
     far64 = graph.cast(far, np.float64)
-    count = graph.add("Max", graph.add("ReduceSum", "is_place", axis), one)
+    num_places = graph.add("Max", graph.add("ReduceSum", "is_place", axis), one)
     grid = graph.constant(_GRID, np.float64)
 
     def pool(hidden: str) -> tuple[str, str]:
@@ -133,7 +144,7 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         scaled = graph.add("Mul", graph.cast(hidden, np.float64), grid)
         whole = graph.add("Mul", graph.add("Round", scaled), is_place)
         total = graph.add("Div", graph.add("ReduceSum", whole, axis), grid)
-        mean = graph.add("Div", graph.cast(total, np.float32), count)
+        mean = graph.add("Div", graph.cast(total, np.float32), num_places)
         return mean, graph.add("ReduceMax", graph.add("Add", hidden, far), axis)
 
     def embed(member: int) -> str:
@@ -174,8 +185,22 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         hidden = graph.linear(graph.add("Relu", hidden), *_take(embedding.second, member))
         return graph.add("Relu", hidden)
 
-    def answer(member: int) -> str:
-        """Return the logits of one member, float64 (Q, F, 1)."""
+    def answer_elsewhere(node: str, member: int) -> str:
+        """Return the logit of elsewhere of one member, float64 (Q, 1, 1)."""
+        mean, most = pool(node)
+        weight, bias = _take(head.places, member)
+        of_mean, of_most = weight.chunk(2)
+        about, _ = _take(head.question, member, encoder.members)
+        of_places = graph.add("Add", graph.linear(mean, of_mean, bias), graph.linear(most, of_most))
+        hidden = graph.gelu(graph.add("Add", of_places, graph.linear(question, about)))
+        logit = graph.cast(graph.linear(hidden, *_take(head.last, member)), np.float64)
+        shortcut = torch.zeros(len(QUESTION_COLUMNS), 1, dtype=torch.float64)
+        shortcut[head.belief_columns, 0] = head.shortcut.weight[member].double()
+        by_belief = graph.add("MatMul", of_elsewhere, graph.constant(shortcut, np.float64))
+        return graph.add("Add", logit, by_belief)
+
+    def answer(member: int) -> tuple[str, str]:
+        """Return the logits of places and of elsewhere of one member, (Q, F, 1) and (Q, 1, 1)."""
         node, edge = compare(embed(member), member), embed_edge(member)
         weight, bias = _take(predictor.head[0], member)
         of_node, of_edge = weight.chunk(2)
@@ -191,19 +216,33 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         shortcut = torch.zeros(len(PLACE_COLUMNS), 1, dtype=torch.float64)
         shortcut[evidence.belief_columns, 0] = evidence.shortcut.weight[member].double()
         by_place = graph.add("MatMul", beliefs, graph.constant(shortcut, np.float64))
-        return graph.add("Add", logits, by_place)
+        places = graph.add("Add", graph.add("Add", logits, by_place), far64)
+        return places, answer_elsewhere(node, member)
+
+    def share(places: str, elsewhere: str) -> tuple[str, str]:
+        """Return the probabilities of one member.
+
+        The softmax s of the places l_i gives the logarithm of the sum of their exponentials as
+        max l - log max s.
+        """
+        shares = graph.add("Softmax", places, axis=1)
+        most, largest = (graph.add("ReduceMax", values, axis) for values in (places, shares))
+        odds = graph.add("Sub", elsewhere, graph.add("Sub", most, graph.add("Log", largest)))
+        gone = graph.add("Sigmoid", odds)
+        there = graph.add("Sub", graph.constant(1.0, np.float64), gone)
+        return graph.add("Mul", shares, there), gone
 
     answers = [answer(member) for member in range(encoder.members)]
     if encoder.members == 1:
-        graph.add("Mul", answers[0], graph.constant(1.0, np.float64), name=OUTPUT)
+        for name, logits in zip(OUTPUTS, answers[0], strict=True):
+            graph.add("Mul", logits, graph.constant(1.0, np.float64), name=name)
         return
-    shares = [graph.add("Softmax", graph.add("Add", own, far64), axis=1) for own in answers]
-    total = shares[0]
-    for own in shares[1:]:
-        total = graph.add("Add", total, own)
-    mean = graph.add("Div", total, graph.constant(float(encoder.members), np.float64))
+    count = graph.constant(float(encoder.members), np.float64)
     least = graph.constant(np.finfo(np.float64).tiny, np.float64)
-    graph.add("Log", graph.add("Max", mean, least), name=OUTPUT)
+    for name, shares in zip(OUTPUTS, zip(*starmap(share, answers), strict=True), strict=True):
+        total = reduce(partial(graph.add, "Add"), shares)
+        mean = graph.add("Div", total, count)
+        graph.add("Log", graph.add("Max", mean, least), name=name)
 
 
 def _take(layer: nn.Module, member: int, shared: int = 1) -> tuple[Tensor, Tensor | None]:
@@ -233,7 +272,7 @@ def _add(bias: Tensor | None, values: Tensor) -> Tensor:
 
 def _hide(graph: _Graph, name: str, columns: tuple[str, ...], features: FeatureConfig) -> str:
     """Return an input without the groups that are switched off."""
-    is_on = [column.partition(".")[0] not in features.evidence_without for column in columns]
+    is_on = [features.shows(column) for column in columns]
     return name if all(is_on) else graph.add("Mul", name, graph.constant(is_on))
 
 

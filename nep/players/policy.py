@@ -35,8 +35,8 @@ class NEPPolicy(StepPolicy):
     Asked again in a time step, it says what it said first and, by Bayes' rule, what looks have
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
 
-    Half of what the tasks ask for has just moved, whereas users ask for anything. A network that
-    has learnt from both kinds of questions reads which it is (`learns_asked`).
+    Half of what the tasks ask for has just moved, whereas users ask for anything. A network with
+    evidence reads which kind of question it is.
     """
 
     def __init__(
@@ -116,19 +116,22 @@ class NEPPolicy(StepPolicy):
         return cls(trained.module, trained.builder)
 
     def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Return what it says whatever it said before in this step, (Q, F)."""
-        return self.score_places(memory, queries).max(axis=2)
+        """Return logits of places and of elsewhere, (Q, F + 1); see `StepPolicy`."""
+        places, elsewhere = self.score_places(memory, queries)
+        return np.concatenate([places.max(axis=2), elsewhere[:, None]], axis=1)
 
     @torch.inference_mode()
-    def score_places(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Return logits of every place, (Q, F, 2), the last axis "in", "onTop"; -inf for none."""
-        predictor, playing = self._take_predictor(), self._module.playing
-        asked = self._asks_moved if playing.learns_asked else TASKS_ASK_MOVED
+    def score_places(self, memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
+        """Return logits of every place, (Q, F, 2), the last axis "in", "onTop", and of elsewhere.
+
+        -inf for what the network does not answer.
+        """
+        predictor = self._take_predictor()
         extras, question_extras = {}, {}
         if self._belief_filter is not None:
             extras["belief"] = self._belief_filter.compute_features(memory, queries)
         if self._builder.config.evidence:
-            evidence = compute_features(memory, queries, asked)
+            evidence = compute_features(memory, queries, self._asks_moved)
             extras["evidence"] = evidence.place
             question_extras["evidence"] = evidence.question
         alone = self._builder.reads_asked_alone
@@ -139,11 +142,13 @@ class NEPPolicy(StepPolicy):
         places = (batch.query_snapshot, batch.query_furniture, batch.query_relation)
         first = next(predictor.parameters())
         with equal_rows(first.dtype == torch.float32):
-            logits = predictor(batch.to(first.device, first.dtype))
-        logits = logits.double().cpu().numpy().round(DECIMALS)
+            answer = predictor.answer(batch.to(first.device, first.dtype))
         scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
-        scores[tuple(place.numpy() for place in places)] = logits
-        return scores
+        scores[tuple(place.numpy() for place in places)] = _round(answer.edges)
+        elsewhere = np.full(len(queries.home), -np.inf)
+        if answer.elsewhere is not None:
+            elsewhere = _round(answer.elsewhere)
+        return scores, elsewhere
 
     def _take_predictor(self) -> NodeEdgePredictor:
         """Return the network as it was at the last reset or first question."""
@@ -156,3 +161,8 @@ class NEPPolicy(StepPolicy):
             is_equal = is_equal and device.type == "cpu"
             self._predictor = copy.to(device, torch.float32 if is_equal else torch.float64)
         return self._predictor
+
+
+def _round(logits: torch.Tensor) -> np.ndarray:
+    rounded: np.ndarray = logits.double().cpu().numpy().round(DECIMALS)
+    return rounded

@@ -44,6 +44,8 @@ PLACE_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "same_name", "same_name_share", "companions_now", "companions_often", "strays",
         "strays_share",
     ),
+    "ways": ("own", "alike", "log_alike", "label", "log_label"),
+    "lately": ("changes_minutes", "changes_hours"),
     "rooms": ("is_same_room", "room_share", "log_room_size"),
     "hours": (
         "hour_wide", "log_hour_wide", "presence_wide", "hour_narrow", "log_hour_narrow",
@@ -73,7 +75,17 @@ QUESTION_GROUP_COLUMNS: Mapping[str, tuple[str, ...]] = {
         "absent_at_last", "same_name", "log_room_size", "room_fraction", "most_believed",
         "elsewhere",
     ),
+    "lately": (
+        "changes_minutes", "changes_hours", "changes_days", "rate_minutes", "rate_hours",
+        "rate_days", "hours_since_moved", "moved_lately", "asks_moved",
+    ),
+    "elsewhere": (
+        "log_belief_learnt", "log_belief_asked", "log_belief_left", "log_belief_anywhere",
+        "log_belief_rule", "looked", "places", "rounds", "missing", "is_carried",
+    ),
+    "copies": ("most_things", "most_alike", "num_places_now", "double_share"),
     "hour": ("has_clock", "hour_sine", "hour_cosine", "away_at_this_hour", "gone_at_this_hour"),
+    "week": ("in_at_this_hour", "home_in_at_this_hour"),
 }  # fmt: skip
 
 # Each "group.name", in the order of the last axis of `Features`.
@@ -84,4 +96,4 @@ QUESTION_COLUMNS = tuple(
     f"{group}.{name}" for group, names in QUESTION_GROUP_COLUMNS.items() for name in names
 )
 # What only a home with a clock can say.
-CLOCK_GROUPS = ("hours", "hour")
+CLOCK_GROUPS = ("hours", "hour", "week")

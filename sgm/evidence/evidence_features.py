@@ -12,10 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.evidence import (
+    absence,
+    copies,
     expected_columns,
     home_columns,
+    lately,
     question_columns,
     sighting_columns,
+    ways,
 )
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.columns import PLACE_GROUP_COLUMNS, QUESTION_GROUP_COLUMNS
@@ -36,6 +40,8 @@ PLACE_GROUPS: Mapping[str, ComputeColumns] = {
     "filters": expected_columns.compute_filters,
     "places": home_columns.compute_places,
     "others": home_columns.compute_others,
+    "ways": ways.compute_ways,
+    "lately": lately.compute_at_places,
     "rooms": home_columns.compute_rooms,
     "hours": sighting_columns.compute_hours,
 }
@@ -46,7 +52,11 @@ QUESTION_GROUPS: Mapping[str, ComputeColumns] = {
     "trust": question_columns.compute_trust,
     "words": question_columns.compute_words,
     "object": question_columns.compute_object,
+    "lately": lately.compute_in_home,
+    "elsewhere": absence.compute_absence,
+    "copies": copies.compute_copies,
     "hour": question_columns.compute_hour,
+    "week": absence.compute_week,
 }
 
 

@@ -220,6 +220,10 @@ class Question:
         """What the filter believes that ranks the places, the last one elsewhere, (Q, F + 1)."""
         return self.arrays.belief[:, list(FILTERS).index(_RANKING)]
 
+    def get_elsewhere(self, name: str) -> np.ndarray:
+        """Return what a filter believes about elsewhere, (Q,)."""
+        return self.arrays.belief[:, list(FILTERS).index(name), -1]
+
 
 @lru_cache(maxsize=16)
 def _list_filters(asks_moved: float) -> tuple[FilterSettings, ...]:

@@ -136,6 +136,7 @@ EDGES = (
         high=1,
         guess=lambda own, _: (own["num_true"] > 0).astype(float),
     ),
+    Column("came_from", default=NEVER, low=NEVER, refers_to="furniture"),
 )
 # One row for each home; `HomeHistory` says what each holds.
 HOME = tuple(

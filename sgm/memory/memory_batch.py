@@ -155,6 +155,10 @@ class MemoryBatch(Remembered):
             )  # fmt: skip
         return self._row_of_key[home, key]
 
+    def find_objects(self, home: np.ndarray, key: np.ndarray) -> np.ndarray:
+        """Return the rows of object nodes that there are, (n,)."""
+        return self._row_of_key[home, key]
+
     def query(
         self, home: np.ndarray, key: np.ndarray, label: np.ndarray, object_type: np.ndarray
     ) -> Queries:
@@ -245,6 +249,7 @@ class MemoryBatch(Remembered):
             clock = self.clock[edges["home"][rows]]
             self._history.note_hours(clock, self.time, rows, is_true, len(edges))
 
+        self._note_origin(np.concatenate([again, added[: len(new_true)]]))
         is_counted = look.is_counted[home]
         self.furniture_num_observed[home, furniture] += is_counted
         self.furniture_last_observed[home[is_counted], furniture[is_counted]] = self.time
@@ -326,6 +331,12 @@ class MemoryBatch(Remembered):
                 is_true, 0, self.furniture_num_observed[home, looked[home]] + 1
             ),
         )  # fmt: skip
+
+    def _note_origin(self, edges: np.ndarray) -> None:
+        """Keep from which furniture objects came that were found at others, for edges (n,)."""
+        before = self.objects["last_furniture"][self.edges["object"][edges]]
+        has_moved = (before != NEVER) & (before != self.edges["furniture"][edges])
+        self.edges["came_from"][edges[has_moved]] = before[has_moved]
 
     def _update_objects(self, rows: np.ndarray, looked: np.ndarray) -> None:
         objects = self.objects

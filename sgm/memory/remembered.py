@@ -36,7 +36,9 @@ class Remembered:
         edges: table of object-furniture edges; relation 0 "in", 1 "onTop"; `num_absent` is the
             number of looks at the furniture since the edge was last true, all of them if it never
             was, `missed` the sum of their parts; `time_true` the time steps from looks that found
-            it true to the next one each; `confidence` that of the last sighting, 0 without one.
+            it true to the next one each; `confidence` that of the last sighting, 0 without one;
+            `came_from` the furniture at which the object was seen before it came here last, -1
+            where it never came from another.
         place_prior: the prior for these layouts.
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.

@@ -19,7 +19,10 @@ from sgm.text import load_text
 
 ONNX = "network.onnx"
 EDGE_COLUMNS = ("prior", "is_on_top")
-OUTPUT = "logits"
+OUTPUTS: dict[str, list[int | str]] = {
+    "logits": ["questions", "places", 1],
+    "elsewhere": ["questions", 1, 1],
+}
 INPUTS: dict[str, list[int | str]] = {  # axes of each; a text stands for any number
     "place": ["questions", "places", len(PLACE_COLUMNS)],
     "question": ["questions", 1, len(QUESTION_COLUMNS)],
@@ -36,14 +39,10 @@ class Network:
 
     Attributes:
         session: ONNX Runtime's, on the CPU.
-        prior_share: no longer read.
-        learns_asked: whether it has learnt from both kinds of questions, and reads which it is.
-        checksum: SHA-256 of network.onnx and the share.
+        checksum: SHA-256 of network.onnx.
     """
 
     session: Any
-    prior_share: float
-    learns_asked: bool
     checksum: str
 
     @classmethod
@@ -61,12 +60,7 @@ class Network:
         try:
             config = read_json(folder / CONFIG, allow_nan=True)
             check_version("exported folder's", config["version"], folder)
-            about, model = config["onnx"], config["model"]
-            prior_share, learns_asked = model["prior_share"], model["learns_asked"]
-            if type(prior_share) not in (int, float) or type(learns_asked) is not bool:
-                raise TypeError("prior_share must be a number, learns_asked true or false")
-            if not 0 <= prior_share <= 1:
-                raise TypeError("prior_share must lie in [0, 1]")
+            about = config["onnx"]
             text, evidence = config["schema"]["text"], about["evidence"]
             checksum = about["sha256"]
             content = _read_file(find_part(folder, ONNX, checksum))
@@ -96,14 +90,14 @@ class Network:
                 f"{ONNX} must be that of {CONFIG}, got another in {folder}: the export was "
                 "interrupted, or files of two were mixed. Export again."
             )
-        session, prior_share = _open(content, threads, folder), float(prior_share)
-        identity = hashlib.sha256(f"{found} {prior_share}".encode()).hexdigest()
-        return cls(session, prior_share, learns_asked, identity)
+        return cls(_open(content, threads, folder), found)
 
     def compute_logits(
         self, place: np.ndarray, question: np.ndarray, edge: np.ndarray, is_place: np.ndarray
     ) -> np.ndarray:
-        """Answer questions: float64 (Q, F); what stands where there is no place means nothing.
+        """Answer questions: logits of the places and of elsewhere, float64 (Q, F + 1).
+
+        What stands where there is no place means nothing.
 
         Evidence of each place is float32 (Q, F, D), of each question (Q, C), `edge` has
         `EDGE_COLUMNS` of each place, (Q, F, 2), and `is_place` is bool (Q, F).
@@ -114,8 +108,8 @@ class Network:
             "edge": edge,
             "is_place": is_place[..., None].astype(np.float32),
         }
-        logits: np.ndarray = self.session.run([OUTPUT], inputs)[0]
-        return logits[..., 0]
+        answers = self.session.run([*OUTPUTS], inputs)
+        return np.concatenate(answers, axis=1)[..., 0]
 
 
 def describe_onnx(content: bytes) -> dict[str, Any]:
@@ -156,7 +150,7 @@ def _open(content: bytes, threads: int, folder: Path) -> Any:
         options.add_session_config_entry("session.intra_op.allow_spinning", "0")
         session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
         found = {given.name: given.shape for given in session.get_inputs()}
-        if found != INPUTS or [given.name for given in session.get_outputs()] != [OUTPUT]:
+        if found != INPUTS or [given.name for given in session.get_outputs()] != [*OUTPUTS]:
             raise ValueError(f"inputs {found}")
     except Exception as error:  # ONNX Runtime's are of many kinds
         raise ValueError(

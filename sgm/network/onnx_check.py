@@ -18,7 +18,17 @@ import numpy as np
 # Inputs that must be a constant, by operator and position; all other inputs are what was computed.
 _ELEMENTWISE = ("Add", "Sub", "Mul", "Div", "Max", "Clip")  # constants: numbers and vectors
 _CONSTANTS = {"MatMul": {1: 2}, "ReduceSum": {1: 1}, "ReduceMax": {1: 1}}  # position: its axes
-_OPERATORS = (*_ELEMENTWISE, *_CONSTANTS, "Cast", "Gelu", "Log", "Relu", "Round", "Softmax")
+_OPERATORS = (
+    *_ELEMENTWISE,
+    *_CONSTANTS,
+    "Cast",
+    "Gelu",
+    "Log",
+    "Relu",
+    "Round",
+    "Sigmoid",
+    "Softmax",
+)
 _TYPES: dict[int, np.dtype[Any]] = {
     1: np.dtype("<f4"),
     7: np.dtype("<i8"),

@@ -49,8 +49,8 @@ class StepPolicy(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits, (Q, F), -inf where there is no place."""
         if self._answers is None or memory is not self._answers.memory:
-            return self.ask_anew(memory, queries)
-        return self._answers.answer(queries, partial(self.ask_anew, memory))
+            return self.ask_anew(memory, queries)[:, :-1]
+        return self._answers.answer(queries, partial(self.ask_anew, memory))[:, :-1]
 
     def believe(self, memory: MemoryBatch, queries: Queries) -> Belief:
         """Return its logits of the places and of elsewhere, (Q, F + 1).
@@ -59,15 +59,19 @@ class StepPolicy(Policy):
         earlier steps, unless it `counts_looks`.
         """
         logits = self.ask_anew(memory, queries)
-        if logits.shape[1] > memory.num_furniture:
+        if np.isfinite(logits[:, -1]).all():
             return Belief(logits)
+        places = logits[:, :-1]
         if not self.counts_looks:
-            logits = logits + np.log(weigh_looks_since(memory, queries))
-        return Belief.of_logits(logits, compute_elsewhere(memory, queries))
+            places = places + np.log(weigh_looks_since(memory, queries))
+        return Belief.of_logits(places, compute_elsewhere(memory, queries))
 
     @abstractmethod
     def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Return what it says whatever it said before in this step, (Q, F)."""
+        """Return logits of places and of elsewhere, whatever it said before in this step.
+
+        (Q, F + 1), -inf where there is no place, and for elsewhere if it does not say.
+        """
 
 
 class NetworkPolicy(StepPolicy):
@@ -120,14 +124,14 @@ class NetworkPolicy(StepPolicy):
         return NetworkPolicy(self.network, asks_moved)
 
     def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
-        """Return what it says whatever it said before in this step, (Q, F)."""
-        learns = self.network.learns_asked
-        asked = self._asks_moved if learns else TASKS_ASK_MOVED
-        evidence = compute_features(memory, queries, asked)
+        """Return logits of places and of elsewhere, (Q, F + 1)."""
+        evidence = compute_features(memory, queries, self._asks_moved)
         # Prior weight of each place, and relation in which it was seen there the most often.
         edge, is_place = choose_edges(memory, queries), evidence.is_place
         logits = self.network.compute_logits(evidence.place, evidence.question, edge, is_place)
-        return np.where(is_place, logits.round(DECIMALS), -np.inf)
+        logits = logits.round(DECIMALS)
+        logits[:, :-1][~is_place] = -np.inf
+        return logits
 
 
 class StepAnswers:
@@ -150,7 +154,7 @@ class StepAnswers:
         self._state = self._read_state()
         self._objects = np.zeros(0, dtype=np.int64)  # that were asked for, (n,)
         self._looked = np.zeros((self.memory.num_homes, self.memory.num_furniture))
-        self._logits = np.zeros((0, self.memory.num_furniture))  # (n, F)
+        self._logits = np.zeros((0, self.memory.num_furniture + 1))  # (n, F + 1)
 
     def _read_state(self) -> tuple[int, int, int, PlacePrior]:
         """Return what differs after a step, a look, or a change of the furniture."""
@@ -159,7 +163,7 @@ class StepAnswers:
         return memory.time, num_looks, len(memory.edges), memory.place_prior
 
     def answer(self, queries: Queries, ask: Callable[[Queries], np.ndarray]) -> np.ndarray:
-        """Return logits, (Q, F), of what is known, and of what `ask` says of the others."""
+        """Return logits, (Q, F + 1), of what is known, and of what `ask` says of the others."""
         if self._state != self._read_state():
             self._clear()
         row = np.full(len(self.memory.objects), -1)

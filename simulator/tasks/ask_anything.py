@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
 from typing import ClassVar
 
@@ -14,6 +15,7 @@ from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.rollout import sample_query
 from simulator.world.homes import Homes
 
+_LATELY = 5  # steps at which the robot looks, after which what was moved is in use no longer
 _TRIES = 8  # to find a thing that a home has never had among all that there may be
 _SCALE = 1000  # of `move_freq`, for whole weights
 
@@ -37,12 +39,16 @@ class AskAnything(PredictLocation):
         """Start at t = 0 with an empty memory."""
         super().__init__(homes, policy)
         self._was_there = homes.is_present.copy()  # slots, (H, C)
+        self._place = homes.object_place.copy()  # at the step before, (H, C)
+        self._times: deque[int] = deque(maxlen=_LATELY + 1)  # of the latest steps
+        self._since_moved = np.full(self._place.shape, _LATELY)  # steps, (H, C)
 
     def run(self, num_steps: int) -> Iterator[np.ndarray]:
         """Play steps; each tells whether the homes' answers were right, 0 or 1 (H,)."""
         rollout = self.rollout
         for _ in range(num_steps):
             rollout.evolve()
+            self._note_moves()
             codes, is_task = self.draw_codes()
             queries = rollout.query(np.arange(len(codes)), codes)
             answer = answer_queries(rollout, codes, queries, is_task)
@@ -63,23 +69,36 @@ class AskAnything(PredictLocation):
         home, code = self._list_known()
         owner, slot = np.nonzero(self._was_there)
         needs = 1 + np.rint(_SCALE * homes.move_freq[homes.object_type[owner, slot]])
-        owned, absent, seen = (
+        user, in_use = np.nonzero(homes.is_present & (self._since_moved < _LATELY))
+        is_found = self._was_found(home, code)
+        owned, absent, seen, used, found = (
             _draw_of_homes(own_home, codes, weight, which, homes.num_homes)
             for own_home, codes, weight in (
                 (owner, homes.object_code[owner, slot], needs),
                 (home, code, ~self._is_there(home, code)),
                 (home, code, np.ones(len(home))),
+                (user, homes.object_code[user, in_use], np.ones(len(user))),
+                (home, code, is_found),
             )
         )
         unknown = self._draw_unknown(uniform[:, 2:], home, code)
-        ends = shares.task + np.cumsum([shares.unknown, shares.owned, shares.absent])
+        ends = shares.task + np.cumsum(
+            [shares.unknown, shares.owned, shares.absent, shares.used, shares.found]
+        )
         number = np.searchsorted(ends, kind, side="right")
-        codes = np.stack([unknown, owned, absent, seen])[number, everyone]
+        codes = np.stack([unknown, owned, absent, used, found, seen])[number, everyone]
         for other in (seen, owned):  # where there is nothing of the kind
             codes = np.where(codes < 0, other, codes)
         is_task = kind < shares.task
         of_task = homes.object_code[everyone, sample_query(homes)]
         return np.where(is_task, of_task, codes), is_task
+
+    def _note_moves(self) -> None:
+        """Note which things are elsewhere than at the step before, and when that was."""
+        self._times.append(self.rollout.memory.time)
+        place = self.rollout.homes.object_place
+        self._since_moved = np.where(place != self._place, 0, self._since_moved + 1)
+        self._place = place.copy()
 
     def _list_known(self) -> tuple[np.ndarray, np.ndarray]:
         """List what the robots have seen: homes, ascending, and description codes, (n,) each."""
@@ -87,6 +106,13 @@ class AskAnything(PredictLocation):
         rows = np.flatnonzero(objects["num_observed"] > 0)
         rows = rows[np.argsort(objects["home"][rows], kind="stable")]
         return objects["home"][rows], objects["key"][rows]
+
+    def _was_found(self, home: np.ndarray, code: np.ndarray) -> np.ndarray:
+        """Tell whether the robot has found such a thing moved lately, bool (n,)."""
+        memory = self.rollout.memory
+        rows = memory.find_objects(home, code)
+        found: np.ndarray = memory.objects["last_moved"][rows] >= self._times[0]
+        return found
 
     def _is_there(self, home: np.ndarray, code: np.ndarray) -> np.ndarray:
         """Tell whether such an object is in its home now, bool (n,)."""

@@ -66,7 +66,7 @@ def test_a_card_makes_no_other_network_and_a_setting_does(tmp_path):
     note_kinds(folder, "| a |\n")
     assert Checkpoint("heat", folder).compute_checksum() == before
     config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
-    config["model"]["prior_share"] = 0.5
+    config["model"]["dropout"] = 0.5
     (folder / "config.json").write_text(json.dumps(config), encoding="utf-8")
     assert Checkpoint("heat", folder).compute_checksum() != before
 

@@ -1,34 +1,25 @@
-"""How many things of a type a home has, and how many of them are called the same."""
+"""Homes with as many things of a type, and of one description, as homes have."""
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
-from sgm.files import read_table
+from sgm.prior.copies import get_copies
+from simulator.world.initial_homes import sample_initial_objects
+from simulator.world.mixture.views import MixedHomes
 from simulator.world.sampled_state import SampledState
 
-_OTHER = (3, 2)  # of a type that the table does not name
 _ALIKE = 0.6  # share of a type's things with its first description; of the others, its second, ...
 _TRIES = 6  # to find as many different descriptions as things
 
 
-@lru_cache(maxsize=1)
-def load_copies() -> dict[str, tuple[int, int]]:
-    """Read `data/copies.csv`: the most things of a type, and of different descriptions of it.
+class HomesWithCopies(MixedHomes):
+    """Homes with as many things of each type and description as homes have."""
 
-    By label. All numbers are assumptions, in round figures: there are many mugs, and one kettle.
-    """
-    rows = read_table("simulator.world.mixture", "copies.csv")
-    return {row["label"]: (int(row["things"]), int(row["descriptions"])) for row in rows}
-
-
-def get_copies(label: str) -> tuple[int, int]:
-    """Return the row of a label, or of what its last words name, or that of any other."""
-    table, words = load_copies(), label.split()
-    ends = (" ".join(words[first:]) for first in range(len(words)))
-    return next((table[end] for end in ends if end in table), _OTHER)
+    def choose_objects(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Draw homes, ascending, types, places and description codes of the objects, (n,) each."""
+        homes, types, places, _ = sample_initial_objects(self)
+        return homes, *deal_copies(self, homes, types, places)
 
 
 def deal_copies(

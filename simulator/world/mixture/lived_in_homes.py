@@ -12,10 +12,9 @@ from sgm.checks import check_choice, check_shares
 from sgm.memory.clock import Clock, make_clock_rows
 from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
-from simulator.world.initial_homes import sample_initial_objects
-from simulator.world.mixture.copies import deal_copies
+from simulator.world.mixture.copies import HomesWithCopies
 from simulator.world.mixture.source import EARLIEST, Mixture, MixtureSource, draw_rate
-from simulator.world.mixture.views import MixedHomes, draw_views
+from simulator.world.mixture.views import draw_views
 from simulator.world.sessions.dynamics import SessionDynamics
 from simulator.world.streams import SPLITS, Streams
 
@@ -30,15 +29,6 @@ _ROUND_STEPS = 100  # ... where the home is not lived in for longer: more is cos
 _WAKING_HOURS = 16.0
 _MOST_MOVES = 1500.0  # a day
 _MOST_SESSIONS = 30.0  # a day
-
-
-class LivedInHomes(MixedHomes):
-    """Homes with as many things of each type and description as homes have (`copies.csv`)."""
-
-    def choose_objects(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Draw homes, ascending, types, places and description codes of the objects, (n,) each."""
-        homes, types, places, _ = sample_initial_objects(self)
-        return homes, *deal_copies(self, homes, types, places)
 
 
 class LivedInSource(MixtureSource):
@@ -90,10 +80,10 @@ class LivedInSource(MixtureSource):
         super().__init__(prior, home, mixture)
         self.pace, self.shares = pace, shares
 
-    def make(self, streams: Streams) -> LivedInHomes:
+    def make(self, streams: Streams) -> HomesWithCopies:
         """Draw homes at t = 0; raises ValueError if the prior has nothing for a room."""
         drawn = [self.draw_home(streams, i) for i in range(len(streams.homes))]
-        homes = LivedInHomes(self.prior, [config for config, _ in drawn], streams)
+        homes = HomesWithCopies(self.prior, [config for config, _ in drawn], streams)
         homes.clock = make_clock_rows([clock for _, clock in drawn])
         homes.pauses = self.draw_pauses(streams)
         homes.set_views(draw_views(streams, dict(self.mixture.views)))
@@ -141,7 +131,7 @@ def draw_sessions(
     """
     busy_hours = _WAKING_HOURS * float(rng.uniform(0.03, 0.9))  # with somebody about
     minutes = max(draw_rate(rng, 5, 90), 60 * busy_hours / _MOST_SESSIONS)
-    moves = min(draw_rate(rng, 1, 400), _MOST_MOVES / busy_hours)
+    moves = min(draw_rate(rng, 4, 400), _MOST_MOVES / busy_hours)
     back, stay, handed = rng.dirichlet(np.ones(3)).tolist()
     is_consuming, is_resettling = rng.random(2) < 0.5
     return SessionDynamics(

@@ -17,6 +17,7 @@ from sgm.memory.clock import Clock, make_clock_rows
 from sgm.prior.prior_graph import PriorGraph
 from simulator.world.config import HomeConfig
 from simulator.world.homes import list_labels
+from simulator.world.mixture.copies import HomesWithCopies
 from simulator.world.mixture.views import (
     DEFAULT_VIEWS,
     VIEWS,
@@ -67,6 +68,8 @@ class Mixture:
         step_seconds: lengths of steps, each equally likely.
         lives: numbers of steps for which a home is lived in, each equally likely.
         views: weight of each way in which an agent may know the prior (`VIEWS`).
+        has_copies: whether there are as many things of each type and description as homes have
+            (`sgm.prior.copies`), or as the paper's homes draw.
     """
 
     max_rooms: int = 8
@@ -88,6 +91,7 @@ class Mixture:
     step_seconds: tuple[float, ...] = (600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
     lives: tuple[int, ...] = (10, 30, 100, 300, 1000)
     views: Mapping[str, float] = field(default_factory=DEFAULT_VIEWS.copy)
+    has_copies: bool = False
 
     def __post_init__(self) -> None:
         """Raise ValueError if a value is out of range; names it."""
@@ -235,7 +239,8 @@ class MixtureSource(HomeSource):
     def make(self, streams: Streams) -> MixedHomes:
         """Draw homes at t = 0; raises ValueError if the prior has nothing for a room."""
         drawn = [self.draw_home(streams, i) for i in range(len(streams.homes))]
-        homes = MixedHomes(self.prior, [config for config, _ in drawn], streams)
+        make = HomesWithCopies if self.mixture.has_copies else MixedHomes
+        homes = make(self.prior, [config for config, _ in drawn], streams)
         homes.clock = make_clock_rows([clock for _, clock in drawn])
         homes.set_views(draw_views(streams, dict(self.mixture.views)))
         return homes
@@ -248,7 +253,7 @@ class MixtureSource(HomeSource):
         """Return the distribution and the checksum of the prior."""
         mixture = json.loads(json.dumps(asdict(self.mixture)))
         mixture["abstract_share"] = 0.0  # of homes that were made once; checksums count it
-        for name in ("carrying_share", "resettling_share"):
+        for name in ("carrying_share", "resettling_share", "has_copies"):
             if not mixture[name]:
                 del mixture[name]  # these homes are what they were before it existed
         prior, home = self.prior.checksum, self.home.describe()

@@ -9,7 +9,7 @@ from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
 from nep.encoders import GCN, Sets
 from nep.layers.segment import segment_softmax, segment_sum
 from nep.model.module import NEPModule
-from nep.model.node_edge_predictor import NodeEdgePredictor
+from nep.model.node_edge_predictor import Logits, NodeEdgePredictor
 from nep.model.settings import NetworkConfig
 
 MEMBERS, UNITS = 3, 8
@@ -17,7 +17,9 @@ MEMBERS, UNITS = 3, 8
 
 def make(members):
     return NodeEdgePredictor(
-        Sets(UNITS, members=members), network=NetworkConfig(transformer=False), reads=["evidence"]
+        Sets(UNITS, members=members),
+        network=NetworkConfig(transformer=False, elsewhere=True),
+        reads=["evidence"],
     )
 
 
@@ -61,36 +63,45 @@ def take_out(ensemble, member):
 
 def test_each_member_answers_as_it_would_alone(ensemble, graph):
     found = ensemble.score_members(graph)
-    assert found.shape == (len(graph.query_edge), MEMBERS)
-    for member in range(MEMBERS):
-        alone = take_out(ensemble, member)(graph)
-        torch.testing.assert_close(found[:, member], alone)
-    assert (found[:, 0] - found[:, 1]).abs().max() > 1e-3
+    assert found.edges.shape == (len(graph.query_edge), MEMBERS)
+    assert found.elsewhere.shape == (graph.num_snapshots, MEMBERS)
+    for member, own in enumerate(found.split()):
+        alone = take_out(ensemble, member).answer(graph)
+        torch.testing.assert_close(own.edges, alone.edges)
+        torch.testing.assert_close(own.elsewhere, alone.elsewhere)
+    for logits in (found.edges, found.elsewhere):
+        assert (logits[:, 0] - logits[:, 1]).abs().max() > 1e-3
 
 
 def test_the_answer_is_the_mean_of_their_probabilities(ensemble, graph):
-    of_members = ensemble.score_members(graph)
-    expected = segment_softmax(of_members, graph.query_snapshot, graph.num_snapshots).mean(dim=1)
-    found = ensemble(graph).exp()
+    of_members, snapshot = ensemble.score_members(graph).join(graph)
+    expected = segment_softmax(of_members, snapshot, graph.num_snapshots).mean(dim=1)
+    found = ensemble.answer(graph).join(graph)[0].exp()
     torch.testing.assert_close(found, expected)
-    total = segment_sum(found.unsqueeze(1), graph.query_snapshot, graph.num_snapshots)
+    torch.testing.assert_close(found[: len(graph.query_edge)], ensemble(graph).exp())
+    total = segment_sum(found.unsqueeze(1), snapshot, graph.num_snapshots)
     torch.testing.assert_close(total, torch.ones_like(total))
 
 
 def test_a_single_network_answers_with_its_logits(graph):
     torch.manual_seed(0)
     model = make(1).eval()
-    assert torch.equal(model(graph), model.score_members(graph)[:, 0])
+    of_member = model.score_members(graph)
+    assert torch.equal(model(graph), of_member.edges[:, 0])
+    assert torch.equal(model.answer(graph).elsewhere, of_member.elsewhere[:, 0])
 
 
 def test_what_no_member_expects_is_finite(ensemble, graph):
     logits = torch.zeros(len(graph.query_edge), MEMBERS)
     logits[0] = 1e6
-    assert ensemble.join_answers(graph, logits).isfinite().all()
+    joined = ensemble.join_members(graph, Logits(logits, torch.zeros(3, MEMBERS)))
+    assert joined.edges.isfinite().all()
+    assert joined.elsewhere.isfinite().all()
 
 
 def test_a_members_loss_trains_that_member_alone(ensemble, graph):
-    ensemble.train().score_members(graph)[:, 1].sum().backward()
+    of_members = ensemble.train().score_members(graph)
+    (of_members.edges[:, 1].sum() + of_members.elsewhere[:, 1].sum()).backward()
     for name, parameter in ensemble.named_parameters():
         parts = parameter.grad if parameter.ndim == 3 else parameter.grad.chunk(MEMBERS)
         assert not parts[0].any(), name
@@ -107,7 +118,7 @@ def test_the_loss_is_the_mean_of_the_members(random_batch, monkeypatch):
     )
     batch = random_batch(3)
     each = module.predictor.score_members(batch)
-    expected = sum(module._compute_loss(batch, logits) for logits in each.unbind(1)) / MEMBERS
+    expected = sum(module._compute_loss(batch, logits) for logits in each.split()) / MEMBERS
     monkeypatch.setattr(module, "log", lambda *args, **options: None)
     torch.testing.assert_close(module.training_step(batch, 0), expected)
 

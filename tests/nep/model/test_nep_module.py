@@ -117,10 +117,10 @@ def test_a_batch_with_relevance_is_learned_by_it(random_batch):
     torch.manual_seed(0)
     module = NEPModule(MLP(units=8), listwise_weight=1.0).eval()
     batch = random_batch(seed=1)
-    logits = module(batch)
+    logits = module.predictor.answer(batch)
     plain = module._compute_loss(batch, logits)
-    expected = balanced_bce(logits, batch.query_target) + listwise_loss(
-        logits, batch.query_target, batch.query_snapshot, batch.num_snapshots
+    expected = balanced_bce(logits.edges, batch.query_target) + listwise_loss(
+        logits.edges, batch.query_target, batch.query_snapshot, batch.num_snapshots
     )
     torch.testing.assert_close(plain, expected)
     relevance = torch.rand(len(batch.query_edge))
@@ -128,7 +128,7 @@ def test_a_batch_with_relevance_is_learned_by_it(random_batch):
     data = [batch.to_pyg()[etype] for etype in QUERY_EDGE_TYPES]
     found = torch.cat([columns["relevance"][columns["query"] >= 0] for columns in data])
     torch.testing.assert_close(found, relevance)
-    expected = relevance_loss(logits, relevance, batch.query_snapshot, batch.num_snapshots)
+    expected = relevance_loss(logits.edges, relevance, batch.query_snapshot, batch.num_snapshots)
     torch.testing.assert_close(module._compute_loss(batch, logits), expected)
 
 

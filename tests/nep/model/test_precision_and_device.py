@@ -143,7 +143,7 @@ def test_nothing_is_made_on_another_device(random_batch, monkeypatch, encoder, n
     module = NEPModule(OURS[encoder](16), dropout=0.0, listwise_weight=1.0)
 
     def compute(graph):
-        loss = module._compute_loss(graph, module.predictor(graph))
+        loss = module._compute_loss(graph, module.predictor.answer(graph))
         loss.backward()
         return loss
 

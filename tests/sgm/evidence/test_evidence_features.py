@@ -72,7 +72,13 @@ def test_features_of_other_questions_differ_where_they_reckon_with_moves(memory)
     moved = [found[share]["movement.any_moved"] for share in found]
     assert moved == [pytest.approx(moved[0] * part) for part in (1, 0.5, 0)]
     changed = {name for name in tasks if not np.array_equal(tasks[name], people[name])}
-    assert {name.partition(".")[0] for name in changed} == {"filters", "movement", "object"}
+    assert {name.partition(".")[0] for name in changed} == {
+        "elsewhere",
+        "filters",
+        "lately",
+        "movement",
+        "object",
+    }
 
 
 def at(**values):
