@@ -77,5 +77,3 @@ class OptimiserConfig:
     def __post_init__(self) -> None:
         """Check the rate."""
         check_at_least(0, learning_rate=self.learning_rate)
-
-
