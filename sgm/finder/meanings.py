@@ -83,10 +83,10 @@ def find_place(
         raise Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]), thing)
     own = {names[number]: node.description for number, node in layout.furniture.items()}
     resolution = memory.resolve_exact(place, among=list(own.values()))
-    near = [name for name, described in own.items() if described in resolution.doubtful]
-    candidates = list(dict.fromkeys([*(names[number] for number in likely), *near]))
+    spelled = [name for name, described in own.items() if described in resolution.doubtful]
+    candidates = tuple(dict.fromkeys([*(names[number] for number in likely), *spelled]))
     if candidates:
-        told = tuple(candidates[:MOST_CANDIDATES])
+        told = candidates[:MOST_CANDIDATES]
         raise Unclear("ambiguous", _ask_unknown(place, told, "list_places"), told, thing)
     near = memory.resolve(place, among=list(names.values())).alternatives
     raise Unclear("unknown", _ask_unknown(place, near, "list_places"), near, thing)
