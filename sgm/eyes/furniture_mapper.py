@@ -31,6 +31,7 @@ _MOST_SKETCHES = 500
 _MOST_SEEN = 100  # detections of furniture, and of things, that are read of a frame
 # Of so many latest detections of furniture, those at its place, for a pose to be believed again.
 _DOUBTED, _SURE_AGAIN = 8, 5
+_BESIDE = 0.2  # metres between furniture and what may be a part of it
 _INSIDE = 0.05  # metres below the upper side, and from all others, of what lies inside
 _SPOT = "spot"
 _SPOT_SIDE = 0.5  # metres of a new spot
@@ -367,9 +368,27 @@ class FurnitureMapper:
     def _is_believed(self, sketch: Sketch) -> bool:
         if sketch.box is None or sketch.num_frames < self.rules.least_frames:
             return False
-        if sketch.likeness < self.rules.least_likeness:
+        if sketch.likeness < self.rules.least_likeness or self._is_part(sketch):
             return False
         return float(np.linalg.norm(sketch.high - sketch.low)) >= self.rules.least_apart
+
+    def _is_part(self, sketch: Sketch) -> bool:
+        """Tell whether a sketch may be a part of furniture of its label that stands right there.
+
+        So it seems while that was seen in four times as many frames, and seldom beside it.
+        """
+        assert sketch.box is not None
+        corners = np.column_stack([sketch.box.corners, np.zeros(len(sketch.box.corners))])
+        for other in self._by_id.values():
+            if other.box is None or other is sketch or 4 * sketch.num_frames > other.num_frames:
+                continue
+            if not self.labels.are_same(sketch.label, other.label):
+                continue
+            corners[:, 2] = other.box.center[2]
+            is_near = other.box.contains(corners, _BESIDE).any()
+            if is_near and _count_beside(sketch, other) < self.rules.least_frames:
+                return True
+        return False
 
     def _join_sketches(self) -> bool:
         """Make one of sketches that overlap; return whether furniture of the memory is gone."""
@@ -403,7 +422,9 @@ class FurnitureMapper:
         both, whole = _compute_overlap(sketch.box, other.box)
         smaller = min(_get_area(sketch.box), _get_area(other.box))
         if self.labels.are_same(sketch.label, other.label):
-            num_beside = sketch.beside[id(other)] + other.beside[id(sketch)]
+            if both > 0.5 * whole:
+                return True  # where one stands no other can
+            num_beside = _count_beside(sketch, other)
             if 4 * num_beside > min(sketch.num_frames, other.num_frames):
                 return False  # they were seen at once
             return both > self.rules.least_overlap * smaller
@@ -554,6 +575,11 @@ class FurnitureMapper:
             return False
         self.tell_interior(furniture, "open")
         return True
+
+
+def _count_beside(sketch: Sketch, other: Sketch) -> int:
+    """Return in how many frames two sketches were detected at once."""
+    return sketch.beside[id(other)] + other.beside[id(sketch)]
 
 
 def _get_area(box: Box) -> float:
