@@ -16,6 +16,7 @@ SOURCES: Mapping[str, str] = {
     "recorded": "simulator.trace.source.RecordedSource",
     "paper": "simulator.world.source.PaperSource",
     "mixed": "simulator.world.mixture.source.MixtureSource",
+    "lived_in": "simulator.world.mixture.lived_in_homes.LivedInSource",
 }
 
 # A source's class is one; its further arguments are options of the command line.

@@ -103,7 +103,7 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
     kind = _SIMULATED
     if training.get("is_recorded"):
         kind = _RECORDED
-    elif training.get("homes", {}).get("homes") == "mixed":
+    elif training.get("homes", {}).get("homes") in ("mixed", "lived in"):
         kind = _MIXED
     measured = _UNMEASURED
     if "measured" in notes:

@@ -65,7 +65,7 @@ class Life(ABC):
         """
 
     def skip(self, num_steps: int) -> None:
-        """Let time steps pass at which nobody looks; `object_moved` may say anything."""
+        """Let time steps pass without a look; `object_moved` may say anything."""
         for _ in range(num_steps):
             self.step()
 

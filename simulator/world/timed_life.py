@@ -70,7 +70,7 @@ class TimedLife(Life):
         homes.num_objects[self._members] = (after >= 0).sum(axis=1)
 
     def skip(self, num_steps: int) -> None:
-        """Let time steps pass at once, at which nobody asks what has moved."""
+        """Let time steps pass at once; `object_moved` does not say what has moved in them."""
         self._num_steps += num_steps
         self.live(self.state, self._members, self._start + self._num_steps * self._step)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -65,7 +66,7 @@ def measure_moves(at: np.ndarray, types: np.ndarray, step_minutes: float = 1.0) 
     before, after = at[thing, step], at[thing, step + 1]
     hours = moved.shape[1] * step_minutes / _HOUR
     window = (step * step_minutes // _WINDOW).astype(int)
-    num_windows = max(int(moved.shape[1] * step_minutes // _WINDOW), 1)
+    num_windows = math.ceil(moved.shape[1] * step_minutes / _WINDOW)
     num_busy = len(np.unique(window))
     gaps = np.diff(step) * step_minutes
     usual = np.array([find_mode(row[row != NOT_THERE]) for row in at])

@@ -14,11 +14,13 @@ from simulator.caches import keep_home_clean
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
 from tools.realism.measures import MEASURES, Behaviour, follow_homes, measure_behaviour
+from tools.realism.moves import MOVE_MEASURES, Moves, measure_moves
 
 if TYPE_CHECKING:  # loads matplotlib
     from matplotlib.figure import Figure
 
 _HOUR = 3600.0
+_HOMES_AT_ONCE = 10  # that are followed by the minute: their tables are large
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +61,51 @@ def measure_source(source: HomeSource, num_homes: int, days: int, seed: int) -> 
             hour = (start / _HOUR + np.arange(num_steps + 1)) % 24 // 1
             found.append(measure_behaviour(at, hour))
     return found
+
+
+def measure_minutes(source: HomeSource, num_homes: int, days: int, seed: int) -> list[Moves]:
+    """Follow homes by steps of a minute for some days, or as long as they were recorded.
+
+    Raises:
+        ValueError: if there are not so many homes.
+    """
+    source.check_homes(range(num_homes))
+    found = []
+    for group in source.list_groups(range(num_homes)):
+        for first in range(0, len(group.homes), _HOMES_AT_ONCE):
+            homes = source.make(Streams(seed, "test", group.homes[first : first + _HOMES_AT_ONCE]))
+            num_steps = min(24 * 60 * days, group.num_steps or 24 * 60 * days)
+            found += [measure_moves(*home) for home in follow_homes(homes, num_steps)]
+    return found
+
+
+def make_move_table(recorded: Mapping[str, Moves], simulated: Mapping[str, Sequence[Moves]]) -> str:
+    """Return a Markdown table: a row per measure of moves, recorded homes first.
+
+    Simulated homes have their median with the quantiles of 5 and 95 %; a recorded one outside of
+    these of the first kind is in italics.
+    """
+    rows = []
+    for name, title in MOVE_MEASURES.items():
+        ranges = {kind: _compute_quantiles(homes, name) for kind, homes in simulated.items()}
+        low, _, high = next(iter(ranges.values()))
+        cells = []
+        for home in recorded.values():
+            value = getattr(home, name)
+            text = "n/a" if np.isnan(value) else f"{value:.3g}"
+            cells.append(f"*{text}*" if value < low or value > high else text)
+        cells += [f"{middle:.3g} [{low:.2g}, {high:.2g}]" for low, middle, high in ranges.values()]
+        rows.append([title, *cells])
+    return join_table(["measure", *recorded, *simulated], rows).rstrip()
+
+
+def _compute_quantiles(homes: Sequence[Moves], name: str) -> tuple[float, float, float]:
+    values = np.array([getattr(home, name) for home in homes], dtype=float)
+    values = values[~np.isnan(values)]
+    if not len(values):
+        return np.nan, np.nan, np.nan
+    low, middle, high = np.quantile(values, [0.05, 0.5, 0.95]).tolist()
+    return low, middle, high
 
 
 def list_outside(recorded: Sequence[Behaviour], means: Mapping[str, float]) -> list[str]:

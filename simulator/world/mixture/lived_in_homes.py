@@ -19,9 +19,10 @@ from simulator.world.sessions.dynamics import SessionDynamics
 from simulator.world.streams import SPLITS, Streams
 
 PACES = ("minutes", "hours")
-_SETTINGS: dict[str, dict[str, Any]] = {
-    "minutes": {"step_seconds": (30, 60, 120, 300), "lives": (30, 100, 300)},
-    "hours": {"step_seconds": (600, 1200, 1800, 3600, 7200), "lives": (30, 100, 300, 1000)},
+# Lengths of steps and of lives, in steps.
+_SETTINGS = {
+    "minutes": ((30, 60, 120, 300), (30, 100, 300)),
+    "hours": ((600, 1200, 1800, 3600, 7200), (30, 100, 300, 1000)),
 }
 _PAUSES = 400  # that are drawn; then the same again
 _ROUND = 12  # places of a home that a robot may look at all in one step, ...
@@ -73,10 +74,7 @@ class LivedInSource(MixtureSource):
         shares = {"session": session_share, "hidden": hidden_share, "round": round_share}
         check_shares(**{f"{name}_share": share for name, share in shares.items()})
         if mixture is None:
-            mixture = replace(
-                Mixture(routine_share=1.0, carrying_share=0.5, resettling_share=0.3),
-                **_SETTINGS[pace],
-            )
+            mixture = make_mixture(*_SETTINGS[pace])
         super().__init__(prior, home, mixture)
         self.pace, self.shares = pace, shares
 
@@ -122,6 +120,16 @@ class LivedInSource(MixtureSource):
         return {**super().describe(), **own}
 
 
+def make_mixture(
+    step_seconds: tuple[float, ...], lives: tuple[int, ...] = (30, 100, 300)
+) -> Mixture:
+    """Return the distribution of sizes, looks and people for `LivedInSource`, by lengths."""
+    return Mixture(
+        routine_share=1.0, carrying_share=0.5, resettling_share=0.3, step_seconds=step_seconds,
+        lives=lives,
+    )  # fmt: skip
+
+
 def draw_sessions(
     rng: np.random.Generator, start_time: str, step_seconds: float
 ) -> SessionDynamics:
@@ -129,7 +137,7 @@ def draw_sessions(
 
     Ranges are wide, so that they hold what was measured of recorded homes (`results/realism.md`).
     """
-    busy_hours = _WAKING_HOURS * float(rng.uniform(0.03, 0.9))  # with somebody about
+    busy_hours = _WAKING_HOURS * float(rng.uniform(0.03, 0.9))  # with a resident about
     minutes = max(draw_rate(rng, 5, 90), 60 * busy_hours / _MOST_SESSIONS)
     moves = min(draw_rate(rng, 4, 400), _MOST_MOVES / busy_hours)
     back, stay, handed = rng.dirichlet(np.ones(3)).tolist()

@@ -1,1 +1,1 @@
-"""Homes in which things move while somebody is there, along ways, and lie still between."""
+"""Homes in which things move in sessions of residents, along ways, and lie still between."""

@@ -1,4 +1,4 @@
-"""The session dynamics: things move while somebody is there, along ways, and lie still between."""
+"""The session dynamics: things move in sessions of residents, along ways, and lie still between."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class SessionDynamics(SessionRules):
-    """Somebody is there now and then and uses things; between sessions hardly anything moves.
+    """A resident is there now and then and uses things; between sessions hardly anything moves.
 
     A session is of one kind of activity (cooking, eating, washing up, reading, ...), at a spot of
     its own, and uses things of that kind, some of them again and again. When a thing is used, one

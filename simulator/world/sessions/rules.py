@@ -41,7 +41,7 @@ class SessionRules(Dynamics):
         regular_share: share of the kinds of activity that have a usual hour; others are at any hour
             from 7 to 23.
         hour_spread: standard deviation of the hour of those that have, in hours.
-        away_share: share of the sessions for which somebody leaves the home.
+        away_share: share of the sessions for which a resident leaves the home.
         out_hours: mean length of these.
         tidy_share: share of the things used in a session that are put back when it ends.
         again_share: how often what is used was used just before in the same session.

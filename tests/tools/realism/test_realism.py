@@ -8,9 +8,17 @@ from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.source import SampledSource
 from tools.realism import MEASURES, follow_homes, measure_behaviour
-from tools.realism.__main__ import main
+from tools.realism.__main__ import BY_MINUTE, main
 from tools.realism.measures import NOT_THERE, OUT
-from tools.realism.report import RealismColumn, list_outside, make_table, measure_source
+from tools.realism.moves import MOVE_MEASURES, measure_moves
+from tools.realism.report import (
+    RealismColumn,
+    list_outside,
+    make_move_table,
+    make_table,
+    measure_minutes,
+    measure_source,
+)
 
 # Seven hours, 5:00 to 11:00, of three objects.
 HOURS = np.arange(5, 12)
@@ -104,6 +112,68 @@ def test_routines_are_as_regular_as_the_recorded_homes_that_we_know():
     assert 0.82 < means["at_usual"] < 0.89
     assert means["at_usual"] < means["at_usual_by_hour"] < 0.93
     assert 1.5 < means["median_absence"] < 9
+
+
+def test_moves_worked_out_by_hand():
+    """Three things, by the minute: the first goes 0 -> 1 -> 2 -> 0, the second 0 -> 1 and stays."""
+    at = np.array(
+        [
+            [0] * 12 + [1] * 3 + [2] * 2 + [0] * 14,
+            [0] * 13 + [1] * 18,
+            [3] * 31,
+        ]
+    )
+    found = measure_moves(at, np.array([7, 7, 8]))
+    assert found.per_hour == pytest.approx(4 / 0.5)  # 4 moves in 30 minutes: at 11, 12, 14 and 16
+    assert found.busy == pytest.approx(1 / 3)  # all in the second ten minutes of three
+    assert found.per_busy_hour == pytest.approx(4 * 6)
+    # Usual places 0, 1, 3: the first is away for 5 minutes of 31, the second for 13.
+    assert found.away == pytest.approx((5 + 13) / 93)
+    # The first leaves its usual place once, for five minutes; the second never does.
+    assert (found.returned, found.return_minutes) == (1, 5)
+    # 0 -> 1 after nothing is wrong; 0 -> 1 after it is right; 1 -> 2 and 2 -> 0 were guessed to be
+    # what was most frequent, 1.
+    assert found.next_place == pytest.approx(1 / 4)
+    assert found.most_used == pytest.approx(1 / 4)
+    assert found.from_elsewhere == pytest.approx(1 / 4)  # 1 -> 2
+    gaps = np.array([1, 2, 2])
+    expected = (gaps.std() - gaps.mean()) / (gaps.std() + gaps.mean())
+    assert found.burstiness == pytest.approx(expected)
+
+
+def test_moves_at_random_are_not_bursty_and_guesses_are_in_the_order_of_time():
+    rng = np.random.default_rng(0)
+    at = np.cumsum(rng.random((40, 20_000)) < 0.001, axis=1) % 5
+    found = measure_moves(at, np.arange(40))
+    assert abs(found.burstiness) < 0.05
+    assert found.next_place > 0.95  # each goes to the next number
+    still = measure_moves(np.zeros((2, 30), dtype=int), np.arange(2))
+    assert (still.per_hour, still.busy, still.away) == (0, 0, 0)
+    assert np.isnan(still.next_place)
+
+
+def test_recorded_homes_outside_of_what_is_simulated_are_marked():
+    still = measure_moves(np.zeros((2, 30), dtype=int), np.arange(2))
+    busy = measure_moves(np.arange(60).reshape(2, 30) % 3, np.arange(2))
+    lines = make_move_table({"a": still, "b": busy}, {"sim": [still] * 3}).splitlines()
+    assert lines[0] == "| measure | a | b | sim |"
+    (row,) = (line for line in lines if line.startswith(f"| {MOVE_MEASURES['busy']} |"))
+    assert row == "| ten-minute windows with a move | 0 | *1* | 0 [0, 0] |"
+
+
+@pytest.mark.slow
+def test_homes_that_networks_learn_in_hold_what_was_measured_of_recorded_ones():
+    """The least and the most of five households of HOMER and two kitchens (results/realism.md) lie
+    within the spread of sixty homes. A kitchen where two things a minute are moved does not."""
+    recorded = {
+        "per_busy_hour": (12.5, 50), "burstiness": (0.395, 0.511), "away": (0.071, 0.17),
+        "next_place": (0.2, 0.622), "from_elsewhere": (0.04, 0.3), "return_minutes": (6.5, 100),
+    }  # fmt: skip
+    homes = measure_minutes(BY_MINUTE["lived in"], 60, 2, 5)
+    for name, (least, most) in recorded.items():
+        values = np.array([getattr(home, name) for home in homes])
+        assert np.nanmin(values) < least, name
+        assert np.nanmax(values) > most, name
 
 
 @pytest.mark.slow
