@@ -9,6 +9,7 @@ from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
 from sgm.names.words import make_key, read_words, split_words
 
+_MOST_PAIRS = 10_000
 # What is no piece of furniture by itself, though things lie there.
 _SURFACES = frozenset(("balcony", "floor", "wall"))
 
@@ -34,6 +35,7 @@ class FurnitureLabels:
                 f"labels of furniture must be a list, got {shorten(own)}. Write ['workbench']."
             )
         self._meanings: dict[str, dict[str, None]] = {}
+        self._same: dict[tuple[str, str], bool] = {}  # what was compared, for every frame asks
         table = AliasTable.household()
         for row in read_table("sgm.prior", "household_furniture.csv"):
             label = row["label"]
@@ -75,6 +77,15 @@ class FurnitureLabels:
         They have a meaning in common, or are furniture of one last word: a "coffee table" may be
         called a "table", or a "dining table" by a detector that knows no other.
         """
+        pair = name, other
+        found = self._same.get(pair)
+        if found is None:
+            if len(self._same) >= _MOST_PAIRS:
+                self._same.clear()
+            found = self._same[pair] = self._compare(name, other)
+        return found
+
+    def _compare(self, name: str, other: str) -> bool:
         ones, others = self.find(name), self.find(other)
         if set(ones) & set(others) or _make_key(name) == _make_key(other):
             return True
