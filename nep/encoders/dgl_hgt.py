@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import torch
 from torch import Tensor, nn
@@ -47,7 +47,7 @@ class DGLHGT(DGLEncoder):
             for _ in range(num_convolutions)
         )
         for convolution in self.convolutions:
-            convolution.linear_a.register_forward_pre_hook(_apply_relu)
+            cast(nn.Module, convolution.linear_a).register_forward_pre_hook(_apply_relu)
 
     def forward_graph(
         self, graph: dgl.DGLGraph, node: dict[str, Tensor], edge: dict[EdgeType, Tensor]

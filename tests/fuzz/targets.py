@@ -195,7 +195,7 @@ def make_checkpoint(folder: Path) -> None:
         "state_dict": module.state_dict(),
         "hyper_parameters": dict(module.hparams),
         "datamodule_hyper_parameters": {
-            "features": {}, "feature_schema": 1, "text": builder.text_name, "training": None,
+            "features": {}, "feature_schema": 1, "text": builder.text_name, "training": {},
         },
     }  # fmt: skip
     torch.save(content, folder / "last.ckpt")

@@ -94,7 +94,7 @@ def test_an_encoder_of_dgl_modules_plays_as_it_trains():
     batch = builder.build(take_snapshots(rollout.memory, queries))
     logits = module(batch)
     assert "x" not in batch.graph.nodes["furniture"].data
-    places = NEPPolicy(module, builder).score_places(rollout.memory, queries)
+    places, _ = NEPPolicy(module, builder).score_places(rollout.memory, queries)
     found = torch.from_numpy(places[places > -torch.inf]).float()
     torch.testing.assert_close(found.sort().values, logits.detach().sort().values)
 

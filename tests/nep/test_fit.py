@@ -191,7 +191,7 @@ def test_a_config_builds_on_another(folder):
     assert cli.datamodule.train_config.steps == 7
     assert cli.datamodule.train_config.num_homes == 3
     assert cli.datamodule.builder.config.belief
-    assert cli.config.data.loading.batch_size == 100  # paper.yaml
+    assert cli.config.data.batch_size == 100  # paper.yaml
     assert cli.config.trainer.logger.init_args.save_dir == "runs"
     assert cli.config.trainer.logger.init_args.name == "heat_plus"
     assert "base" not in cli.config
@@ -229,7 +229,7 @@ def test_any_home_learns_from_what_people_ask_in_homes_of_four_kinds(folder):
     kinds = [LivedInSource, LivedInSource, MixtureSource, PaperSizesSource]
     assert [type(source) for source in sources] == kinds
     assert (lived.pace, hourly.pace) == ("minutes", "hours")
-    assert mixed.mixture == Mixture(carrying_share=0.5, resettling_share=0.3)
+    assert mixed.mixture == Mixture(carrying_share=0.5, resettling_share=0.3, has_copies=True)
     assert len({tuple(source.labels) for source in sources}) == 1
 
 

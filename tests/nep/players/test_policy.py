@@ -62,7 +62,8 @@ def test_what_is_left_out_of_a_snapshot_is_not_read(encoder, temporal, monkeypat
     for alone in (builder.reads_asked_alone, False):
         monkeypatch.setattr(GraphBuilder, "reads_asked_alone", alone)
         scores.append(policy.score_places(rollout.memory, queries))
-    np.testing.assert_array_equal(*scores)
+    for one, other in zip(*scores, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_a_home_scores_the_same_alone_and_beside_others():
