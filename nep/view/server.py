@@ -74,8 +74,9 @@ def read_request(content: bytes, desk: Desk) -> tuple[str, dict[str, Any]]:
     rules = {"words": TEXT, "judge": make_choice_rule(*desk.judges.names)}
     for name in names:
         rule = rules.get(name, _NUMBER)
-        if rule.convert(name, body[name]) is None:
-            raise _refuse(name, rule.must, body[name])
+        body[name] = rule.convert(name, given := body[name])
+        if body[name] is None:
+            raise _refuse(name, rule.must, given)
     return call, {name: body[name] for name in names}
 
 

@@ -17,9 +17,9 @@ from sgm.evidence import (
     expected_columns,
     home_columns,
     lately,
+    onward_moves,
     question_columns,
     sighting_columns,
-    ways,
 )
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.columns import PLACE_GROUP_COLUMNS, QUESTION_GROUP_COLUMNS
@@ -40,7 +40,7 @@ PLACE_GROUPS: Mapping[str, ComputeColumns] = {
     "filters": expected_columns.compute_filters,
     "places": home_columns.compute_places,
     "others": home_columns.compute_others,
-    "ways": ways.compute_ways,
+    "ways": onward_moves.compute_ways,
     "lately": lately.compute_at_places,
     "rooms": home_columns.compute_rooms,
     "hours": sighting_columns.compute_hours,

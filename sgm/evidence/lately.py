@@ -1,7 +1,7 @@
 """What looks have found changed in a home over the last minutes, hours and days.
 
-Things move in bursts, while somebody is there. What was found moved, or gone from where it was,
-tells that somebody is.
+Things move in bursts, while people are there. What was found moved, or gone from where it was,
+tells that they are.
 """
 
 from __future__ import annotations

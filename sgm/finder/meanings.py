@@ -50,7 +50,7 @@ def find_place(
         memory: of the home.
         place: id or name.
         thing: what the call is about.
-        acts: whether the call writes: it goes by an exact name (`resolve_exact`).
+        acts: whether the call writes: it takes an exact name (`resolve_exact`).
 
     Raises:
         Unclear: if that is none, or several.

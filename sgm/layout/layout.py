@@ -171,7 +171,11 @@ class Layout:
             [(number, f"{row.label} in {room}") for number, row, room in nodes],
             [(number, f"{room} {row.label}") for number, row, room in nodes],
         ):
-            found = [number for number, words in called if Name.read(words).is_same(name)]
+            found = [
+                number
+                for number, words in called
+                if len(words) <= MAX_LENGTH and Name.read(words).is_same(name)
+            ]
             if found:
                 return found
         return []

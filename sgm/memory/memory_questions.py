@@ -78,7 +78,7 @@ class MemoryQuestions(MemoryLayout):
         """Say which of the things that were seen is exactly of a name, or has that id.
 
         Case, articles, plural, accents and spelling aside: `NameIndex.resolve_exact` has the rules,
-        and aliases of one's own count. Every call that acts on a thing goes by it.
+        and aliases of one's own count. Every call that acts on a thing uses it.
 
         Args:
             name: such as "the red mug".

@@ -23,7 +23,7 @@ def reads_new_home(options: Any, known: tuple[str, ...] = (NEW_HOME,)) -> bool:
         return False
     if not isinstance(options, Mapping):
         raise TypeError(
-            f"options must be a mapping, got {shorten(options)}. Give {{{NEW_HOME!r}: True}}."
+            f"options must be a mapping, got {shorten(options)}. Give {{'{NEW_HOME}': True}}."
         )
     for name in options:
         if name not in known:

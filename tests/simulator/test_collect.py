@@ -285,7 +285,7 @@ def test_the_module_runs_as_documented(tmp_path):
 def test_more_homes_than_there_are_names_for_are_refused():
     with pytest.raises(ValueError, match=r"num_homes must be at most 1000000, got 10{20}\. Lower"):
         CollectConfig(num_homes=10**20)
-    with pytest.raises(ValueError, match=r"at most 1000000, got a number of about 400 digits"):
+    with pytest.raises(ValueError, match=r"num_homes must be .*, got a number of about 400 digits"):
         CollectConfig(num_homes=10**400)
 
 

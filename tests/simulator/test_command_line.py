@@ -77,7 +77,11 @@ def test_every_rule_of_a_home_is_an_option():
         (["--home.move_share", "7"], 1, "move_share must lie in [0, 1], got 7.0."),
         (["--workers", "many"], 2, "Parser key \"workers\": Expected a <class 'int'>."),
         (["--bogus", "1"], 2, "unrecognized arguments: --bogus"),
-        (["--homes", "nowhere"], 1, "--homes must be one of sampled, recorded, paper, mixed, or"),
+        (
+            ["--homes", "nowhere"],
+            1,
+            "--homes must be one of sampled, recorded, paper, mixed, lived_in, or",
+        ),
         (["--dynamics=abstrct"], 1, "import path of a class, got 'abstrct'. Choose one."),
         (["--homes", "nowhere.Homes"], 2, "No module named 'nowhere'"),
     ],

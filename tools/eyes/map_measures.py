@@ -30,9 +30,9 @@ def measure_map(world: BoxWorld, body: BodyRules) -> dict[str, Any]:
     are none.
 
     Returns:
-        How many pieces are visible, how many of them are on the map, the overlap of each of these
-        (intersection over union), how many have the right label, how many are drawn, and how many
-        of those are nowhere in the home.
+        How many pieces are visible, and how many of them are on the map. The overlap of each of
+        these (intersection over union). How many have the right label. How many are drawn, and how
+        many of those are nowhere in the home.
     """
     robot = _WatchingRobot(
         RobotBody(world, body), SceneGraphMemory(world.homes.prior), Finder(Adaptive()), 1

@@ -60,9 +60,9 @@ def ask_labels(
 def is_right(asked: str, match: str) -> bool:
     """Tell whether a thing is what was asked for.
 
-    It is if the names are one but for spelling, or the pair stands in `data/judged_pairs.json`:
-    every other pair that any version of the rules has found was judged by hand there, as the same
-    thing or a kind of it. What is not listed there is wrong.
+    It is if the names are one but for spelling, or the pair stands in `data/judged_pairs.json`.
+    There stand other pairs that a person has judged to be the same thing or a kind of it. What is
+    not listed there is wrong.
     """
     if Name.read(asked).is_same(Name.read(match)):
         return True

@@ -26,7 +26,7 @@ def nest(levels, inner=None):
 
 
 FORGED = [
-    None, True, False, -1, 0.0, 1.5, 2**53 + 1, 10**18, 10**30, 10**400, 1e308, -1e308, "",
+    None, True, False, -1, 0.5, 1.5, 2**53 + 1, 10**18, 10**30, 10**400, 1e308, -1e308, "",
     "x" * 5000, [], {}, [[]], nest(90), ["x"], [0, 1, 2, 3], {"points": []}, {"evilmod:P": 5},
 ]  # fmt: skip
 NO_NAMES = ["nobody", "none", "evilmod:P", "os:system", ".:", "..x:y", "nep.view.server:PageServer",

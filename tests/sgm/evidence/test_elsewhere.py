@@ -7,7 +7,6 @@ import pytest
 
 from sgm.evidence.elsewhere import compute_elsewhere, compute_out
 from sgm.finder.finder import Finder
-from sgm.finder.object_finder import ObjectFinder
 from sgm.memory.clock import Clock
 from sgm.policies import Adaptive, Bayesian
 from sgm.prior.prior_graph import PriorGraph
@@ -56,9 +55,7 @@ def say(finder, memory, thing, hour, minute, day=17):
     return finder.rank(memory, thing, at=at).elsewhere
 
 
-@pytest.mark.parametrize(
-    "make", [lambda: Finder(Bayesian()), lambda: Finder(Adaptive()), ObjectFinder.load]
-)
+@pytest.mark.parametrize("make", [lambda: Finder(Bayesian()), lambda: Finder(Adaptive())])
 def test_keys_are_out_on_working_mornings_and_back_in_the_evening(memory, make):
     finder = make()
     assert say(finder, memory, "car keys", 9, 50) > 0.75

@@ -43,6 +43,8 @@ CALLS = {
         positions | st.just((1, "x")), boxes, st.sampled_from((None, 0, 2.5, -1)),
     ),
     "move_furniture": st.tuples(places, st.none() | places, positions | st.just("here"), boxes),
+    "name_furniture": st.tuples(places, st.sampled_from((*FURNITURE, "\n"))),
+    "merge_furniture": st.tuples(places, places),
     "remove_room": st.tuples(places),
     "remove_furniture": st.tuples(places),
     "remove_object": st.tuples(st.sampled_from((*THINGS, "unicorn", ""))),

@@ -369,7 +369,7 @@ def test_a_memory_that_cannot_start_takes_no_turn(tmp_path):
 def test_what_is_no_file_is_no_log(tmp_path, make, what):
     path = tmp_path / "looks"
     make(path)
-    with pytest.raises(OSError, match=f"log must be a file, got {what} instead of .*looks'"):
+    with pytest.raises(OSError, match=f"log must be a file, got {what} instead of .*looks"):
         SceneGraphMemory(log=path)
     assert [path.name for path in tmp_path.iterdir()] == ["looks"]  # no lock beside it
 

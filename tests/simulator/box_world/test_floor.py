@@ -63,7 +63,7 @@ def test_a_robot_comes_to_all_furniture(make_world, home):
 
 def test_routes_refuse_where_there_is_no_way(make_world):
     routes = FloorRoutes(make_world().floor)
-    routes._distance[0, :] = math.inf
+    routes._towards[0, :] = -9999
     with pytest.raises(ValueError, match=r"furniture 0 can be reached from, got .*free floor"):
         routes.find_path((1.0, 0.0), 0)
 
