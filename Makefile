@@ -127,6 +127,7 @@ $(STAMP): setup.cfg core/setup.cfg pyproject.toml constraints.txt $(OTHER)
 	@echo "Installing the packages of constraints.txt into $(VENV): a few minutes the first time"
 	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
 	  --editable ./core --editable '.[dev,igridson,priors]'
+	@$(PY) -m simulator.compile
 	@touch $@
 
 # What tests and benchmarks use besides: every extra that has wheels.

@@ -17,6 +17,7 @@ FOLDER = "reference/commands"
 COMMANDS = {
     "sgm.serve": "sgm.serve.__main__",
     "simulator.collect": "simulator.collect",
+    "simulator.compile": "simulator.compile",
     "simulator.trace": "simulator.trace.__main__",
     "simulator.priors": "simulator.priors.__main__",
     "simulator.test_sets": "simulator.test_sets.__main__",

@@ -1,4 +1,4 @@
-"""How a function becomes machine code."""
+"""How an inner loop becomes machine code."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import update_wrapper
 from typing import Any, TypeVar, cast
 
 Function = TypeVar("Function", bound=Callable[..., object])
+KERNELS: list[Kernel] = []  # all of the modules that were imported
 
 
 def kernel(function: Function) -> Function:
@@ -14,15 +15,16 @@ def kernel(function: Function) -> Function:
 
     numba is loaded then, too, so that modules may import kernels at their top. Kernels lie beside
     what calls them, in files called `*_kernel.py` where there are many. They take C-contiguous
-    arrays of one dtype each; others would be compiled anew.
+    arrays of one dtype each; others would be compiled anew. A kernel calls functions of its own
+    file alone. Division by zero is numpy's: a check of every divisor would keep loops from being
+    vectorised.
 
-    Machine code is kept in `__pycache__` beside the file, else in the user's cache folder of numba
-    (`NUMBA_CACHE_DIR`). Where neither can be written, every process compiles for itself. That store
-    notices changes of the file that a function stands in, and of no other: a kernel calls functions
-    of its own file alone. Division by zero is numpy's: a check of every divisor would keep loops
-    from being vectorised.
+    `simulator.kernel_store` says where machine code is kept; `python -m simulator.compile` compiles
+    all ahead.
     """
-    return cast("Function", Kernel(function))
+    made = Kernel(function)
+    KERNELS.append(made)
+    return cast("Function", made)
 
 
 class Kernel:
@@ -37,6 +39,11 @@ class Kernel:
         """Call the machine code."""
         return (self._compiled or self.compile())(*args, **named)
 
+    @property
+    def is_compiled(self) -> bool:
+        """Whether there is machine code for some arguments in this process."""
+        return self._compiled is not None and bool(self._compiled.nopython_signatures)
+
     def compile(self) -> Any:
         """Return numba's function, which compiles for each kind of arguments.
 
@@ -47,10 +54,9 @@ class Kernel:
             return self._compiled
         from numba import njit
 
-        try:
-            self._compiled = njit(self._function, cache=True, error_model="numpy")
-        except RuntimeError:  # no folder to keep it in
-            self._compiled = njit(self._function, error_model="numpy")
+        from simulator.kernel_store import keep
+
+        self._compiled = keep(njit(self._function, error_model="numpy"))
         scope = self._function.__globals__
         for name, value in list(scope.items()):
             if isinstance(value, Kernel):

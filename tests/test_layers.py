@@ -30,12 +30,13 @@ ORDER = """
     sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.text
     sgm.prior sgm.names sgm.layout sgm.memory sgm.belief sgm.evidence sgm.policies
     sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm sgm.__main__
-    simulator.caches simulator.kernel simulator.yaml_text simulator.process simulator.fan_out
+    simulator.caches simulator.kernel_store simulator.kernel simulator.yaml_text simulator.process
+    simulator.fan_out
     simulator.priors simulator.world simulator.box_world simulator.policies
     simulator.snapshots simulator.tasks simulator.events simulator.trace simulator.drawing
     simulator.replay
     simulator.home_options simulator.command_line simulator.gym simulator.igridson
-    simulator.robot_home simulator.collect simulator.testing simulator.test_sets
+    simulator.robot_home simulator.collect simulator.compile simulator.testing simulator.test_sets
     simulator simulator.__main__
     datamodules
     nep.tensor_file nep.importers nep.layers nep.encoders nep.config_files

@@ -283,7 +283,7 @@ def _draw_noise(
 ) -> np.ndarray:  # fmt: skip
     """Draw noise on weights (n, k) of ascending places (k,), as homes are made; `room` (P,)."""
     uniform = rng.random((*weights.shape, 2))
-    row, column = np.nonzero(weights)
+    row, column = map(np.ascontiguousarray, np.nonzero(weights))
     noisy = np.zeros(weights.shape)
     noisy[row, column] = compute_noisy_weights(
         weights[row, column], row, places[column], uniform[row, column],

@@ -47,7 +47,8 @@ class TimedLife(Life):
         self._purpose = purpose
         self._outlook: np.ndarray | None = None
         self._outlook_hours = 24 * np.array(outlook_days)
-        self._start, self._step = np.array([clock.row for clock in clocks]).T
+        rows = np.array([clock.row for clock in clocks])
+        self._start, self._step = np.ascontiguousarray(rows.T)  # as kernels take them
         self._num_steps = 0
 
     @abstractmethod
