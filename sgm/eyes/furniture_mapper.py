@@ -161,7 +161,7 @@ class FurnitureMapper:
     one. What is seen on no known furniture lies on a spot, a place of its own by the furniture that
     is near; it goes over to furniture that is found there later.
 
-    Whether furniture has doors, or an inside, is unknown until it is given (`LookBuilder.set_open`),
+    Whether furniture has doors, or an inside, is unknown until `LookBuilder.set_open` is called,
     or until things are seen inside. Furniture that the memory had before is left as it is.
 
     Attributes:
