@@ -97,7 +97,7 @@ class _Implementation(CompileResultCacheImpl):
 
 
 class _Store(FunctionCache):
-    """Machine code of one function; a process is told once that it waits for a compiler."""
+    """Machine code of one function; one line a process says that it waits for a compiler."""
 
     _impl_class = _Implementation
 
