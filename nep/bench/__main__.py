@@ -18,6 +18,7 @@ SUITES = {
     "igridson": ("tools.igridson", "searches in the home on a grid"),
     "searches": ("tools.searches.suite", "how soon searches find things"),
     "elsewhere": ("tools.elsewhere.suite", "what finders know is out"),
+    "kitchens": ("tools.kitchens.suite", "finders in homes recorded by the minute"),
     "claims": ("tools.claims.suite", "what the paper claims"),
 }
 

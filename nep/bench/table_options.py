@@ -18,8 +18,8 @@ from sgm.network.shipped import list_shipped, split_name
 MOST = 10_000  # of homes, days, and looks or questions in a time step
 _NOT_KEPT = "a commit that was not kept"
 _SHOWN = 12  # digits of a checksum that is whole in the JSON
-_FOLDERS = ("trace", "recorded")
-_UNSAID = ("out", "card", "config", "play", "workers", "backend")
+_FOLDERS = ("trace", "recorded", "cut")
+_UNSAID = ("out", "card", "config", "play", "workers", "backend", "what")
 
 
 @dataclass(frozen=True, slots=True)

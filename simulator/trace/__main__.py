@@ -121,11 +121,14 @@ def bring(arguments: Sequence[str]) -> int:
     """Make a trace or a memory of a home from another program."""
     if arguments[:1] == ["bag"]:
         return bring_bag(arguments[1:])
+    if arguments[:1] == ["hd_epic"]:
+        return bring_hd_epic(arguments[1:])
     parser = make_parser(
         f"{PROG} import",
         "Make a trace or a memory of a home from another program. Formats: "
         + "; ".join(f"{name}: {importer.help}" for name, importer in IMPORTERS.items())
-        + f"; bag: a recording of ROS 2, which has options of its own: {PROG} import bag --help",
+        + f"; bag: a recording of ROS 2, and hd_epic: kitchens of HD-EPIC, which have options of "
+        f"their own: {PROG} import bag --help, {PROG} import hd_epic --help",
     )
     parser.add_argument("format", choices=list(IMPORTERS), metavar="FORMAT", help="see above")
     parser.add_argument("file", type=Path, help="the file to read")
@@ -222,6 +225,34 @@ def bring_bag(arguments: Sequence[str]) -> int:
         if options.out is not None:
             save_trace(make_trace(read_log(log), options.folder.name), options.out)
             print(f"trace: {options.out}")
+    return 0
+
+
+def bring_hd_epic(arguments: Sequence[str]) -> int:
+    """Make traces of kitchens of HD-EPIC."""
+    from simulator.trace.importers.hd_epic import read_hd_epic
+
+    parser = make_parser(
+        f"{PROG} import hd_epic",
+        "Make a trace of the kitchen of each participant of HD-EPIC, from its annotations of what "
+        "was moved (docs/importers.md).",
+    )
+    parser.add_argument("folder", type=Path, help="with assoc_info.json and mask_info.json")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the traces")
+    parser.add_argument(
+        "--participants", type=tuple[str, ...], default=(), help="such as P01; all if left out"
+    )
+    parser.add_argument(
+        "--gap_minutes",
+        type=float | None,
+        help="between videos, which then have no date; the true times if left out",
+    )
+    options = parse(parser, arguments)
+    read = read_hd_epic(options.folder, options.participants, options.gap_minutes)
+    print(read.summarise())
+    for trace in read.traces:
+        save_trace(trace, options.out / trace.name)
+        print(f"trace: {options.out / trace.name}")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Homes of other programs and data sets as traces: ProcTHOR, spark_dsg, HOMER."""
+"""Homes of other programs and data sets as traces: ProcTHOR, spark_dsg, HOMER, HD-EPIC."""
 
 from __future__ import annotations
 

@@ -1,0 +1,1 @@
+"""Homes recorded by the minute: a robot looks around there, and finders are asked for things."""
