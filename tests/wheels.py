@@ -27,7 +27,11 @@ ROOT = Path(__file__).resolve().parents[1]
 NEWEST_FIRST = ("3.14", "3.13", "3.12", "3.11", "3.10")
 # What the tests need beside the packages: the pages whose code they run, homes to ask about.
 FILES = ("tests", "docs", "README.md", "setup.cfg", "CONTRIBUTING.md")
-TEST_PACKAGES = ("pytest", "pytest-xdist", "hypothesis", "filelock", "packaging")
+# Homes of the tests come from the simulator, which needs numba.
+# Maps need PyYAML, depth images Pillow.
+TEST_PACKAGES = (
+    "pytest", "pytest-xdist", "hypothesis", "filelock", "packaging", "numba", "pyyaml", "pillow"
+)  # fmt: skip
 HEAVY = ("torch", "dgl", "lightning", "spacy", "scipy", "numba")
 FAST = ("-m", "not slow", "tests/datamodules", "tests/nep/model", "tests/nep/layers")
 TINY_FIT = (
