@@ -61,6 +61,9 @@ def join_groups(asked: np.ndarray, group: np.ndarray, size: int) -> tuple[np.nda
     Returns:
         (k,) positions in `asked` and (k,) members; members ascending.
     """
+    if len(asked) == 1:  # as one robot asks
+        member = np.flatnonzero(group == asked[0])
+        return np.zeros(len(member), dtype=np.int64), member
     num_asked = np.bincount(asked, minlength=size)
     member = np.flatnonzero((num_asked > 0).take(group))
     group_of_member = group[member]

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sgm.arrays.rows import add_in_order
-from sgm.evidence.elsewhere import compute_elsewhere
+from sgm.evidence.adaptive_filter import list_look_times
+from sgm.evidence.elsewhere import compute_elsewhere_of
 from sgm.evidence.question import Question
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -49,8 +50,9 @@ class Absence(NamedTuple):
         """Gather it."""
         memory, queries = asked.memory, asked.queries
         objects, home, row = memory.objects, queries.home, queries.object
-        times = memory.history.list_look_times(home, memory.compute_relation_shares(queries))
-        since = (times > objects["last_observed"][row][:, None, None]).sum(axis=2)  # (Q, F)
+        times, number = list_look_times(memory, queries)
+        last = objects["last_observed"][row][:, None, None]
+        since = np.count_nonzero(times[number] > last, axis=2)  # (Q, F)
         since *= memory.is_furniture[home]
         goes = asked.arrays.goes[:, :-1]
         is_missing, num_seen = _count_missing(memory)
@@ -68,7 +70,7 @@ def compute_absence(asked: Question) -> dict[str, np.ndarray]:
     """What filters believe of elsewhere, what looks have missed, and what else tells of it."""
     absence, num_places = Absence.gather(asked), asked.arrays.num_places
     beliefs = {name: asked.get_elsewhere(name) for name in BELIEFS}
-    beliefs["rule"] = compute_elsewhere(asked.memory, asked.queries)
+    beliefs["rule"] = compute_elsewhere_of(asked.memory, asked.queries, asked.counts, asked.rates)
     columns = {
         f"log_belief_{name}": np.log(belief * num_places + _LEAST)
         for name, belief in beliefs.items()

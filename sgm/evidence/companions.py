@@ -11,9 +11,7 @@ from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import ObjectCounts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.text.vectors import compare
 
-_WIDTH = 0.1  # of cosines by which the names of two things are alike
 _LATELY = 10  # times as fast as a sighting of a companion, one out of place loses its weight
 _ALIKE = 0.3  # cosine of the sightings by place from which an object counts as a companion
 
@@ -48,8 +46,12 @@ class Companions(NamedTuple):
         counts: ObjectCounts,
         age_rate: np.ndarray,
         sums: HomeSums,
+        likeness: np.ndarray,
     ) -> Companions:
-        """Gather what the memory holds; a sighting loses its weight at `age_rate` a step, (Q,)."""
+        """Gather what the memory holds; a sighting loses its weight at `age_rate` a step, (Q,).
+
+        `likeness` is that of `compare_names`.
+        """
         objects, edges, shape = memory.objects, memory.edges, counts.num_true.shape
         object_total, object_square, object_most = _sum_sightings(memory)
         query, edge = _join_edges(memory, queries, sums)
@@ -60,8 +62,6 @@ class Companions(NamedTuple):
             summed = np.bincount(query * shape[1] + place, weight, minlength=shape[0] * shape[1])
             return summed.reshape(shape)
 
-        asked = [memory.labels[label] for label in objects["label"][queries.object]]
-        likeness = np.exp((compare(asked, memory.labels) - 1) / _WIDTH)
         label = objects["label"][row]
         name = likeness[query, label]
         most_similar = np.zeros(shape[0])

@@ -18,6 +18,7 @@ _GOES_OUT = 0.06  # share of things that go out and come back, before anything w
 _AT_HOME = 2.0  # looks, beside those of an hour, by what is known of the hours near by
 _LEAST = 0.03  # share of its days on which a thing is at home at an hour
 _BESIDE = {1: 0.3, 2: 0.15}  # part of a look so many hours before or after
+_HOURS = np.arange(24)
 
 
 def compute_elsewhere(memory: MemoryBatch, queries: Queries) -> np.ndarray:
@@ -36,17 +37,25 @@ def compute_elsewhere(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     Looks since it was last seen, or all, miss it at each place with `compute_miss` of their number;
     any place counts by the share of its time that it spends there. The memory counts its history.
     """
+    counts = ObjectCounts.gather(memory, queries)
+    rates = Rates.estimate(memory, queries, counts, HomeSums.of(memory))
+    return compute_elsewhere_of(memory, queries, counts, rates)
+
+
+def compute_elsewhere_of(
+    memory: MemoryBatch, queries: Queries, counts: ObjectCounts, rates: Rates
+) -> np.ndarray:
+    """`compute_elsewhere`, of what was gathered for the same questions, (Q,)."""
     objects, row, home = memory.objects, queries.object, queries.home
     was_seen, seen_at = objects["num_observed"][row] > 0, objects["last_observed"][row]
-    counts, prior = ObjectCounts.gather(memory, queries), Expected.by_prior(memory, queries)
-    rate = Rates.estimate(memory, queries, counts, HomeSums.of(memory)).left
     hours = compute_hours_per_step(memory, home) * (memory.time - seen_at)
-    moved = np.where(was_seen, -np.expm1(-rate * hours), 1.0)
+    moved = np.where(was_seen, -np.expm1(-rates.left * hours), 1.0)
+    prior = Expected.by_prior(memory, queries)
     usual = compute_destinations(memory, queries, counts, prior)[:, :-1]
     usual = usual / usual.sum(axis=1, keepdims=True)
     look_times, number = list_look_times(memory, queries)
     since = np.where(was_seen, seen_at, -1)[:, None, None]
-    num_looks = (look_times[number] > since).sum(axis=2)
+    num_looks = np.count_nonzero(look_times[number] > since, axis=2)
     num_looks = np.where(was_seen[:, None], num_looks, memory.furniture_num_observed[home])
     miss_rate = memory.history.compute_miss_rate()[home][:, None]
     # Half of what hides a thing from all looks of a step does so in all steps.
@@ -123,7 +132,7 @@ def _sum_beside(counts: np.ndarray) -> np.ndarray:
     """Return, for counts by hour, those of the hours before and after, (Q, NUM_WEEK_HOURS)."""
     days = counts.reshape(len(counts), 2, 24)
     beside = sum(
-        part * (np.roll(days, hours, axis=2) + np.roll(days, -hours, axis=2))
+        part * (days[:, :, _HOURS - hours] + days[:, :, (_HOURS + hours) % 24])
         for hours, part in _BESIDE.items()
     )
     return np.reshape(beside, counts.shape)

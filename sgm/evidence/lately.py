@@ -12,13 +12,10 @@ import numpy as np
 
 from sgm.arrays.rows import add_in_order
 from sgm.evidence.object_counts import compute_hours_per_step
-from sgm.evidence.question import Question
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
 SPANS = {"minutes": 1 / 6, "hours": 1.0, "days": 24.0}  # hours after which an event counts 1 / e
-_USUAL_CHANGES = 0.1  # for each look, before anything was seen to change
-_MOST_HOURS = 1e4  # since a thing moved; what never did counts as this
 
 
 class Lately(NamedTuple):
@@ -49,26 +46,6 @@ class Lately(NamedTuple):
             at,
             np.where(moved >= 0, hours, np.inf),
         )
-
-
-def compute_at_places(asked: Question) -> dict[str, np.ndarray]:
-    """What has changed at each place lately."""
-    minutes, hours, _ = np.log1p(Lately.gather(asked.memory, asked.queries).changes_at)
-    return {"changes_minutes": minutes, "changes_hours": hours}
-
-
-def compute_in_home(asked: Question) -> dict[str, np.ndarray]:
-    """What has changed in the home lately, by itself and for each look; whether this thing has."""
-    lately = Lately.gather(asked.memory, asked.queries)
-    rates = np.log((lately.changes + _USUAL_CHANGES) / (lately.looks + 1))
-    columns = {f"changes_{span}": np.log1p(lately.changes[n]) for n, span in enumerate(SPANS)}
-    columns |= {f"rate_{span}": rates[n] for n, span in enumerate(SPANS)}
-    since = lately.hours_since_moved
-    return columns | {
-        "hours_since_moved": np.log1p(np.minimum(since, _MOST_HOURS)),
-        "moved_lately": np.exp(-since / SPANS["hours"]),
-        "asks_moved": np.full(len(since), asked.asks_moved),
-    }
 
 
 class _Changes(NamedTuple):

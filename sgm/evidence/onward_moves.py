@@ -6,13 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sgm.arrays.rows import add_in_order
+from sgm.arrays.rows import add_in_order, sum_equal
 from sgm.evidence.question import Question
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.text.vectors import compare
 
-_WIDTH = 0.1  # of cosines by which the names of two things are alike
 _LEAST = 0.02  # of a share times the number of places, in logarithms
 
 
@@ -30,15 +28,15 @@ class Ways(NamedTuple):
     labels: np.ndarray
 
     @classmethod
-    def gather(cls, memory: MemoryBatch, queries: Queries) -> Ways:
-        """Gather the ways of the homes that are asked."""
-        own, alike = _count_arrivals(memory, queries)
+    def gather(cls, memory: MemoryBatch, queries: Queries, likeness: np.ndarray) -> Ways:
+        """Gather the ways of the homes that are asked; `likeness` is that of `compare_names`."""
+        own, alike = _count_arrivals(memory, queries, likeness)
         return cls(own, alike, _count_by_label(memory, queries))
 
 
 def compute_ways(asked: Question) -> dict[str, np.ndarray]:
     """To which places things were moved from where this one was seen last."""
-    ways = Ways.gather(asked.memory, asked.queries)
+    ways = Ways.gather(asked.memory, asked.queries, asked.likeness)
     columns = {"own": ways.own}
     for name, counts in (("alike", ways.alike), ("label", ways.labels)):
         share = counts / np.maximum(add_in_order(counts), 1)
@@ -47,7 +45,9 @@ def compute_ways(asked: Question) -> dict[str, np.ndarray]:
     return columns
 
 
-def _count_arrivals(memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
+def _count_arrivals(
+    memory: MemoryBatch, queries: Queries, likeness: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return `own` and `alike` of `Ways`."""
     objects, edges = memory.objects, memory.edges
     num_queries, num_places = len(queries.home), memory.num_furniture
@@ -70,8 +70,6 @@ def _count_arrivals(memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, 
     place, thing = edges["furniture"][edge], edges["object"][edge]
     is_own = thing == queries.object[query]
     own[query[is_own], place[is_own]] = 1
-    labels = [memory.labels[label] for label in objects["label"][queries.object]]
-    likeness = np.exp((compare(labels, memory.labels) - 1) / _WIDTH)
     weight = likeness[query, objects["label"][thing]] * ~is_own
     np.add.at(alike, (query, place), weight)
     return own, alike
@@ -85,6 +83,4 @@ def _count_by_label(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     own_label = label[home, np.maximum(last, 0)]
     is_from = (label[home] == own_label[:, None]) & (last >= 0)[:, None]  # (Q, F)
     onward = np.matmul(is_from[:, None].astype(float), moves[home])[:, 0]  # (Q, F), whole numbers
-    same = label[home][:, :, None] == label[home][:, None, :]  # (Q, F, F)
-    counts: np.ndarray = np.matmul(same, onward[..., None])[..., 0]
-    return counts
+    return sum_equal(label[home], onward)

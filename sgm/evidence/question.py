@@ -18,6 +18,8 @@ from sgm.evidence.adaptive_filter import (
 from sgm.evidence.companions import Companions
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
+from sgm.evidence.lately import Lately
+from sgm.evidence.name_likeness import compare_names
 from sgm.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -137,6 +139,8 @@ class Question:
         expected: where it is expected before it is seen.
         companions: where things like it were seen.
         sums: over all objects and edges.
+        lately: what has changed in the homes.
+        likeness: how much each label of the memory is like the name of each thing, (Q, L).
     """
 
     memory: MemoryBatch
@@ -149,6 +153,8 @@ class Question:
     expected: Expected
     companions: Companions
     sums: HomeSums
+    lately: Lately
+    likeness: np.ndarray
 
     @classmethod
     def gather(
@@ -206,9 +212,22 @@ class Question:
             **{name: memory.objects[name][row] for name in _OF_OBJECTS},
             **{name: history.counters[name][home] for name in _OF_HOMES},
         )
-        companions = Companions.gather(memory, queries, counts, rates.home * hours, sums)
+        likeness = compare_names(memory, queries)
         return cls(
-            memory, queries, asks_moved, arrays, counters, counts, rates, expected, companions, sums
+            memory=memory,
+            queries=queries,
+            asks_moved=asks_moved,
+            arrays=arrays,
+            counters=counters,
+            counts=counts,
+            rates=rates,
+            expected=expected,
+            companions=Companions.gather(
+                memory, queries, counts, rates.home * hours, sums, likeness
+            ),
+            sums=sums,
+            lately=Lately.gather(memory, queries),
+            likeness=likeness,
         )
 
     def get_belief(self, name: str) -> np.ndarray:

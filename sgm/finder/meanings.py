@@ -65,7 +65,7 @@ def find_place(
     numbered = _NUMBERED.fullmatch(words)
     if numbered and int(numbered[1]) in names:
         return int(numbered[1])
-    found = layout.find_called(Name.read(place, "place"))
+    found = [one for one in memory.find_called(Name.read(place, "place")) if one in names]
     if found:
         return _choose(found, names, thing)
     likely = list(memory.find_furniture(place))

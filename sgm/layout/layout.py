@@ -12,7 +12,6 @@ import numpy as np
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, Room, compute_positions
 from sgm.messages import shorten
-from sgm.names.name import Name
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import MAX_LENGTH
 from sgm.prior.place_prior import PlacePrior
@@ -154,31 +153,6 @@ class Layout:
         self.check_furniture(furniture)
         node = self.furniture[furniture]
         return f"{node.description} in {self.rooms[node.room]}"
-
-    def find_called(self, name: Name) -> list[int]:
-        """Return the ids of the furniture that is exactly of a name.
-
-        By all that is said of it ("white fridge in kitchen"), else by its own description, by its
-        label, and by these with the room before or after them.
-        """
-        rooms = {number: str(room) for number, room in self.rooms.items()}
-        nodes = [(number, row, rooms[row.room]) for number, row in self.furniture.items()]
-        for called in (
-            [(number, self.describe(number)) for number in self.furniture],
-            [(number, row.description) for number, row, _ in nodes],
-            [(number, row.label) for number, row, _ in nodes],
-            [(number, f"{room} {row.description}") for number, row, room in nodes],
-            [(number, f"{row.label} in {room}") for number, row, room in nodes],
-            [(number, f"{room} {row.label}") for number, row, room in nodes],
-        ):
-            found = [
-                number
-                for number, words in called
-                if len(words) <= MAX_LENGTH and Name.read(words).is_same(name)
-            ]
-            if found:
-                return found
-        return []
 
     def make_arrays(self, vocabulary: Vocabulary, prior: PriorGraph) -> LayoutArrays:
         """Number labels and rooms by position, and look up the prior."""

@@ -10,6 +10,7 @@ from sgm.layout.box import Box, read_box
 from sgm.layout.furniture import Furniture, read_open_cost, read_position
 from sgm.layout.layout import Layout, RoomId, read_map_id
 from sgm.memory.memory_files import MemoryFiles
+from sgm.names.name import Name
 from sgm.names.words import read_words
 
 
@@ -39,6 +40,11 @@ class MemoryLayout(MemoryFiles):
         """Ids of the furniture nodes in the order of `batch`, (F,)."""
         with self._lock:
             return self._state.furniture.ids
+
+    def find_called(self, name: Name) -> list[int]:
+        """Return the ids of the furniture that is exactly of a name; see `CalledFurniture`."""
+        with self._lock:
+            return self._state.called.find(name)
 
     def add_room(self, label: str) -> int:
         """Add a room such as "kitchen" and return its id.

@@ -157,7 +157,7 @@ class MemoryQuestions(MemoryLayout):
         if resolution.how in ("exact", "same words"):
             return "thing", ()
         asked = Name.read(strip_question(name) or name)
-        found = layout.find_called(asked)
+        found = self.find_called(asked)
         if not found and not resolution.matches:
             names = [node.description for node in layout.furniture.values()]
             likely = self.resolve(name, among=names)

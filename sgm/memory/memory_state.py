@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sgm.layout.called import CalledFurniture
 from sgm.layout.layout import FurnitureNames
 from sgm.memory.clock import make_clock_rows
 from sgm.memory.columns import fill_tables, view_tables
@@ -51,6 +52,7 @@ class MemoryState:
     version: object
     _is_layout_new: bool  # whether the batch has yet to take it over
     _furniture: FurnitureNames | None
+    _called: CalledFurniture | None
 
     def __init__(self, content: MemoryContent, prior: PriorGraph, table: AliasTable) -> None:
         """Begin with a content; `table` says which names are of which type of the prior."""
@@ -62,7 +64,7 @@ class MemoryState:
     def take(self, content: MemoryContent) -> None:
         """Become a memory of that content; prior weights are looked up again."""
         self.vocabulary = Vocabulary(self.prior, content.labels, self._table)
-        self.layout, self._furniture = content.layout, None
+        self.layout, self._furniture, self._called = content.layout, None, None
         self.clock, self.score_calibration = content.clock, content.score_calibration
         arrays = self.layout.make_arrays(self.vocabulary, self.prior)
         batch = self._batch = MemoryBatch([], arrays, clock=make_clock_rows([content.clock]))
@@ -133,6 +135,13 @@ class MemoryState:
         if self._furniture is None:
             self._furniture = FurnitureNames.of(self.layout)
         return self._furniture
+
+    @property
+    def called(self) -> CalledFurniture:
+        """Finds the furniture by its names."""
+        if self._called is None:
+            self._called = CalledFurniture(self.layout)
+        return self._called
 
     def look(
         self,
@@ -282,7 +291,7 @@ class MemoryState:
         if label is not None:
             self.vocabulary.number(label)  # now: labels are numbered in the order they come up
         self._is_layout_new = True
-        self._furniture = None
+        self._furniture = self._called = None
         self.asked = None
         self.begin_anew()  # what was looked at in another home says nothing of this one
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -70,27 +70,37 @@ class StepLog:
         before: the memory before the first of them; None without any.
         looks: in order.
         of_place: numbers of the looks at each furniture id.
+        coverage: sum of their shares that were in view, by furniture id; of use as long as all
+            looks were at whole places, and none had something hidden (`is_plain`).
         counts: things seen, by object row and furniture id.
         num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
         origin: stands for the state of `before`, as in `Asked`.
         asked: row of the object whose hypothetical edges were open then.
         queries: what was asked for since, each with the number of looks before it.
         looks_by_relation: whether a look had a share of "in" and another of "onTop" in view.
+        is_plain: whether no look had, nor something hidden.
     """
 
     before: MemoryBatch | None = None
     looks: list[StepLook] = field(default_factory=list)
     of_place: dict[int, list[int]] = field(default_factory=dict)
+    coverage: dict[int, float] = field(default_factory=dict)
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
     num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
     origin: object = None
     asked: int | None = None
     queries: list[tuple[int, str]] = field(default_factory=list)
     looks_by_relation: bool = False
+    is_plain: bool = True
 
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""
-        self.looks_by_relation |= isinstance(look.coverage, tuple)
+        if isinstance(look.coverage, tuple):
+            self.looks_by_relation = True
+        else:
+            before = self.coverage.get(look.furniture, 0.0)
+            self.coverage[look.furniture] = before + look.coverage
+        self.is_plain &= not look.hidden and not self.looks_by_relation
         self.of_place.setdefault(look.furniture, []).append(len(self.looks))
         self.looks.append(look)
         for row, count in seen.items():
@@ -121,9 +131,13 @@ class StepLog:
         """
         found, name = self.num_until_seen.get(row, {}), read_name(words)
         negative: dict[int, float] = {}
-        for furniture, numbers in self.of_place.items():
+        places: Iterable[int] = self.of_place
+        if self.is_plain:  # most things miss all looks
+            negative = {place: own for place, own in self.coverage.items() if place not in found}
+            places = found
+        for furniture in places:
             first = found.get(furniture, 0)
-            for number in numbers:
+            for number in self.of_place[furniture]:
                 look = self.looks[number]
                 if number < first or (look.hidden and name in map(read_name, look.hidden)):
                     continue
