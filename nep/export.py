@@ -132,7 +132,8 @@ def export_model(
     if source.is_dir():
         notes = _read_notes(source)
     else:
-        notes = {"checkpoint_sha256": compute_checksum(source), "training": model.training}
+        training = model.training if model.training.keys() >= _TRAINING else None
+        notes = {"checkpoint_sha256": compute_checksum(source), "training": training}
     notes |= {
         "command": command,
         "versions": list_versions(),

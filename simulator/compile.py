@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -22,6 +21,7 @@ from simulator.box_world.depth_camera import DepthCamera, make_intrinsics
 from simulator.box_world.ray_kernel import Solids, find_hidden
 from simulator.kernel import KERNELS
 from simulator.policies.registry import make_policy
+from simulator.process import run_main
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.config import HomeConfig
 from simulator.world.dynamics import Dynamics
@@ -93,4 +93,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_main(main)

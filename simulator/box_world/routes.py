@@ -78,8 +78,9 @@ class FloorRoutes:
         else:
             end, (_, towards) = self._find_cell(goal), self._search(goal)
         if cell != end and towards[cell] < 0:
+            name = f"furniture {goal}" if isinstance(goal, int) else goal
             raise ValueError(
-                f"position must be one that {goal} can be reached from, got "
+                f"position must be one that {name} can be reached from, got "
                 f"{start[0]:.2f}, {start[1]:.2f}. Start on free floor."
             )
         cells = [cell]

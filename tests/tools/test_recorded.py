@@ -206,11 +206,11 @@ def test_rows_of_the_figure_are_the_same_in_all_panels_the_best_at_the_top():
 
 @pytest.mark.slow
 def test_the_page_of_language_priors_is_what_its_scores_say(tmp_path):
-    results = Path(__file__).parents[3] / "results"
+    results = Path(__file__).parents[2] / "results"
     name = "language_priors.json"
     shutil.copy(results / name, tmp_path / name)
     page = (results / "language_priors.md").read_text()
-    words = shlex.split(re.search(r"`python -m nep\.recorded (.*?)`\. ", page).group(1))
+    words = shlex.split(re.search(r"`python -m nep\.bench recorded (.*?)`\. ", page).group(1))
     out = tmp_path / "language_priors.md"
     main(["--play", "false", *words, "--out", str(out)])
     assert out.read_text() == page

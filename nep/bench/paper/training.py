@@ -144,7 +144,9 @@ class Training:
 def collect_data(trainings: Sequence[Training]) -> None:
     """Collect, one after the other, what trainings learn from; what is there is left alone."""
     for training in trainings:
-        FitCLI(training.list_all_options()).datamodule.prepare_data()
+        # Without a logger: the folder of a training that was stopped is no fault here.
+        options = [*training.list_all_options(), "--trainer.logger=false"]
+        FitCLI(options).datamodule.prepare_data()
 
 
 SCORES = "scores.json"  # in the folder of runs

@@ -19,7 +19,7 @@ from simulator import (
 from simulator.world.sensing import observe
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def walk():
     """A memory of a home of 32 furniture nodes, and 300 more looks at it."""
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(1, "val", [0]))

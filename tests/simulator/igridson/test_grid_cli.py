@@ -25,7 +25,7 @@ def test_video_writes_film_and_still(tmp_path):
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        (["run", "--runs", "150"], "run is no command of .* Run python -m nep.bench igridson."),
+        (["run", "--runs", "150"], "command must be one of play, video, got 'run'"),
         (["play", "--policy", "nep"], "policy must be one of random, .*got 'nep'.*nep.igridson"),
         (["play", "--seed", "-1"], "seed must be non-negative, got -1"),
         (["video", "--out", "film.gif", "--seed", "-1"], "seed must be non-negative, got -1"),
