@@ -8,7 +8,7 @@ from _measure import Measure
 
 from nep.players.contestants import load_player
 from nep.players.policy import NEPPolicy
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 
 
 def compare_runtimes(

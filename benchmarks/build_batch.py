@@ -22,7 +22,8 @@ from _measure import Benchmark, Measure, run
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

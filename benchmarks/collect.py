@@ -15,7 +15,8 @@ from pathlib import Path
 
 from _measure import Benchmark, Measure, run
 
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

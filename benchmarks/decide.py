@@ -17,8 +17,9 @@ import numpy as np
 from _measure import Benchmark, Measure, run
 from _network import make_policy
 
+from sgm.policies.heuristics import Bayesian
+from sgm.policies.policy import Policy
 from sgm.prior.prior_graph import PriorGraph
-from simulator.policies import Bayesian, Policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout, sample_query
 from simulator.world.config import HomeConfig

@@ -23,7 +23,8 @@ from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.encoders import DGLHGT, HGT
 from nep.encoders.encoder import Encoder
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

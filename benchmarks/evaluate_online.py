@@ -7,7 +7,7 @@ from collections.abc import Callable
 from _measure import Benchmark, Measure, rate, run
 from _network import make_policy
 
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams

@@ -19,7 +19,7 @@ import time
 from _measure import Benchmark, Measure, run
 
 from datamodules.sgm_datamodule import SGMDataModule
-from simulator.collect import collect
+from simulator.collect.folder import collect
 
 _CODE = """
 import os, sys

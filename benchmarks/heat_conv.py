@@ -38,7 +38,8 @@ from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.encoders.heat import HEATConv
 from nep.layers.segment import attend
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 
 UNITS = 64
 _TOLERANCE = 1e-10  # of float64

@@ -26,7 +26,7 @@ from _measure import Benchmark, Measure, run
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.encoders import HEAT
 from nep.model.module import NEPModule
-from simulator.collect import collect
+from simulator.collect.folder import collect
 
 
 class EpochTimer(pl.Callback):

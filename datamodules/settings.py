@@ -9,7 +9,7 @@ from typing import Any
 from datamodules.features import FeatureConfig, list_recorded
 from sgm.checks import check_at_least
 from sgm.messages import shorten
-from simulator.collect import CollectConfig
+from simulator.collect.settings import CollectConfig
 from simulator.home_options import HomeOptions, MakeSource
 from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.registry import find_task

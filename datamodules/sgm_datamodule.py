@@ -20,7 +20,8 @@ from datamodules.graph import GraphBuilder
 from datamodules.settings import CollectionConfig, HomesConfig, LoadingConfig
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.messages import shorten
-from simulator.collect import EXTRAS, CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import EXTRAS, CollectConfig
 from simulator.home_options import MakeSource
 from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.registry import make_file_name

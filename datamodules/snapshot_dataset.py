@@ -13,8 +13,14 @@ from datamodules.graph import GraphBuilder
 from datamodules.snapshot_tables import SnapshotTables
 from sgm.arrays.grouped import compute_starts, number_keys
 from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
-from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
-from simulator.snapshots.shards import check_manifest, check_shard, load_manifest, load_shard
+from simulator.snapshots.shards import (
+    EXTRA,
+    QUESTION_EXTRA,
+    check_manifest,
+    check_shard,
+    load_manifest,
+    load_shard,
+)
 from simulator.snapshots.snapshots import Snapshots, make_counters
 
 

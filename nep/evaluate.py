@@ -31,11 +31,11 @@ from simulator.command_line import (
 from simulator.fan_out import check_workers
 from simulator.home_options import HomeOptions
 from simulator.policies import POLICIES, check_policies, list_policies
-from simulator.policies.registry import WHERE_NAMED
+from simulator.policies.registry import EVENT_RULES
 from simulator.process import run_main
 from simulator.tasks.evaluation import play_games
-from simulator.tasks.metrics import METRICS, Metric
-from simulator.tasks.registry import TASKS, find_metric, find_task, make_file_name
+from simulator.tasks.metrics import METRICS, Metric, find_metric
+from simulator.tasks.registry import TASKS, find_task, make_file_name
 from simulator.tasks.scores import TaskScores
 from simulator.test_sets.test_sets import compute_fingerprint, name_test_set
 from simulator.world.source import HomeSource, SampledSource
@@ -200,7 +200,7 @@ def _make_parser() -> ArgumentParser:
         "metrics": "metrics of your own beside those of every table: my_module:my_metric, a "
         "function of TaskScores or a Metric",
         "policies": f"all, none, or some of {', '.join(POLICIES)}; those that all leaves out: "
-        f"{', '.join(WHERE_NAMED)}; or your own: my_module:MyPolicy",
+        f"{', '.join(EVENT_RULES)}; or your own: my_module:MyPolicy",
         "checkpoint": "[NAME[@TASK]=]SOURCE: a trained network, for all tasks or for one: a "
         f"checkpoint, an exported folder or one that ships ({', '.join(list_shipped())}); may be "
         "repeated",

@@ -31,7 +31,7 @@ from lightning.pytorch.utilities.exceptions import SIGTERMException
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.epoch_lines import EpochLines
-from nep.callbacks.online_evaluation import OnlineEvaluation
+from nep.callbacks.online_config import OnlineConfig
 from nep.callbacks.resume import RandomStates, WholeCheckpoints
 from nep.config_files import find_configs
 from nep.encoders import load_all
@@ -98,7 +98,7 @@ class FitCLI(LightningCLI):
         parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
-        parser.add_lightning_class_args(OnlineEvaluation, "online")
+        parser.add_class_arguments(OnlineConfig, "online")
         parser.link_arguments("data.features", "model.reads", compute_fn=_list_groups)
         parser.link_arguments("model.num_hops", "data.num_hops", apply_on="instantiate")
 
@@ -170,7 +170,7 @@ class FitCLI(LightningCLI):
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
         self.states = RandomStates()
-        callbacks: list[Callback] = [self.states]
+        callbacks: list[Callback] = [self.config_init.online.make(), self.states]
         if self.config.trainer.logger is not False:
             callbacks.append(LearningRateMonitor(logging_interval="step"))
         if self.config.trainer.enable_progress_bar is not False:

@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from sgm.memory.clock import Clock
     from sgm.memory.scene_graph_memory import SceneGraphMemory
     from sgm.memory.sighting import Sighting
+    from sgm.policies.heuristics import Bayesian
+    from sgm.policies.policy import Policy
     from sgm.prior.prior_graph import PriorGraph
-    from simulator.policies import POLICIES, Bayesian, Policy, make_policy
+    from simulator.policies import POLICIES, make_policy
     from simulator.tasks.evaluation import evaluate_policy
     from simulator.world.config import HomeConfig
     from simulator.world.sampled_homes import SampledHomes
@@ -23,11 +25,11 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "POLICIES": "simulator.policies",
-    "Bayesian": "simulator.policies",
+    "Bayesian": "sgm.policies.heuristics",
     "Clock": "sgm.memory.clock",
     "HomeConfig": "simulator.world.config",
     "HomeSource": "simulator.world.source",
-    "Policy": "simulator.policies",
+    "Policy": "sgm.policies.policy",
     "PriorGraph": "sgm.prior.prior_graph",
     "SampledHomes": "simulator.world.sampled_homes",
     "SampledSource": "simulator.world.source",

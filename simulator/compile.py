@@ -54,7 +54,7 @@ WORK: Mapping[str, Callable[[], None]] = {
     "homes of the paper": lambda: _play(PaperDynamics(), "random"),
     "routines": lambda: _play(RoutineDynamics(), "random"),
     "sessions": lambda: _play(SessionDynamics(), "random"),
-    "filters that know the rules": lambda: _play(PaperDynamics(), "home_filter", "informed"),
+    "filters that know the rules": lambda: _play(PaperDynamics(), "home_filter"),
     "cameras": _shoot,
 }
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from simulator import collect
+from simulator.collect import __main__ as collect
 from simulator.priors import __main__ as priors
 from simulator.trace import __main__ as trace
 

@@ -18,10 +18,11 @@ from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.policies.heuristics import Bayesian
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import PriorGraph
-from simulator.collect import CollectConfig, collect
-from simulator.policies import Bayesian
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import numpy as np
 from rich.console import Console
 
 from datamodules.sgm_datamodule import SGMDataModule
+from nep.callbacks.online_config import OnlineConfig
 from nep.model.module import NEPModule
 from nep.players.contestants import MakePolicy
 from nep.players.policy import NEPPolicy
@@ -28,9 +28,8 @@ from nep.report.tables import (
     make_markdown,
     make_rich_table,
 )
-from sgm.checks import check_at_least
 from sgm.files import write_whole
-from simulator.policies import POLICIES, check_policies, find_policy, make_policy
+from simulator.policies import POLICIES, find_policy, make_policy
 from simulator.policies.registry import ORACLES
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.registry import TASKS, find_task
@@ -55,34 +54,13 @@ class OnlineEvaluation(pl.Callback):
     Source: paper sections 5.2 and 6.1.
     """
 
-    def __init__(
-        self,
-        num_homes: int = 20,
-        steps: int = 100,
-        every_n_epochs: int = 5,
-        name: str = "NEP",
-        policies: Sequence[str] | None = None,
-    ) -> None:
-        """Set the size of the evaluation.
-
-        Args:
-            num_homes: validation homes that are sampled.
-            steps: time steps per home, likewise.
-            every_n_epochs: epochs between evaluations; the last epoch is always evaluated.
-            name: of the model in figures and tables.
-            policies: heuristics and oracles that play beside it, if they can in such homes; None
-                for all. Without Bayesian and an oracle nothing is said of the gap between them.
-
-        Raises:
-            ValueError: if a count is below 1 or a policy unknown.
-        """
-        check_at_least(1, num_homes=num_homes, steps=steps, every_n_epochs=every_n_epochs)
-        self.num_homes = num_homes
-        self.steps = steps
-        self.every_n_epochs = every_n_epochs
-        self.name = name
-        self.policies = tuple(POLICIES if policies is None else policies)
-        check_policies(self.policies)
+    def __init__(self, config: OnlineConfig) -> None:
+        """Set the size of the evaluation."""
+        self.num_homes = config.num_homes
+        self.steps = config.steps
+        self.every_n_epochs = config.every_n_epochs
+        self.name = config.name
+        self.policies = tuple(POLICIES if config.policies is None else config.policies)
         self.task: type[Task] = TASKS["predict_location"]
         self.homes: HomeSource = SampledSource()
         self.scores: dict[str, ScoreSummary] = {}

@@ -12,7 +12,7 @@ from sgm.evidence.elsewhere import ELSEWHERE
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.metrics import compute_calibration_error, compute_nll
 from simulator.tasks.rollout import Rollout, sample_query
 from simulator.tasks.search import Search, SearchOrder

@@ -20,7 +20,8 @@ from sgm.messages import shorten
 from sgm.network.network import ONNX, has_onnx
 from sgm.network.policy import NetworkPolicy
 from sgm.network.shipped import CONFIG, PRETRAINED, find_trained, split_name
-from simulator.policies import POLICIES, Policy, check_policies, make_policy
+from sgm.policies.policy import Policy
+from simulator.policies import POLICIES, check_policies, make_policy
 from simulator.tasks.registry import TASKS, check_task
 from simulator.world.homes import Homes
 

@@ -19,7 +19,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.network.policy import DECIMALS, StepPolicy
 from simulator.policies.filters import HomeFilter
-from simulator.snapshots.snapshots import take_snapshots
+from simulator.snapshots.taken import take_snapshots
 from simulator.world.homes import Homes
 
 

@@ -12,11 +12,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from sgm.messages import shorten
-from sgm.policies.policy import compute_probabilities
+from sgm.policies.policy import Policy, compute_probabilities
 from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
 from simulator.gym.reset_options import NEW_HOME, reads_new_home
 from simulator.gym.search_series import SearchSeries
-from simulator.policies import Policy
 from simulator.world.homes import Homes
 from simulator.world.source import HomeSource
 

@@ -10,7 +10,8 @@ from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries, propose_rows
 from simulator.snapshots.graph import FURNITURE, OBJECT, SnapshotGraph
-from simulator.snapshots.snapshots import Snapshots, take_snapshots
+from simulator.snapshots.snapshots import Snapshots
+from simulator.snapshots.taken import take_snapshots
 
 # kind: 0 home, 1 floor, 2 room, 3 furniture, 4 object. label: index into `labels`; description:
 # its number, for objects. Steps since what never happened are -1, as is a description of what is

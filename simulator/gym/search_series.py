@@ -9,8 +9,9 @@ import numpy as np
 from gymnasium.spaces import Dict, Discrete
 
 from sgm.checks import check_at_least
+from sgm.policies.policy import Policy
 from simulator.gym.memory_graph import make_graph_space, make_graphs
-from simulator.policies import Policy, make_policy
+from simulator.policies import make_policy
 from simulator.tasks.rollout import Rollout
 from simulator.tasks.search import Search
 from simulator.world.homes import Homes

@@ -20,6 +20,8 @@ from minigrid.utils.rendering import fill_coords, point_in_rect
 
 from sgm.checks import check_at_least
 from sgm.messages import shorten
+from sgm.policies.heuristics import Bayesian
+from sgm.policies.policy import Policy
 from sgm.prior.prior_graph import PriorGraph
 from simulator.gym.place_rows import PLACE_COLUMNS, compute_place_rows
 from simulator.gym.reset_options import reads_new_home
@@ -29,7 +31,6 @@ from simulator.igridson.layout import GridLayout
 from simulator.igridson.layout_file import load_layout
 from simulator.igridson.navigation import DIRECTIONS, Routes
 from simulator.igridson.scene import GridPlacement, GridScene, list_things
-from simulator.policies import Bayesian, Policy
 from simulator.tasks.rollout import Rollout
 from simulator.tasks.search import Search
 from simulator.world.homes import Homes

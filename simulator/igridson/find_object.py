@@ -9,10 +9,11 @@ import numpy as np
 
 from sgm.checks import check_at_least, check_seed
 from sgm.messages import shorten
+from sgm.policies.policy import Policy
 from sgm.prior.prior_graph import PriorGraph
 from simulator.igridson.layout import GridLayout
 from simulator.igridson.navigation import LOOK_COST, ByTravel, Routes, Walk
-from simulator.policies import POLICIES, Policy
+from simulator.policies import POLICIES
 from simulator.tasks.answer import Answer
 from simulator.tasks.find_object import FindObject
 from simulator.tasks.search import ByScore, SearchOrder

@@ -1,7 +1,5 @@
 """Policies by name: heuristics, filters and oracles. A network is one more `Policy`."""
 
-from sgm.policies.heuristics import Bayesian
-from sgm.policies.policy import Policy
 from simulator.policies.registry import (
     POLICIES,
     check_policies,
@@ -13,8 +11,6 @@ from simulator.policies.registry import (
 
 __all__ = [
     "POLICIES",
-    "Bayesian",
-    "Policy",
     "check_policies",
     "find_policy",
     "identify_policy",

@@ -2,58 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from sgm.policies.adaptive import Adaptive
-from sgm.policies.heuristics import (
-    Bayesian,
-    Frequentist,
-    LastSeenUnlessAbsent,
-    LastSeenUnlessAbsentPrior,
-    Myopic,
-    Priors,
-    Random,
-)
-from sgm.policies.persistence import Persistence
-from sgm.policies.policy import Policy
-from simulator.policies.event_rules import Base3, EdgeBank, EdgeBankWindow, PopTrack
-from simulator.policies.filters import Ceiling, HomeFilter, PriorFilter
-from simulator.policies.informed import Informed
-from simulator.policies.oracles import Oracle, ScheduleOracle
-from simulator.world.homes import Homes
-from simulator.world.parts import find_subclass
-from simulator.world.source import HomeSource
+from simulator.world.parts import ClassesByName
+
+if TYPE_CHECKING:
+    from sgm.policies.policy import Policy
+    from simulator.world.homes import Homes
+    from simulator.world.source import HomeSource
+
+
+def _name(**paths: str) -> ClassesByName[Policy]:
+    return ClassesByName("policy", "sgm.policies.policy.Policy", **paths)
+
 
 # Every policy of the paper's homes by the name that command lines and tables use. Only the oracles
 # among them read the true homes.
-POLICIES: Mapping[str, type[Policy]] = {
-    "random": Random,
-    "priors": Priors,
-    "frequentist": Frequentist,
-    "myopic": Myopic,
-    "bayesian": Bayesian,
-    "last_seen": LastSeenUnlessAbsent,
-    "last_seen_prior": LastSeenUnlessAbsentPrior,
-    "prior_filter": PriorFilter,
-    "home_filter": HomeFilter,
-    "persistence": Persistence,
-    "adaptive": Adaptive,
-    "oracle": Oracle,
-    "ceiling": Ceiling,
-}
+POLICIES = _name(
+    random="sgm.policies.heuristics.Random",
+    priors="sgm.policies.heuristics.Priors",
+    frequentist="sgm.policies.heuristics.Frequentist",
+    myopic="sgm.policies.heuristics.Myopic",
+    bayesian="sgm.policies.heuristics.Bayesian",
+    last_seen="sgm.policies.heuristics.LastSeenUnlessAbsent",
+    last_seen_prior="sgm.policies.heuristics.LastSeenUnlessAbsentPrior",
+    prior_filter="simulator.policies.filters.PriorFilter",
+    home_filter="simulator.policies.filters.HomeFilter",
+    persistence="sgm.policies.persistence.Persistence",
+    adaptive="sgm.policies.adaptive.Adaptive",
+    oracle="simulator.policies.oracles.Oracle",
+    ceiling="simulator.policies.filters.Ceiling",
+)
 ORACLES = ("oracle", "ceiling")  # below the line in tables, and no rules that a robot could follow
 # Those that play in some other homes alone, where a source knows what they need.
-_OF_OTHER_HOMES: Mapping[str, type[Policy]] = {"schedule_oracle": ScheduleOracle}
+_OF_OTHER_HOMES = _name(schedule_oracle="simulator.policies.oracles.ScheduleOracle")
 # Rules of temporal graph learning (docs/events.md), which play where they are named alone.
-EVENT_RULES: Mapping[str, type[Policy]] = {
-    "edgebank": EdgeBank,
-    "edgebank_window": EdgeBankWindow,
-    "poptrack": PopTrack,
-    "base3": Base3,
-}
-# Likewise: it takes a hundred times as long as the others.
-WHERE_NAMED: Mapping[str, type[Policy]] = {"informed": Informed, **EVENT_RULES}
-_ALL = {**POLICIES, **_OF_OTHER_HOMES, **WHERE_NAMED}
+EVENT_RULES = _name(
+    edgebank="simulator.policies.event_rules.EdgeBank",
+    edgebank_window="simulator.policies.event_rules.EdgeBankWindow",
+    poptrack="simulator.policies.event_rules.PopTrack",
+    base3="simulator.policies.event_rules.Base3",
+)
+_ALL = POLICIES | _OF_OTHER_HOMES | EVENT_RULES
 
 
 def find_policy(name: str) -> type[Policy]:
@@ -64,8 +55,7 @@ def find_policy(name: str) -> type[Policy]:
     Raises:
         ValueError: if there is no policy of that name.
     """
-    found: type[Policy] = find_subclass("policy", name.partition("=")[0], _ALL, Policy)
-    return found
+    return _ALL.find(name.partition("=")[0])
 
 
 def make_policy(name: str, homes: Homes) -> Policy:
@@ -87,7 +77,7 @@ def identify_policy(name: str) -> str | None:
 
 def list_policies(source: HomeSource) -> tuple[str, ...]:
     """Return the names of the policies that can play, but for those that must be named."""
-    quick = {**POLICIES, **_OF_OTHER_HOMES}
+    quick = POLICIES | _OF_OTHER_HOMES
     return tuple(name for name, policy in quick.items() if policy.needs <= source.knows)
 
 

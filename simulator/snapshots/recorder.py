@@ -12,11 +12,9 @@ from sgm.arrays.grouped import compute_rank_in_group
 from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
+from simulator.snapshots.shards import EXTRA, QUESTION_EXTRA
 
 Arrays = dict[str, np.ndarray]
-
-# What the columns of extras are called in a shard: where their own names begin.
-EXTRA, QUESTION_EXTRA = "extra_", "question_"
 
 
 class Recorder:

@@ -25,9 +25,10 @@ from sgm.files import (
 )
 from sgm.memory.columns import EDGES, FURNITURE, NOW, OBJECTS
 from sgm.messages import shorten
-from simulator.snapshots.recorder import EXTRA, QUESTION_EXTRA
 
 MANIFEST = "manifest.json"
+# What the columns of extras are called in a shard: where their own names begin.
+EXTRA, QUESTION_EXTRA = "extra_", "question_"
 
 
 def get_shard_name(home: int) -> str:

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from sgm.arrays.grouped import compute_starts
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.predict_location import PredictLocation, answer_queries
 from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.rollout import sample_query

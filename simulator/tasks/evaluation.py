@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from sgm.policies.policy import Policy
 from simulator.fan_out import check_workers, fan_out
-from simulator.policies import Policy
 from simulator.tasks.registry import check_task, find_task
 from simulator.tasks.scores import AnswerLog, TaskScores
 from simulator.world.homes import Homes

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.search import ByScore, Search, SearchOrder
 from simulator.tasks.task import Task
 from simulator.world.homes import Homes

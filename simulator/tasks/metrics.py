@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sgm.messages import shorten
 from simulator.tasks.scores import TaskScores
+from simulator.world.parts import find_named
 
 # What an answer costs at most in `compute_nll`: 13.8 nats, instead of infinity.
 MIN_PROBABILITY = 1e-6
@@ -122,3 +124,24 @@ METRICS = _index(
         "candidate_recall", "recall", ".3f", True, lambda scores: float(scores.has_candidate.mean())
     ),
 )  # fmt: skip
+
+
+def find_metric(name: str) -> Metric:
+    """Find a metric of answers by name, or import one of your own: "my_module:my_metric".
+
+    Args:
+        name: that name; of one's own, that of a `Metric`, or of a function that gets `TaskScores`
+            and returns a number, of which more is better.
+
+    Raises:
+        ValueError: if there is no metric of that name.
+    """
+    found = find_named("metric", name, METRICS, "my_metric")
+    if isinstance(found, Metric):
+        return replace(found, name=name)
+    if not callable(found):
+        raise ValueError(
+            "metric must be a Metric, or a function of TaskScores, got "
+            f"{shorten(name)}, which is {type(found).__name__}. Check the name."
+        )
+    return Metric(name, name.partition(":")[2], ".3f", True, found)

@@ -8,7 +8,7 @@ import numpy as np
 
 from sgm.arrays.relations import NUM_RELATIONS, sum_relations
 from sgm.checks import check_at_least
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.ndcg import compute_ndcg
 from simulator.tasks.rollout import compute_answers, compute_query_weights

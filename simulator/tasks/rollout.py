@@ -11,9 +11,8 @@ from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
-from sgm.policies.policy import mask_furniture
+from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.place_prior import PlacePrior
-from simulator.policies import Policy
 from simulator.world.homes import Homes
 from simulator.world.sensing import Observation, observe
 from simulator.world.streams import sample_categorical

@@ -11,8 +11,7 @@ from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.policies.policy import compute_probabilities
-from simulator.policies import Policy
+from sgm.policies.policy import Policy, compute_probabilities
 from simulator.tasks.answer import Answer
 from simulator.tasks.task import Task
 from simulator.tasks.usual_places import UsualPlaces

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.rollout import Rollout

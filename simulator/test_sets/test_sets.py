@@ -13,8 +13,8 @@ import numpy as np
 from sgm.checks import check_choice
 from sgm.files import read_json
 from sgm.messages import shorten
+from sgm.policies.heuristics import Bayesian
 from sgm.prior.prior_graph import PriorGraph
-from simulator.policies import Bayesian
 from simulator.tasks.rollout import Rollout
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes

@@ -10,8 +10,8 @@ import numpy as np
 
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
+from sgm.policies.policy import Policy
 from sgm.prior.prior_graph import PriorGraph
-from simulator.policies import Policy
 from simulator.tasks.rollout import Rollout, compute_answers, sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.homes import Homes

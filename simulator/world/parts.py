@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -35,6 +35,7 @@ class Part:
 
 
 AnyPart = TypeVar("AnyPart", bound=Part)
+AnyClass = TypeVar("AnyClass")
 
 
 class Registry(dict[str, str], Generic[AnyPart]):
@@ -97,19 +98,51 @@ class Registry(dict[str, str], Generic[AnyPart]):
             raise ValueError(f"{self._what} {shorten(name)} has other fields: {error}") from None
 
 
-def find_subclass(what: str, name: str, known: Mapping[str, type[Any]], base: type[Any]) -> Any:
-    """Find a class by its known name, or import it; its kind is for errors.
+class ClassesByName(Mapping[str, type[AnyClass]]):
+    """Classes of one kind by the name that commands use, each imported when it is asked for."""
 
-    Raises:
-        ValueError: if there is no subclass of the base of that name.
-    """
-    found = find_named(what, name, known, f"My{base.__name__}")
-    if not (isinstance(found, type) and issubclass(found, base)):
-        raise ValueError(
-            f"{what} must be a subclass of {base.__module__}.{base.__name__}, got {shorten(name)}. "
-            f"Derive it from {base.__name__}, or check the name."
-        )
-    return found
+    def __init__(self, what: str, base: str, **paths: str) -> None:
+        """Name the kind, for errors, and the import paths of the base class and of the classes."""
+        self._what = what
+        self._base = base
+        self._paths = paths
+
+    def __getitem__(self, name: str) -> type[AnyClass]:
+        """Return the class of a known name."""
+        found: type[AnyClass] = _import_class(self._paths[name])
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the names; nothing is imported."""
+        return iter(self._paths)
+
+    def __len__(self) -> int:
+        """Return the number of names."""
+        return len(self._paths)
+
+    def __or__(self, other: ClassesByName[AnyClass]) -> ClassesByName[AnyClass]:
+        """Return these and others of the same kind."""
+        return ClassesByName(self._what, self._base, **self._paths, **other._paths)
+
+    def find(self, name: str) -> type[AnyClass]:
+        """Return the class of a known name, or import one of a user's own, "my_module:MyClass".
+
+        Raises:
+            ValueError: if there is no class of that kind of that name.
+        """
+        module, _, base = self._base.rpartition(".")
+        found = find_named(self._what, name, self, f"My{base}")
+        if not (isinstance(found, type) and issubclass(found, _import_class(self._base))):
+            raise ValueError(
+                f"{self._what} must be a subclass of {module}.{base}, got {shorten(name)}. "
+                f"Derive it from {base}, or check the name."
+            )
+        return found
+
+
+def _import_class(path: str) -> Any:
+    module, _, name = path.rpartition(".")
+    return getattr(import_module(module), name)
 
 
 def find_named(what: str, name: str, known: Mapping[str, Any], example: str) -> Any:

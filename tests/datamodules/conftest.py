@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.snapshots.snapshots import Snapshots
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource

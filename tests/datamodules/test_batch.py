@@ -9,9 +9,9 @@ import torch
 from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
+from sgm.policies.heuristics import Bayesian
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
-from simulator.policies import Bayesian
-from simulator.snapshots.snapshots import take_snapshots
+from simulator.snapshots.taken import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 

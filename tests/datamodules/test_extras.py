@@ -9,9 +9,10 @@ from datamodules.batch import EDGE_TYPES, QUERY_EDGE_TYPES
 from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.policies import make_policy
-from simulator.snapshots.snapshots import take_snapshots
+from simulator.snapshots.taken import take_snapshots
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource

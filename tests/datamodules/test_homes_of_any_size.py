@@ -16,7 +16,8 @@ from sgm.prior.place_prior import PlacePrior
 from simulator import PriorGraph
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.shards import get_shard_name, save_manifest, save_shard
-from simulator.snapshots.snapshots import Snapshots, take_snapshots
+from simulator.snapshots.snapshots import Snapshots
+from simulator.snapshots.taken import take_snapshots
 
 PRIOR = PriorGraph.default()
 OBJECTS = [row.label for row in PRIOR.objects]

@@ -18,7 +18,7 @@ def find_blocks(page: str) -> list[str]:
 
 @pytest.mark.slow
 def test_snapshots_are_read_as_in_data(tmp_path, monkeypatch):
-    from simulator.collect import main
+    from simulator.collect.__main__ import main
 
     monkeypatch.chdir(tmp_path)
     main(["--num_homes", "1", "--steps", "4", "--out", "DIR", "--workers", "1"])

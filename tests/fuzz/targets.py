@@ -39,7 +39,8 @@ from simulator import (
     Sighting,
     Streams,
 )
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.igridson.layout_file import DEFAULT_LAYOUT, load_layout
 from simulator.replay.replay import Replay
 from simulator.snapshots.shards import MANIFEST, load_shard, save_shard

@@ -24,7 +24,8 @@ from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, load_trained, save_exported
 from sgm.memory.look_log import read_log
 from simulator import SceneGraphMemory, Sighting
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.trace.trace import load_trace, save_trace
 from simulator.world.source import SampledSource
 

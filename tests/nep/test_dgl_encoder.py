@@ -13,9 +13,9 @@ from nep.encoders import DGLHGT, HGT, DGLEncoder
 from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.policy import NEPPolicy
+from sgm.policies.heuristics import Bayesian
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
-from simulator.policies import Bayesian
-from simulator.snapshots.snapshots import take_snapshots
+from simulator.snapshots.taken import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 

@@ -12,7 +12,8 @@ import pytest
 from nep.compare import compare
 from nep.evaluate import main
 from nep.report.results import Results
-from simulator.tasks.registry import find_metric, find_task
+from simulator.tasks.metrics import find_metric
+from simulator.tasks.registry import find_task
 
 ROOT = Path(__file__).parents[2]
 OWN = """

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from nep.evaluate import main as evaluate
-from simulator.collect import main as collect
+from simulator.collect.__main__ import main as collect
 
 pytestmark = [
     pytest.mark.slow,
@@ -29,7 +29,7 @@ import ray
 
 ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
 from nep.evaluate import main as evaluate
-from simulator.collect import main as collect
+from simulator.collect.__main__ import main as collect
 
 for main, arguments in zip((collect, evaluate), json.loads(sys.argv[1])):
     main([*arguments, "--workers", "2", "--backend", "ray"])

@@ -11,8 +11,10 @@ from pathlib import Path
 import pytest
 
 from sgm.files import lock_folder
-from simulator import collect as collect_module
-from simulator.collect import CollectConfig, collect, main
+from simulator.collect import folder as collect_module
+from simulator.collect.__main__ import main
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.snapshots.shards import get_shard_name, load_manifest, load_shard
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.source import Mixture, MixtureSource
@@ -29,8 +31,8 @@ def read_all(folder: Path) -> dict[str, bytes]:
 def start(out: Path, *arguments: str, homes_per_job: int = 20, **options) -> subprocess.Popen:
     """Run the command line in a process of its own."""
     code = (
-        "import sys, simulator.collect as c; "
-        f"c._HOMES_PER_JOB = {homes_per_job}; c.main(sys.argv[1:])"
+        "import sys, simulator.collect.__main__ as c, simulator.collect.folder as f; "
+        f"f._HOMES_PER_JOB = {homes_per_job}; c.main(sys.argv[1:])"
     )
     return subprocess.Popen(
         [sys.executable, "-c", code, "--out", str(out), *arguments],

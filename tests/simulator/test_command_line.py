@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from simulator import collect as collect_module
+from simulator.collect import __main__ as collect_module
 from simulator.command_line import (
     add_home_arguments,
     add_worker_arguments,

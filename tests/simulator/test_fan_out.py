@@ -5,8 +5,9 @@ import time
 import numpy as np
 import pytest
 
-from simulator import collect as collect_module
-from simulator.collect import CollectConfig, collect
+from simulator.collect import folder as collect_module
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.fan_out import check_workers, fan_out
 from simulator.policies import POLICIES
 from simulator.tasks.evaluation import evaluate_policy

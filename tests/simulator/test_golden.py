@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.policies import make_policy
 from simulator.snapshots.shards import get_shard_name, load_shard
 from simulator.tasks.evaluation import evaluate_policy

@@ -5,8 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simulator import collect as collect_module
-from simulator.collect import CollectConfig, collect
+from simulator.collect import folder as collect_module
+from simulator.collect import homes as collecting
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.policies import make_policy
 from simulator.snapshots.shards import load_shard
 from simulator.tasks.registry import TASKS
@@ -74,14 +76,14 @@ def test_an_interrupted_collection_ends_with_the_same_bytes(reference, tmp_path,
         if len(finished) == 2:
             raise KeyboardInterrupt
         finished.append(arguments[2])
-        return collect_module_homes(*arguments)
+        return collect_homes(*arguments)
 
-    collect_module_homes = collect_module.collect_homes
-    monkeypatch.setattr(collect_module, "collect_homes", stop_after_two)
+    collect_homes = collecting.collect_homes
+    monkeypatch.setattr(collecting, "collect_homes", stop_after_two)
     with pytest.raises(KeyboardInterrupt):
         collect(configure(task), out, progress=False)
     assert len(list(out.glob("*.safetensors"))) == 2
-    monkeypatch.setattr(collect_module, "collect_homes", collect_module_homes)
+    monkeypatch.setattr(collecting, "collect_homes", collect_homes)
     collect(configure(task), out, progress=False)
     assert read_all(out) == read_all(folder)
 

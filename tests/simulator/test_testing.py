@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from sgm.policies.heuristics import Random
-from simulator.policies import POLICIES, Bayesian, Policy
+from sgm.policies.heuristics import Bayesian, Random
+from sgm.policies.policy import Policy
+from simulator.policies import POLICIES
 from simulator.testing import check_policy
 
 

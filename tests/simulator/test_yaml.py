@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from nep.fit import main as fit
-from simulator.collect import main as collect
+from simulator.collect.__main__ import main as collect
 from simulator.trace.importers.scene_graph import load_label_names
 from simulator.yaml_text import parse_yaml
 

@@ -48,7 +48,7 @@ def make_known(scores: ClaimsScores) -> tuple[str, Any]:
     text = [
         "## What can be known\n",
         "`informed` knows all rules but not the home: filters over draws of class and "
-        "instance noise, weighed by the likelihood of all looks (`simulator.policies."
+        "instance noise, weighed by the likelihood of all looks (`tools.claims."
         "informed`). `oracle` and `ceiling` know the home. Share: of the way from Bayesian "
         "to `informed`.\n",
         "\n".join(texts) + "\n",

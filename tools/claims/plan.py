@@ -16,12 +16,13 @@ from nep.bench.score_cache import ScoreCache
 from nep.players.contestants import Checkpoint, MakePolicy, list_contestants
 from nep.report.results import ScoreSummary, pack_summary, unpack_summary
 from sgm.files import read_json
-from simulator.policies import POLICIES, Policy
-from simulator.policies.informed import Informed
+from sgm.policies.policy import Policy
+from simulator.policies import POLICIES
 from simulator.tasks.evaluation import evaluate_policy
 from simulator.tasks.scores import TaskScores
 from simulator.world.homes import Homes
 from simulator.world.streams import Streams
+from tools.claims.informed import Informed
 from tools.claims.readings import ReadingGame
 
 LOCATION = {nodes: Setting("predict_location", nodes == "on") for nodes in ("on", "off")}
@@ -164,7 +165,7 @@ class ClaimsPlan(TrainedPlan):
     ) -> dict[str, MakePolicy]:
         """Return what makes each policy and each network that plays a game, by name."""
         if isinstance(game, InformedGame):
-            return list_contestants(game.setting.task, [INFORMED], [])
+            return {INFORMED: Informed.make}
         is_read = isinstance(game, ReadingGame)
         known: set[str] = set()
         policies: Sequence[str] = PAPER_POLICIES

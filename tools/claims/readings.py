@@ -11,7 +11,7 @@ import numpy as np
 
 from nep.bench.paper.paper_game import PaperGame
 from nep.players.contestants import MakePolicy
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.answer import Answer
 from simulator.tasks.ndcg import compute_ndcg
 from simulator.tasks.relative_likelihood import RelativeLikelihood

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+from nep.callbacks.online_config import OnlineConfig
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.fit import main
 from nep.players.policy import NEPPolicy
@@ -86,7 +87,7 @@ def test_written_scores_are_those_of_the_checkpoint(run):
 
 
 def test_table_is_sorted_and_paired(capsys):
-    evaluation = OnlineEvaluation(num_homes=2, steps=10, name="NEP")
+    evaluation = OnlineEvaluation(OnlineConfig(num_homes=2, steps=10, name="NEP"))
 
     def make_scores(first: int, second: int) -> ScoreSummary:
         right = np.arange(10) < np.array([[first], [second]])
@@ -197,7 +198,7 @@ def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, 
 
 
 def test_without_policies_nothing_is_said_of_gaps(capsys):
-    evaluation = OnlineEvaluation(num_homes=2, steps=10, policies=[])
+    evaluation = OnlineEvaluation(OnlineConfig(num_homes=2, steps=10, policies=[]))
     evaluation.scores["NEP"] = ScoreSummary(np.full((2, 10), 0.5), dict.fromkeys(METRICS, 1.0))
     evaluation.print_table()
     out = capsys.readouterr().out
@@ -209,10 +210,10 @@ def test_unknown_policies_are_refused():
     with pytest.raises(
         ValueError, match=r"policy must be one of random, .*, got 'clever'\. Choose"
     ):
-        OnlineEvaluation(policies=["random", "clever"])
+        OnlineConfig(policies=["random", "clever"])
 
 
 @pytest.mark.parametrize("name", ["num_homes", "steps", "every_n_epochs"])
 def test_counts_below_one_are_refused(name):
     with pytest.raises(ValueError, match=rf"{name} must be at least 1, got 0"):
-        OnlineEvaluation(**{name: 0})
+        OnlineConfig(**{name: 0})

@@ -14,7 +14,8 @@ from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
 from sgm.evidence.columns import PLACE_COLUMNS
 from sgm.evidence.evidence_features import compute_features
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.policies import make_policy
 from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig

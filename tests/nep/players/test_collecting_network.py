@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from sgm.network.shipped import PRETRAINED
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.snapshots.shards import load_manifest
 from simulator.world.mixture.lived_in_homes import LivedInSource
 

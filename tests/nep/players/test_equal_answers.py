@@ -9,7 +9,7 @@ from datamodules.graph import GraphBuilder
 from nep.encoders import DGLHGT, GCN, HAN, HEAT, HGT, MLP
 from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.evaluation import play_task
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource

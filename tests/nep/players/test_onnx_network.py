@@ -17,8 +17,7 @@ from nep.players.policy import NEPPolicy
 from sgm.network.network import INPUTS, ONNX, Network
 from sgm.network.policy import NetworkPolicy
 from sgm.network.shipped import PRETRAINED
-from sgm.policies.policy import compute_probabilities
-from simulator.policies import Policy
+from sgm.policies.policy import Policy, compute_probabilities
 from simulator.tasks.evaluation import play_task
 from simulator.testing import check_policy
 from simulator.world.config import HomeConfig

@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from nep.callbacks.online_config import OnlineConfig
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.report.figures import draw_calibration, draw_searches, play_search_stories
 from nep.report.results import ScoreSummary
@@ -43,7 +44,7 @@ def test_searches_are_those_of_the_task():
 
 
 def test_scores_of_each_kind_of_home():
-    evaluation = OnlineEvaluation(num_homes=4)
+    evaluation = OnlineEvaluation(OnlineConfig(num_homes=4))
     evaluation._kinds = ["PaperDynamics", "RoutineDynamics", "PaperDynamics", "PaperDynamics"]
     scores = ScoreSummary(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 0.0], [1.0, 0.0]]), {})
     # Homes score .5, 1, 0 and .5: the paper's (.5 + 0 + .5) / 3.

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from sgm.memory.clock import compute_week_seconds, make_clock_rows
 from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
-from simulator.snapshots.snapshots import forget, take_snapshots
+from simulator.snapshots.snapshots import forget
+from simulator.snapshots.taken import take_snapshots
 
 MONDAY = datetime(2026, 11, 16, 7, 30)
 HOUR = 3600

@@ -11,8 +11,8 @@ from sgm.evidence.home_sums import HomeSums
 from sgm.memory.clock import HOUR_SECONDS, Clock
 from sgm.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT
 from sgm.policies.adaptive import Adaptive
+from sgm.policies.heuristics import Bayesian
 from simulator import SceneGraphMemory, Sighting
-from simulator.policies import Bayesian
 from simulator.tasks.rollout import Rollout
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)

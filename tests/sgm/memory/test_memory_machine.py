@@ -20,7 +20,7 @@ from hypothesis.stateful import (
 
 from sgm.policies.policy import compute_probabilities
 from simulator import Bayesian, SceneGraphMemory, Sighting
-from simulator.snapshots.snapshots import take_snapshots
+from simulator.snapshots.taken import take_snapshots
 
 ROOMS = ("kitchen", "Living_Room", "attic", "Küche")
 FURNITURE = ("fridge", "counter top", "sofa", "hammock", "本棚")

@@ -20,7 +20,7 @@ from simulator import (
     Streams,
 )
 from simulator.policies import make_policy
-from simulator.snapshots.snapshots import take_snapshots
+from simulator.snapshots.taken import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 

@@ -9,7 +9,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from simulator.collect import main
+from simulator.collect.__main__ import main
 from simulator.events import EventRecorder, EventTable, collect_events, load_events, save_events
 from simulator.events.files import save_tgb
 from simulator.events.table import PLACE, EventQuestions, Events, Nodes

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from sgm.files import compute_checksum
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.snapshots.shards import (
     check_manifest,
     check_shard,

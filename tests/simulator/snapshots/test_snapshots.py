@@ -4,10 +4,8 @@ import pytest
 from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from simulator.policies import make_policy
 from simulator.snapshots.recorder import Recorder
-from simulator.snapshots.snapshots import (
-    Snapshots,
-    take_snapshots,
-)
+from simulator.snapshots.snapshots import Snapshots
+from simulator.snapshots.taken import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 

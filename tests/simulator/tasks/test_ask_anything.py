@@ -8,7 +8,8 @@ import pytest
 from datamodules.sgm_datamodule import SGMDataModule
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.policies import Bayesian
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.snapshots.shards import check_shard, get_shard_name, load_manifest, load_shard
 from simulator.tasks.ask_anything import AskAnything
 from simulator.tasks.question_shares import QuestionShares

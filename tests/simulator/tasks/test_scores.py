@@ -5,7 +5,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from simulator.policies import Policy
+from sgm.policies.policy import Policy
 from simulator.tasks.evaluation import play_task
 from simulator.tasks.metrics import METRICS, STEP_METRICS
 from simulator.tasks.registry import TASKS

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from simulator import collect
+from simulator.collect import __main__ as collect
 from simulator.snapshots.shards import load_manifest, load_shard
 from simulator.trace import load_trace
 from simulator.trace.__main__ import main

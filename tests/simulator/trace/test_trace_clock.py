@@ -9,7 +9,8 @@ import pytest
 
 from sgm.memory.clock import Clock, compute_week_seconds
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.policies import make_policy
 from simulator.snapshots.shards import load_shard
 from simulator.tasks.predict_location import predict_locations

@@ -9,7 +9,8 @@ import pytest
 from scipy import stats
 
 from sgm.prior.prior_graph import PriorGraph
-from simulator.collect import CollectConfig, collect
+from simulator.collect.folder import collect
+from simulator.collect.settings import CollectConfig
 from simulator.policies import make_policy
 from simulator.snapshots.shards import get_shard_name, load_manifest, load_shard
 from simulator.tasks.registry import TASKS

@@ -7,15 +7,15 @@ from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import FurnitureType, ObjectType, Placement, PriorGraph
-from simulator.policies import list_policies
+from simulator.policies import find_policy
 from simulator.policies.filters import Ceiling
-from simulator.policies.informed import Informed
 from simulator.policies.inventory import Inventory
 from simulator.tasks.rollout import Rollout
 from simulator.testing import check_policy
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
+from tools.claims.informed import Informed
 
 PLACES = ("fridge", "shelf", "table")
 FRIDGE, SHELF, TABLE = range(3)
@@ -185,8 +185,8 @@ def test_it_keeps_the_rules_of_policies():
     check_policy(Informed.make, num_homes=2, num_steps=5)
 
 
-def test_it_plays_where_it_is_named_alone():
-    assert "informed" not in list_policies(SampledSource())
+def test_it_is_played_by_its_import_path():
+    assert find_policy("tools.claims.informed:Informed") is Informed
 
 
 @pytest.mark.parametrize("seed", [0, 1])

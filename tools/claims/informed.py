@@ -14,11 +14,11 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.prior_graph import PriorGraph
-from simulator.policies.filter_kernel import correct_draws, spread_draws
 from simulator.policies.inventory import Inventory
 from simulator.world.homes import Homes
 from simulator.world.noise import compute_noisy_weights
 from simulator.world.rules import HomeRules
+from tools.claims.draws_kernel import correct_draws, spread_draws
 
 
 @dataclass(slots=True)
