@@ -170,7 +170,7 @@ class FitCLI(LightningCLI):
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
         self.states = RandomStates()
-        callbacks: list[Callback] = [self.config_init.online.make(), self.states]
+        callbacks: list[Callback] = [_make_online(self.config_init.online), self.states]
         if self.config.trainer.logger is not False:
             callbacks.append(LearningRateMonitor(logging_interval="step"))
         if self.config.trainer.enable_progress_bar is not False:
@@ -192,6 +192,12 @@ class FitCLI(LightningCLI):
         if not any(isinstance(plugin, CheckpointIO) for plugin in own):
             kwargs["plugins"] = [*own, WholeCheckpoints()]
         return super().instantiate_trainer(**kwargs)
+
+
+def _make_online(config: OnlineConfig) -> Callback:
+    """Make what plays homes; it is loaded with the trainer, not with the command line."""
+    found: Callback = import_module("nep.callbacks.online_evaluation").OnlineEvaluation(config)
+    return found
 
 
 def _list_groups(features: Namespace | FeatureConfig) -> list[str]:

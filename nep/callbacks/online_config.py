@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import import_module
-from typing import TYPE_CHECKING
 
 from sgm.checks import check_at_least
 from simulator.policies.registry import check_policies
-
-if TYPE_CHECKING:
-    from nep.callbacks.online_evaluation import OnlineEvaluation
 
 
 @dataclass(frozen=True)
@@ -39,9 +34,3 @@ class OnlineConfig:
             1, num_homes=self.num_homes, steps=self.steps, every_n_epochs=self.every_n_epochs
         )
         check_policies(self.policies or ())
-
-    def make(self) -> OnlineEvaluation:
-        """Make the callback; what plays homes is loaded now, not with the command line."""
-        module = import_module("nep.callbacks.online_evaluation")
-        evaluation: OnlineEvaluation = module.OnlineEvaluation(self)
-        return evaluation
