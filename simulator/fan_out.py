@@ -81,10 +81,13 @@ def check_workers(workers: int, backend: str) -> None:
 def _call(
     function: Callable[..., Result] | str, number: int, arguments: tuple[Any, ...]
 ) -> tuple[int, Result]:
-    if isinstance(function, str):
-        module, _, name = function.rpartition(".")
-        function = getattr(import_module(module), name)
-    return number, function(*arguments)
+    return number, (_import(function) if isinstance(function, str) else function)(*arguments)
+
+
+def _import(path: str) -> Callable[..., Any]:
+    module, _, name = path.rpartition(".")
+    found: Callable[..., Any] = getattr(import_module(module), name)
+    return found
 
 
 def _choose_backend(backend: str) -> AbstractContextManager[Any]:

@@ -77,6 +77,7 @@ def _collect_missing(
         for first in range(0, len(group.homes), size)
     ]
     num_listed = len(shards)
+    done: dict[str, str]
     with tqdm(
         total=config.num_homes * config.steps,
         initial=num_listed * config.steps,
