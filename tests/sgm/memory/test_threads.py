@@ -17,6 +17,7 @@ from sgm.belief import Detector
 from sgm.files import write_whole
 from sgm.finder.finder import Finder
 from sgm.memory.look_log import read_log
+from sgm.names.name import Name
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
 
 PAIR = ("cup", "saucer")  # always seen together, at the same places
@@ -68,6 +69,7 @@ READERS = {
     "copy": lambda memory, n: see_pair(memory.copy().to_dict()),
     "describe": lambda memory, n: memory.describe(n),
     "descriptions": lambda memory, n: memory.descriptions,
+    "find_called": lambda memory, n: memory.find_called(Name.read("shelf")),
     "find_nearest": lambda memory, n: memory.find_nearest([1.0, 0.0]),
     "find_furniture": lambda memory, n: memory.find_furniture("shelf"),
     "furniture_ids": lambda memory, n: memory.furniture_ids,
