@@ -14,7 +14,8 @@ from sgm.checks import check_kind, check_shares
 from sgm.finder.judged import JudgedBeliefs
 from sgm.finder.ranking import Place, Ranking, gather_evidence, rank_place
 from sgm.finder.search import ObjectSearch, SearchRules
-from sgm.finder.search_plan import Distance, SearchPlan, find_distance, plan_search
+from sgm.finder.search_plan import SearchPlan, plan_search
+from sgm.finder.travel_costs import Distance, find_distance
 from sgm.memory.asking import Asked
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS

@@ -12,14 +12,8 @@ import numpy as np
 from sgm.belief import compute_stay
 from sgm.checks import is_finite, is_number
 from sgm.finder.ranking import Place, Ranking
-from sgm.finder.search_plan import (
-    MOST_ROUNDS,
-    Distance,
-    Look,
-    compute_way,
-    is_at,
-    plan_search,
-)
+from sgm.finder.search_plan import MOST_ROUNDS, Look, plan_search
+from sgm.finder.travel_costs import Distance, TravelCosts, is_at
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting, read_coverage, split_coverage
@@ -111,7 +105,7 @@ class ObjectSearch:
         self.is_found = False
         self._finder = finder  # a `Finder`, whose module imports this one
         self._at = start
-        self._distance = distance
+        self._ways = TravelCosts(distance)
         self._rules = rules
         self._missed: dict[int, tuple[float, int]] = {}  # looks, and when the last one was
         self._in_a_row = 0  # looks at the place where it is now
@@ -244,7 +238,7 @@ class ObjectSearch:
         return resolution.matches or (self.description,)
 
     def _plan(self, places: Sequence[Place]) -> Sequence[Look]:
-        """Plan looks, the next one first; none where the budget allows none."""
+        """Plan the next look; none where the budget allows none."""
         budget = self._rules.budget
         if budget is None:
             left = MOST_ROUNDS * len(places) - self.num_looks
@@ -261,8 +255,8 @@ class ObjectSearch:
     def _order(self, places: Sequence[Place]) -> Sequence[Look]:
         miss_again = self._finder.detector.miss_again
         return plan_search(
-            self.description, places, self._at, self._distance, self._rules.look_cost, miss_again,
-            self._opened,
+            self.description, places, self._at, self._ways, self._rules.look_cost, miss_again,
+            self._opened, most=1,
         ).looks  # fmt: skip
 
     def _list_affordable(self, places: Sequence[Place]) -> list[Place]:
@@ -274,7 +268,7 @@ class ObjectSearch:
 
     def _compute_cost(self, place: Place) -> float:
         """Return what a look at a place costs now."""
-        cost = compute_way(self._distance, self._at, place.furniture) + self._rules.look_cost
+        cost = self._ways.compute(self._at, place.furniture) + self._rules.look_cost
         return cost if place.furniture == self._opened else cost + (place.open_cost or 0.0)
 
     def _tell_too_small(self, places: Sequence[Place], within: Sequence[Place]) -> str:
@@ -306,13 +300,18 @@ class ObjectSearch:
         too, the less the longer they are ago.
         """
         parts: tuple[list[Place], list[Place]] = [], []
+        missed = {place: self._count_missed(place) for place in self._missed}
+        first, *shown = self._finder.detector.compute_detection(
+            np.array([0.0, *missed.values()])
+        ).tolist()
+        most = dict(zip(missed, shown, strict=True))
         for place in ranking:
             to = place.furniture
-            way = compute_way(self._distance, self._at, to)
-            is_cut_off = to in self._rules.exclude or math.isinf(way)
-            num_looks = np.array(self._count_missed(to))
-            shown = float(self._finder.detector.compute_detection(num_looks))
-            parts[is_cut_off].append(replace(place, detection=min(place.detection, shown)))
+            is_cut_off = to in self._rules.exclude or math.isinf(self._ways.compute(self._at, to))
+            detection = most.get(to, first)
+            if detection < place.detection:
+                place = replace(place, detection=detection)
+            parts[is_cut_off].append(place)
         return parts
 
     def _count_missed(self, furniture: int) -> float:
@@ -342,7 +341,7 @@ class ObjectSearch:
         elif self._opened != furniture:
             self._opened = None
         self._in_a_row = self._in_a_row + 1 if is_at(self._at, furniture) else 1
-        if self._distance is not None:
+        if self._ways.distance is not None:
             self._at = furniture
 
 

@@ -24,7 +24,7 @@ from sgm.finder.meanings import (
 )
 from sgm.finder.read_calls import MOST_ROWS, ReadCalls
 from sgm.finder.search import ObjectSearch
-from sgm.finder.search_plan import find_distance
+from sgm.finder.travel_costs import find_distance
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.memory.thing import ROBOT

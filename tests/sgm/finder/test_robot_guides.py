@@ -51,7 +51,7 @@ def test_every_field_is_named(answer):
 
 
 def test_numbers_of_the_guides():
-    assert EXACT_PLACES == 9
-    assert "up to nine looks" in TEXTS["search"]
+    assert EXACT_PLACES == 12
+    assert "up to twelve looks" in TEXTS["search"]
     assert ELSEWHERE == 0.1
     assert "one in ten" in TEXTS["leaving"]
