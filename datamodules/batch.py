@@ -184,9 +184,12 @@ class Batch:
         src, dst = self.split_edges(self.edge_src), self.split_edges(self.edge_dst)
         node_data: dict[str, dict[str, Tensor]] = {ntype: {} for ntype in NODE_TYPES}
         for name, values in (
-            ("label", self.label), ("temporal", self.node_feature), ("degree", self.degree),
-            ("degrees", self.degrees), ("snapshot", self.node_snapshot),
-        ):  # fmt: skip
+            ("label", self.label),
+            ("temporal", self.node_feature),
+            ("degree", self.degree),
+            ("degrees", self.degrees),
+            ("snapshot", self.node_snapshot),
+        ):
             for ntype, part in self.split_nodes(values).items():
                 node_data[ntype][name] = part
         node_data["furniture"]["index"] = self.furniture_index

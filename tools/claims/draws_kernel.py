@@ -14,9 +14,14 @@ _LEAST_LIKELY = 1e-9  # of a look: no draw is ruled out for good
 
 @kernel
 def spread_draws(
-    density: np.ndarray, moves: np.ndarray, leave: np.ndarray,
-    kept: float, rate: float, coming: float, room: np.ndarray,
-) -> None:  # fmt: skip
+    density: np.ndarray,
+    moves: np.ndarray,
+    leave: np.ndarray,
+    kept: float,
+    rate: float,
+    coming: float,
+    room: np.ndarray,
+) -> None:
     """Let objects move, leave and come for one step in n draws of a home, in place; see `spread`.
 
     `density` is that of the instance seen last, if that is followed, and of others, among which

@@ -93,10 +93,14 @@ class Informed(Policy):
     counts_looks = True
 
     def __init__(
-        self, prior: PriorGraph, config: HomeRules | Sequence[HomeRules],
-        num_class_draws: int = 64, num_instance_draws: int = 16,
-        asks_moved: float = TASKS_ASK_MOVED, seed: int = 0,
-    ) -> None:  # fmt: skip
+        self,
+        prior: PriorGraph,
+        config: HomeRules | Sequence[HomeRules],
+        num_class_draws: int = 64,
+        num_instance_draws: int = 16,
+        asks_moved: float = TASKS_ASK_MOVED,
+        seed: int = 0,
+    ) -> None:
         """Keep the rules of all homes, or of each, and C and K.
 
         `asks_moved` is the share of the queries that are about an object that has just moved.
@@ -131,9 +135,12 @@ class Informed(Policy):
         self._nodes = nodes  # of the prior, (H, F)
         known = np.where(nodes >= 0, sum_relations(self._weights)[:, nodes], 0)  # (O, H, F)
         self._inventory = Inventory(
-            self._prior, self._configs, np.moveaxis(known, 0, 1), memory.home_num_furniture,
+            self._prior,
+            self._configs,
+            np.moveaxis(known, 0, 1),
+            memory.home_num_furniture,
             self._asks_moved,
-        )  # fmt: skip
+        )
         self._types: dict[tuple[int, int], _Type] = {}  # by home and type
         self._looks: list[list[tuple[int, int, float]]] = [[] for _ in range(num_homes)]
         self._sightings: dict[int, set[int]] = defaultdict(set)  # by object: numbers of looks
@@ -210,8 +217,11 @@ class Informed(Policy):
         noisy = np.zeros((num_class, len(weights)))
         noisy[:, columns] = _draw_noise(
             np.tile(weights[columns], (num_class, 1)),
-            columns, np.repeat(self._node_room, NUM_RELATIONS), config, rng,
-        )  # fmt: skip
+            columns,
+            np.repeat(self._node_room, NUM_RELATIONS),
+            config,
+            rng,
+        )
         of_nodes = noisy.reshape(num_class, -1, NUM_RELATIONS)
         possible = (nodes >= 0) & (self._weights[number][nodes].sum(axis=1) > 0)
         places = np.flatnonzero(possible)
@@ -246,9 +256,14 @@ class Informed(Policy):
         return {name: float(rate[0]) for name, rate in zip(names, found, strict=True)}
 
     def _advance(
-        self, memory: MemoryBatch, home: int, kind: _Type, draws: _Draws,
-        rates: dict[str, float], row: int | None,
-    ) -> None:  # fmt: skip
+        self,
+        memory: MemoryBatch,
+        home: int,
+        kind: _Type,
+        draws: _Draws,
+        rates: dict[str, float],
+        row: int | None,
+    ) -> None:
         """Carry draws on to now; `row` is the object they are about, None for the rest."""
         add = rates["add"] / (rates["sameness"] if row is None else 1)
         while True:
@@ -278,17 +293,25 @@ def _start(density: np.ndarray, moves: np.ndarray, stays_in: np.ndarray) -> _Dra
 
 
 def _draw_noise(
-    weights: np.ndarray, places: np.ndarray, room: np.ndarray, config: HomeRules,
+    weights: np.ndarray,
+    places: np.ndarray,
+    room: np.ndarray,
+    config: HomeRules,
     rng: np.random.Generator,
-) -> np.ndarray:  # fmt: skip
+) -> np.ndarray:
     """Draw noise on weights (n, k) of ascending places (k,), as homes are made; `room` (P,)."""
     uniform = rng.random((*weights.shape, 2))
     row, column = map(np.ascontiguousarray, np.nonzero(weights))
     noisy = np.zeros(weights.shape)
     noisy[row, column] = compute_noisy_weights(
-        weights[row, column], row, places[column], uniform[row, column],
-        np.zeros(len(weights), dtype=np.int64), room[None], np.array([len(room)]),
+        weights[row, column],
+        row,
+        places[column],
+        uniform[row, column],
+        np.zeros(len(weights), dtype=np.int64),
+        room[None],
+        np.array([len(room)]),
         zero_prob=np.array([float(config.noise_zero_prob)]),
         scale=np.array([float(config.noise_scale)]),
-    )  # fmt: skip
+    )
     return noisy

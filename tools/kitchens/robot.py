@@ -75,10 +75,13 @@ class KitchenGame(Game):
     def describe(self) -> dict[str, Any]:
         """Return everything that scores depend on but the player, as JSON values."""
         return {
-            "trace": self.trace.checksum, "step_seconds": self.step_seconds, "looks": self.looks,
-            "miss_rate": self.miss_rate, "rest_minutes": self.rest_minutes,
+            "trace": self.trace.checksum,
+            "step_seconds": self.step_seconds,
+            "looks": self.looks,
+            "miss_rate": self.miss_rate,
+            "rest_minutes": self.rest_minutes,
             "seeds": list(self.seeds),
-        }  # fmt: skip
+        }
 
     def tell(self) -> dict[str, Any]:
         """Return title, unit and what is played."""
@@ -146,23 +149,25 @@ class KitchenGame(Game):
                 memory.observe(furniture[place], seen=sightings)
                 last_seen |= dict.fromkeys(seen, place)
             known = [
-                own for own, where in at.items()
-                if where != GONE and descriptions[own] in last_seen
-            ]  # fmt: skip
+                own for own, where in at.items() if where != GONE and descriptions[own] in last_seen
+            ]
             in_use = [own for own in known if time - moved[own] < _IN_USE]
             for pool, things in (("seen", known), ("in use", in_use)):
                 if not things:
                     continue
                 name = descriptions[things[int(rng.integers(len(things)))]]
                 places = {
-                    where for own, where in at.items()
+                    where
+                    for own, where in at.items()
                     if where != GONE and descriptions[own] == name
-                }  # fmt: skip
+                }
                 has_moved = last_seen[name] not in places
                 yield MinuteQuestion(
-                    memory, name, frozenset(furniture[place] for place in places),
+                    memory,
+                    name,
+                    frozenset(furniture[place] for place in places),
                     (pool, "moved") if has_moved else (pool,),
-                )  # fmt: skip
+                )
 
 
 def _make_memory(trace: Trace, step_seconds: float) -> tuple[SceneGraphMemory, list[int]]:

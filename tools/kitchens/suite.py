@@ -81,9 +81,13 @@ class Kitchens(TableSuite[Any]):
         games: dict[str, Any] = {}
         for path in find_traces(options.trace):
             games[path.name] = KitchenGame(
-                load_trace(path), options.step_seconds, options.looks, options.miss_rate,
-                options.rest_minutes, seeds,
-            )  # fmt: skip
+                load_trace(path),
+                options.step_seconds,
+                options.looks,
+                options.miss_rate,
+                options.rest_minutes,
+                seeds,
+            )
         for path in find_traces(options.cut) if options.cut else ():
             source = RecordedSource(
                 PriorGraph.household(), HomeConfig(), [str(path)], options.step_seconds
@@ -104,10 +108,14 @@ class Kitchens(TableSuite[Any]):
         """Return what was done, and the tables of every home."""
         options = report.options
         about = _ABOUT.format(
-            command=report.command, what=options.what, looks=options.looks,
-            step_seconds=options.step_seconds, miss=options.miss_rate, rest=options.rest_minutes,
+            command=report.command,
+            what=options.what,
+            looks=options.looks,
+            step_seconds=options.step_seconds,
+            miss=options.miss_rate,
+            rest=options.rest_minutes,
             replays=options.replays,
-        )  # fmt: skip
+        )
         parts = [f"# {options.called}", about]
         by_task = []
         for name, own in report.about.items():

@@ -181,9 +181,13 @@ def main(args: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, help="also write them to a file")
     parser.add_argument("--labels_too", action="store_true", help="ask for public labels, too")
     parser.add_argument(
-        "--labels", metavar="NAME=FILE", type=_read_labels, action="append", default=[],
+        "--labels",
+        metavar="NAME=FILE",
+        type=_read_labels,
+        action="append",
+        default=[],
         help="a list of labels, one a line or YAML with `names`",
-    )  # fmt: skip
+    )
     options = parser.parse_args(args)
     report = make_report()
     if options.labels_too or options.labels:

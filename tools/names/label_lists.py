@@ -17,9 +17,12 @@ import yaml
 
 _WRITTEN = {"ScanNet": Path(__file__).parent / "data" / "scannet_labels.txt"}
 _ULTRALYTICS = {
-    "COCO": "coco.yaml", "LVIS": "lvis.yaml", "Objects365": "Objects365.yaml",
-    "Open Images": "open-images-v7.yaml", "ADE20K": "ade20k.yaml",
-}  # fmt: skip
+    "COCO": "coco.yaml",
+    "LVIS": "lvis.yaml",
+    "Objects365": "Objects365.yaml",
+    "Open Images": "open-images-v7.yaml",
+    "ADE20K": "ade20k.yaml",
+}
 
 
 @dataclass(frozen=True)
