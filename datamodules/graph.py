@@ -81,8 +81,8 @@ class GraphBuilder:
         node, number_of_node = np.flatnonzero(is_kept), np.cumsum(is_kept) - 1
         first_node = np.searchsorted(node, graph.first_node)
         places, things = (
-            node[slice(*first_node[kind : kind + 2])] - graph.first_node[kind]
-            for kind in (FURNITURE, OBJECT)
+            node[slice(*first_node[ntype : ntype + 2])] - graph.first_node[ntype]
+            for ntype in (FURNITURE, OBJECT)
         )
         furniture = NodeRows(snapshots, "furniture", places)
         objects = NodeRows(snapshots, "object", things)

@@ -58,7 +58,7 @@ class HomesConfig:
                 homes=self.val_homes or self.homes,
                 trace=None if self.val_trace is None else tuple(self.val_trace),
             ).make()
-        also = [replace(options, homes=own, trace=None).make() for own in self.also_homes or ()]
+        also = [replace(options, homes=make, trace=None).make() for make in self.also_homes or ()]
         source.check_disjoint(val_source)
         return source, val_source, also
 
@@ -118,13 +118,13 @@ class CollectionConfig:
         more = [
             replace(
                 train,
-                homes=own,
+                homes=where,
                 policy=policy,
                 task=task,
                 asked=self._choose_shares(task),
                 seed=self.seed + number,
             )
-            for own in (source, *also)
+            for where in (source, *also)
             for number, (policy, task) in played
         ]
         return train, val, more[1:]  # the first is `train`

@@ -45,29 +45,29 @@ class SnapshotDataset(Dataset[Batch]):
                 short, altered or none that was collected (the file is named), or the labels differ.
             OSError: if the disk does not take a copy of the collections.
         """
-        manifests = {own: load_manifest(own) for own in (folder, *more)}
-        for own, manifest in manifests.items():
-            check_manifest(manifest, own)
+        manifests = {path: load_manifest(path) for path in (folder, *more)}
+        for path, manifest in manifests.items():
+            check_manifest(manifest, path)
         self._builder = builder
         self._labels = tuple(manifests[folder]["settings"]["labels"])
-        for own, manifest in manifests.items():
+        for path, manifest in manifests.items():
             num_homes = manifest["settings"]["num_homes"]
             if len(manifest["shards"]) != num_homes:
                 raise ValueError(
                     f"collection must be finished, got {len(manifest['shards'])} of {num_homes} "
-                    f"homes in {own}. Run the same `python -m simulator.collect` again."
+                    f"homes in {path}. Run the same `python -m simulator.collect` again."
                 )
             if tuple(manifest["settings"]["labels"]) != self._labels:
                 raise ValueError(
-                    f"collections must have the same labels, got others in {own} than in {folder}. "
-                    "Collect both from homes of one source and prior."
+                    f"collections must have the same labels, got others in {path} than in "
+                    f"{folder}. Collect both from homes of one source and prior."
                 )
 
         def load_all() -> Iterator[dict[str, np.ndarray]]:
-            for own, manifest in manifests.items():
+            for path, manifest in manifests.items():
                 for name, checksum in manifest["shards"].items():
-                    shard = load_shard(own / name, checksum)
-                    check_shard(shard, len(self._labels), own / name)
+                    shard = load_shard(path / name, checksum)
+                    check_shard(shard, len(self._labels), path / name)
                     yield shard
 
         self._tables = SnapshotTables(load_all(), folder)

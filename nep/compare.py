@@ -93,23 +93,23 @@ def _compare_task(task: str, first: Results, second: Results) -> str:
     about = first.get_title(task)
     metric = STEP_METRICS[about.metric]
     ours, theirs = first.tasks[task], second.tasks[task]
-    counts = sorted({len(own.values) for own in (*ours.values(), *theirs.values())})
+    counts = sorted({len(summary.values) for summary in (*ours.values(), *theirs.values())})
     if not ours or not theirs or len(counts) > 1:
         raise ValueError(
             f"both results must have played {task} in as many homes, got {counts}. Was a file "
             "edited? Make it again."
         )
-    mean = {name: float(own.home_values.mean()) for name, own in ours.items()}
+    mean = {name: float(summary.home_values.mean()) for name, summary in ours.items()}
     best = (max if metric.is_higher_better else min)(mean, key=lambda name: mean[name])
     lines = []
-    for name, own in theirs.items():
+    for name, summary in theirs.items():
         other = name if name in ours else best
-        difference = compute_difference(own, ours[other])
+        difference = compute_difference(summary, ours[other])
         lines.append(
             [
                 name,
                 other,
-                format(float(own.home_values.mean()), metric.format),
+                format(float(summary.home_values.mean()), metric.format),
                 format(mean[other], metric.format),
                 format_difference(difference, metric.format),
                 format_number(difference.detectable, metric.format),

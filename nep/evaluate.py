@@ -157,7 +157,9 @@ def save_results(
 ) -> None:
     """Write `results.json`, `table.md`, `table.csv` and a figure per task, each whole or not."""
     classes = {task: find_task(task) for task in summaries}
-    titles = {task: TaskTitle(own.title, own.metric) for task, own in classes.items()}
+    titles = {
+        task: TaskTitle(task_class.title, task_class.metric) for task, task_class in classes.items()
+    }
     stored = Results(command, config.describe(), list_versions(), summaries, titles)
     stored.save(out / "results.json")
     parts = [
@@ -179,8 +181,8 @@ def describe_made(config: EvaluateConfig) -> str:
     lines = [f"- Played with {describe_code()}."]
     if name is not None:
         lines.append(f"- Test homes: `{name}` (`python -m simulator.test_sets show {name}`).")
-    for own in config.checkpoints:
-        lines.append(f"- Network `{own.name}`: SHA-256 `{own.describe()['sha256']}`.")
+    for checkpoint in config.checkpoints:
+        lines.append(f"- Network `{checkpoint.name}`: SHA-256 `{checkpoint.describe()['sha256']}`.")
     return "\n".join(lines)
 
 
@@ -270,7 +272,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         scores = evaluate(config, advance, options.workers, options.backend, options.threads)
     units, more = config.homes.list_units(range(config.num_homes)), config.more
     summaries = {
-        task: {name: ScoreSummary.of(own, units, more) for name, own in players.items()}
+        task: {name: ScoreSummary.of(scores, units, more) for name, scores in players.items()}
         for task, players in scores.items()
     }
     tables = {task: compute_rows(find_task(task), players) for task, players in summaries.items()}

@@ -187,10 +187,10 @@ class FitCLI(LightningCLI):
                 ModelCheckpoint(filename="last", enable_version_counter=False),
             ]
         self.trainer_defaults["callbacks"] = callbacks
-        own = self.config_init.trainer.plugins or []
-        own = own if isinstance(own, list) else [own]
-        if not any(isinstance(plugin, CheckpointIO) for plugin in own):
-            kwargs["plugins"] = [*own, WholeCheckpoints()]
+        plugins = self.config_init.trainer.plugins or []
+        plugins = plugins if isinstance(plugins, list) else [plugins]
+        if not any(isinstance(plugin, CheckpointIO) for plugin in plugins):
+            kwargs["plugins"] = [*plugins, WholeCheckpoints()]
         return super().instantiate_trainer(**kwargs)
 
 

@@ -127,9 +127,9 @@ OPTIONS = (
     ),
     Option(
         "settings",
-        tuple(own.name for own in SETTINGS),
+        tuple(setting.name for setting in SETTINGS),
         "columns of Table 1",
-        known=tuple(own.name for own in SETTINGS),
+        known=tuple(setting.name for setting in SETTINGS),
     ),
     Option("encoders", (), "modules of your own with encoders of --models"),
     Option(
@@ -218,7 +218,7 @@ def _make_plan(options: Namespace) -> Plan:
         encoders=tuple(options.encoders),
         source=options.homes,
         num_trainings=options.seeds,
-        settings=tuple(own for own in SETTINGS if own.name in options.settings),
+        settings=tuple(setting for setting in SETTINGS if setting.name in options.settings),
         title=options.called,
     )
     plan.check()
@@ -231,7 +231,7 @@ def _list_telling_options(options: Namespace) -> list[str]:
     for name in _TELLING:
         if (value := options[name]) != _DEFAULTS[name]:
             values = value if isinstance(value, tuple) else (value,)
-            listed += [f"--{name}", *(getattr(own, "name", str(own)) for own in values)]
+            listed += [f"--{name}", *(getattr(value, "name", str(value)) for value in values)]
     return listed + ["--tiny"] * options.tiny
 
 

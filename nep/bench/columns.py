@@ -42,8 +42,8 @@ def make_network_table(
     """Return a Markdown table with one row per kind: networks beside each other."""
     rows = []
     for kind, title in titles.items():
-        own = [scores[kind][network] for network in networks]
-        means = ([format_mean(name, one[name]) for name in _BESIDE] for one in own)
+        found = [scores[kind][network] for network in networks]
+        means = ([format_mean(name, score[name]) for name in _BESIDE] for score in found)
         rows.append([title, *map(" / ".join, means)])
     return join_table(["homes", *networks], rows)
 
@@ -53,7 +53,7 @@ def make_table(scores: Mapping[str, Mapping[str, Sequence[float]]]) -> str:
 
     Columns that some player lacks are left out, such as looks where there is no search.
     """
-    shown = [name for name in COLUMNS if all(name in own for own in scores.values())]
+    shown = [name for name in COLUMNS if all(name in by_player for by_player in scores.values())]
     order = sorted(scores, key=lambda player: float(np.mean(scores[player]["accuracy"])))
     rows = [
         [player, *(format_mean(name, scores[player][name]) for name in shown)] for player in order
@@ -63,10 +63,13 @@ def make_table(scores: Mapping[str, Mapping[str, Sequence[float]]]) -> str:
 
 def make_accuracy_table(scores: GameScores) -> str:
     """Return a Markdown table of the share of right first guesses: players by kinds."""
-    players = dict.fromkeys(player for own in scores.values() for player in own)
+    players = dict.fromkeys(player for by_player in scores.values() for player in by_player)
     rows = []
     for player in players:
-        played = [own[player]["accuracy"] if player in own else None for own in scores.values()]
+        played = [
+            by_player[player]["accuracy"] if player in by_player else None
+            for by_player in scores.values()
+        ]
         rows.append(
             [player, *("" if values is None else f"{np.mean(values):.3f}" for values in played)]
         )

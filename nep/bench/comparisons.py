@@ -80,7 +80,7 @@ def compare_with_rules(
     found: list[RuleComparison] = []
     for column in map(COLUMNS.__getitem__, COMPARED):
         seen: dict[tuple[bytes, str, bytes], str] = {}
-        for kind, own in about.items():
+        for kind, told in about.items():
             if column.name not in scores[kind][network]:  # looks, where there is no search
                 continue
             rule = find_best_rule(scores[kind], column)
@@ -93,8 +93,8 @@ def compare_with_rules(
                     float(first.mean()),
                     rule,
                     float(second.mean()),
-                    len(set(own["units"])),
-                    Difference.of(first - second, own["units"]),
+                    len(set(told["units"])),
+                    Difference.of(first - second, told["units"]),
                     same_as=None if same_as == kind else same_as,
                 )
             )
@@ -208,10 +208,10 @@ def compare_priors(
     found = []
     for column, player, (homes, first, second) in product(COMPARED, players, pairs):
         kinds = by_homes[homes]
-        own = [scores[kinds[prior]].get(player, {}) for prior in (first, second)]
-        if any(column not in one for one in own):
+        pair = [scores[kinds[prior]].get(player, {}) for prior in (first, second)]
+        if any(column not in score for score in pair):
             continue
-        values = np.subtract(*(np.array(one[column]) for one in own))
+        values = np.subtract(*(np.array(score[column]) for score in pair))
         difference = Difference.of(values, about[kinds[first]]["units"])
         found.append(PriorDifference(COLUMNS[column], player, first, second, homes, difference))
     return correct_rows(found)
@@ -274,9 +274,9 @@ def lay_out_by_column(
     """
     parts = []
     for column in map(COLUMNS.__getitem__, names):
-        own = [row for row in rows if row.column == column]
+        shown = [row for row in rows if row.column == column]
         better = "more" if column.is_higher_better else "less"
         title = column.title[:1].upper() + column.title[1:]
-        table = lay_out(own, list_columns(column.format), num_text)
+        table = lay_out(shown, list_columns(column.format), num_text)
         parts.append(f"### {title} ({better} is better)\n\n{table.strip()}")
     return parts

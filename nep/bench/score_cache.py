@@ -98,9 +98,9 @@ class ScoreCache:
         for name, checksum in networks.items():
             if played.networks.get(name, checksum) != checksum:
                 print(f"{name} is another network than that in {path}: it plays again")
-                for own in played.scores.values():
-                    for player in [who for who in own if played._is_of(who, name)]:
-                        del own[player]
+                for by_player in played.scores.values():
+                    for player in [who for who in by_player if played._is_of(who, name)]:
+                        del by_player[player]
             played.networks[name] = checksum
         return played
 
@@ -116,16 +116,18 @@ class ScoreCache:
     def _take_in(self, found: ScoreCache) -> None:
         """Add what another command has played of the same games, code and networks."""
         others = {
-            name for name, own in found.networks.items() if self.networks.get(name, own) != own
+            name
+            for name, checksum in found.networks.items()
+            if self.networks.get(name, checksum) != checksum
         }
-        for game, own in found.scores.items():
+        for game, by_player in found.scores.items():
             if any(
                 getattr(self, part).setdefault(game, known) != known
                 for part in ("games", "code")
                 if (known := getattr(found, part).get(game)) is not None
             ):
                 continue
-            for player, scores in own.items():
+            for player, scores in by_player.items():
                 if not any(found._is_of(player, name) for name in others):
                     self.scores.setdefault(game, {}).setdefault(player, scores)
         for part in ("networks", "about", "made"):
@@ -206,5 +208,5 @@ def _lay_out(value: Any, depth: int = 3) -> str:
     """Return JSON with a line for the scores of each player."""
     if not depth or not isinstance(value, dict):
         return json.dumps(value)
-    rows = (f"{json.dumps(name)}: {_lay_out(own, depth - 1)}" for name, own in value.items())
+    rows = (f"{json.dumps(name)}: {_lay_out(part, depth - 1)}" for name, part in value.items())
     return "{\n" + ",\n".join(rows) + "\n}"

@@ -45,10 +45,10 @@ class Option:
 
     def add(self, parser: ArgumentParser) -> None:
         """Add it to the parser of a command."""
-        own = self.type or type(self.default)
-        if own is tuple:
-            own = tuple[type(self.default[0]) if self.default else str, ...]  # type: ignore[misc]
-        parser.add_argument(f"--{self.name}", type=own, default=self.default, help=self.help)
+        value_type = self.type or type(self.default)
+        if value_type is tuple:
+            value_type = tuple[type(self.default[0]) if self.default else str, ...]  # type: ignore[misc]
+        parser.add_argument(f"--{self.name}", type=value_type, default=self.default, help=self.help)
 
     def check(self, value: Any) -> None:
         """Raise `ValueError` if a value is out of bounds."""

@@ -91,7 +91,9 @@ class TaskGame(Game):
         """Return what makes each policy that can play in these homes, and each network."""
         names = [set(list_policies(source)) for source in self.sources]
         common = [
-            name for name in list_policies(self.sources[0]) if all(name in own for own in names)
+            name
+            for name in list_policies(self.sources[0])
+            if all(name in playable for playable in names)
         ]
         return list_contestants("predict_location", common, checkpoints)
 

@@ -193,7 +193,7 @@ class OnlineEvaluation(pl.Callback):
         """Return the share of the gap from Bayesian that is closed, for each oracle that played."""
         if self.task.metric not in BOUNDED:
             return {}
-        means = {name: float(own.home_values.mean()) for name, own in self.scores.items()}
+        means = {name: float(scores.home_values.mean()) for name, scores in self.scores.items()}
         return {
             top: compute_gap_closed(means[self.name], means["bayesian"], means[top])
             for top in ORACLES

@@ -129,9 +129,9 @@ class AlikeConv(nn.Module):
         kind = room[place] * len(batch.text) + batch.label[place]
         kinds, group = kind.unique(return_inverse=True)
         size = group.bincount(minlength=len(kinds))[group].unsqueeze(1)  # (F, 1)
-        own = node.index_select(0, place)
-        total = segment_sum(own, group, len(kinds)).index_select(0, group)
-        heard = torch.relu(self.weight((total - own) / (size - 1).clamp(min=1)))
+        grouped = node.index_select(0, place)
+        total = segment_sum(grouped, group, len(kinds)).index_select(0, group)
+        heard = torch.relu(self.weight((total - grouped) / (size - 1).clamp(min=1)))
         return node.index_add(0, place, (heard * (size > 1)).to(node.dtype))
 
 

@@ -128,10 +128,10 @@ class HEATConv(nn.Module):
         ).unflatten(1, (self.heads, -1))  # (R, K, A)
         of_heads = enumerate(self.message_edge)
         edge_part = torch.cat([multiply(edge_sum[:, k], weight) for k, weight in of_heads], dim=1)
-        own = self.bias.expand(batch.num_nodes, -1)
+        root = self.bias.expand(batch.num_nodes, -1)
         if self.root_weight:
-            own = own + project_per_node_type(batch, node, self.node_weight, self.node_bias)
-        return own.index_add(0, entered, node_sum + edge_part)
+            root = root + project_per_node_type(batch, node, self.node_weight, self.node_bias)
+        return root.index_add(0, entered, node_sum + edge_part)
 
     def _project_nodes(self, batch: Batch, node: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Messages (N, out_units), attention logits as source and as destination (N, K)."""

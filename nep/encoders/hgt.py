@@ -72,8 +72,8 @@ class HGTConv(nn.Module):
             (attention.unsqueeze(2) * message).flatten(1), batch.edge_dst, batch.num_nodes
         )
         share = torch.sigmoid(batch.repeat_per_node_type(self.skip.unsqueeze(1)))  # (N, 1)
-        own = project_per_node_type(batch, torch.relu(incoming), self.output)
-        return share * own + (1 - share) * node
+        projected = project_per_node_type(batch, torch.relu(incoming), self.output)
+        return share * projected + (1 - share) * node
 
     def _gather(self, batch: Batch, node: Tensor) -> list[Tensor]:
         """Keys and messages of every edge, each (E, K, d)."""

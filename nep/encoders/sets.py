@@ -51,12 +51,12 @@ class Sets(Encoder):
         snapshot = batch.node_snapshot[places]
         ones = hidden.new_ones(len(hidden), 1)
         size = segment_sum(ones, snapshot, batch.num_snapshots).clamp(min=1)
-        for own, shared, update in zip(self.own, self.shared, self.update, strict=True):
+        for transform, shared, update in zip(self.own, self.shared, self.update, strict=True):
             columns = hidden.flatten(1)  # (NF, M units)
             mean = segment_sum(columns, snapshot, batch.num_snapshots) / size
             most = segment_max(columns, snapshot, batch.num_snapshots)
             both = [split_members(pooled, self.members) for pooled in (mean, most)]
             pooled = shared(torch.cat(both, dim=-1))  # (B, M, units)
-            hidden = gelu(own(hidden) + pooled.index_select(0, snapshot))
+            hidden = gelu(transform(hidden) + pooled.index_select(0, snapshot))
             hidden = gelu(update(hidden))
         return torch.cat([node[: places.start], hidden + first, node[places.stop :]])

@@ -149,11 +149,11 @@ def _read_dictionaries(contents: Sequence[Any], files: Sequence[Path]) -> tuple[
     for content, file in zip(contents, files, strict=True):
         try:
             edges, minutes = content["edges"], content["times"]
-            own = [str(name) for name in _expect_list(content["class_names"])]
+            listed = [str(name) for name in _expect_list(content["class_names"])]
         except (TypeError, KeyError) as error:
             rule = "day must be a dictionary with edges, times and class_names"
             raise _make_error(rule, error, file) from None
-        if own != names:
+        if listed != names:
             raise _make_error("days must have equal class_names", "others", file)
         days.append(_make_day(edges, minutes, len(names), file))
     if "home" not in names:

@@ -44,9 +44,9 @@ class Logits:
         """Return those of each member."""
         edges = self.edges.unbind(dim=1)
         if self.elsewhere is None:
-            return [Logits(own, None) for own in edges]
+            return [Logits(logits, None) for logits in edges]
         both = zip(edges, self.elsewhere.unbind(dim=1), strict=True)
-        return [Logits(own, elsewhere) for own, elsewhere in both]
+        return [Logits(logits, elsewhere) for logits, elsewhere in both]
 
 
 class NodeEdgePredictor(nn.Module):

@@ -235,8 +235,8 @@ class QueryAttention(nn.Module):
             return query
         count = torch.bincount(query_snapshot, minlength=num_snapshots)
         group = _group(count)
-        own = group[count > 0]
-        if num_snapshots > 1 and own.min() != own.max():
+        groups = group[count > 0]
+        if num_snapshots > 1 and groups.min() != groups.max():
             return self._attend_apart(query, query_snapshot, group[query_snapshot])
         padding = None
         if count.max() <= MOST_KEYS and (num_snapshots > 1 or needs_equal_rows()):

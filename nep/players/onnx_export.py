@@ -132,11 +132,11 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
     beliefs, of_elsewhere = graph.cast(place, np.float64), graph.cast(question, np.float64)
     place = _standardise(graph, place, evidence.place_scale)
     question = _standardise(graph, question, evidence.question_scale)
-    one, axis = graph.constant(1.0), graph.constant([1], np.int64)
+    unit, axis = graph.constant(1.0), graph.constant([1], np.int64)
     is_place = graph.cast("is_place", np.float64)
-    far = graph.add("Mul", graph.add("Sub", "is_place", one), graph.constant(_FAR))
+    far = graph.add("Mul", graph.add("Sub", "is_place", unit), graph.constant(_FAR))
     far64 = graph.cast(far, np.float64)
-    num_places = graph.add("Max", graph.add("ReduceSum", "is_place", axis), one)
+    num_places = graph.add("Max", graph.add("ReduceSum", "is_place", axis), unit)
     grid = graph.constant(_GRID, np.float64)
 
     def pool(hidden: str) -> tuple[str, str]:
@@ -162,9 +162,11 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         if not isinstance(encoder, Sets):
             return hidden
         first = hidden
-        for own, shared, update in zip(encoder.own, encoder.shared, encoder.update, strict=True):
+        for transform, shared, update in zip(
+            encoder.own, encoder.shared, encoder.update, strict=True
+        ):
             mean, most = pool(hidden)
-            weight, bias = _take(own, member)
+            weight, bias = _take(transform, member)
             of_mean, of_most = _take(shared, member)[0].chunk(2)
             both = graph.add(
                 "Add", graph.linear(mean, of_mean, bias), graph.linear(most, of_most)

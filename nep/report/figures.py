@@ -118,7 +118,7 @@ def draw_task(
 ) -> Figure:
     """Draw the score of a task over steps in unseen homes, see `draw_over_steps`."""
     return draw_over_steps(
-        {name: own.values for name, own in scores.items()},
+        {name: summary.values for name, summary in scores.items()},
         highlight,
         title=f"{task.title} on unseen homes",
         metric=STEP_METRICS[task.metric].title,
@@ -177,8 +177,8 @@ def draw_by_hour(accuracy: Mapping[str, Mapping[str, Sequence[float]]]) -> Figur
     """
     hours: dict[str, list[Sequence[float]]] = {}
     for players in accuracy.values():
-        for name, own in players.items():
-            hours.setdefault(name, []).append(own)
+        for name, summary in players.items():
+            hours.setdefault(name, []).append(summary)
     names = sorted(hours, key=lambda name: -float(np.nanmean(hours[name])))
     num_rows = -(-len(accuracy) // 2)
     figure = Figure(

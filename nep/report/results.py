@@ -157,8 +157,8 @@ class Results:
             command, config, versions = (content[x] for x in ("command", "config", "versions"))
             if not isinstance(config, dict) or not isinstance(versions, dict):
                 raise TypeError("config and versions are no objects")
-            own = {task: entry for task, entry in content["tasks"].items() if task not in TASKS}
-            titles = {task: _read_title(task, entry) for task, entry in own.items()}
+            unknown = {task: entry for task, entry in content["tasks"].items() if task not in TASKS}
+            titles = {task: _read_title(task, entry) for task, entry in unknown.items()}
             return cls(command, config, versions, tasks, titles)
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise ValueError(

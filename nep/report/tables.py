@@ -89,26 +89,26 @@ class Row:
     metrics: Mapping[str, float]
 
 
-def compute_difference(own: ScoreSummary, other: ScoreSummary) -> Difference:
+def compute_difference(summary: ScoreSummary, other: ScoreSummary) -> Difference:
     """Compare two policies home by home, and training by training where there are several.
 
     Raises:
         ValueError: if both were trained several times, but not equally often, or they played in
             other homes.
     """
-    if own.units != other.units:
+    if summary.units != other.units:
         raise ValueError(
-            f"policies must play in the same homes to be paired, got {shorten(own.units)} and "
+            f"policies must play in the same homes to be paired, got {shorten(summary.units)} and "
             f"{shorten(other.units)}. Evaluate both in the same."
         )
-    counts = {len(own.by_training), len(other.by_training)} - {1}
+    counts = {len(summary.by_training), len(other.by_training)} - {1}
     if len(counts) > 1:
         raise ValueError(
             f"policies must be trained equally often to be paired, got {max(counts)} and "
             f"{min(counts)} trainings. Train as many of both."
         )
-    delta = own.by_training - other.by_training  # (S, H)
-    return Difference.of(delta if counts else delta[0], own.units)
+    delta = summary.by_training - other.by_training  # (S, H)
+    return Difference.of(delta if counts else delta[0], summary.units)
 
 
 def compute_rows(
@@ -116,10 +116,10 @@ def compute_rows(
 ) -> list[Row]:
     """Summarise what every policy scored in the same homes, worst first."""
     rows = []
-    for name, own in scores.items():
-        values = own.home_values  # (H,)
+    for name, summary in scores.items():
+        values = summary.home_values  # (H,)
         differences = {
-            reference: None if reference == name else compute_difference(own, scores[reference])
+            reference: None if reference == name else compute_difference(summary, scores[reference])
             for reference in references
             if reference in scores
         }
@@ -134,7 +134,7 @@ def compute_rows(
                 std=float(values.std()) if len(values) > 1 else float("nan"),
                 differences=differences,
                 gap_closed=gap,
-                metrics=own.metrics,
+                metrics=summary.metrics,
             )
         )
     is_higher_better = STEP_METRICS[task.metric].is_higher_better
@@ -161,7 +161,7 @@ def format_table(
             line.append(format_difference(delta, metric.format))
         if has_gap:
             line.append("" if row.gap_closed is None else format_number(row.gap_closed, ".0%"))
-        line += [format_number(row.metrics[own.name], own.format) for own in columns]
+        line += [format_number(row.metrics[metric.name], metric.format) for metric in columns]
         cells.append(line)
     return header, cells
 
@@ -212,7 +212,11 @@ def make_markdown(
     form, parts = STEP_METRICS[task.metric].format, []
     for name in rows[0].differences if rows else ():
         known = [row.differences[name] for row in rows]
-        found = [one.detectable for one in known if one and not math.isnan(one.detectable)]
+        found = [
+            difference.detectable
+            for difference in known
+            if difference and not math.isnan(difference.detectable)
+        ]
         if found:
             parts.append(f"minus {name} {min(found):{form}} to {max(found):{form}}")
     if parts:

@@ -87,9 +87,9 @@ class Stage:
         key = hash((id(plan), *layout.rooms.items(), *layout.furniture.items()))
         with self._lock:
             if key not in self._plans:
-                own = PlanShapes.of_memory(memory) if plan is None else PlanShapes.of_plan(plan)
-                own = replace(own, doors=np.concatenate([own.doors, self._doors]))
-                self._plans[key] = self._num_plans, own
+                shapes = PlanShapes.of_memory(memory) if plan is None else PlanShapes.of_plan(plan)
+                shapes = replace(shapes, doors=np.concatenate([shapes.doors, self._doors]))
+                self._plans[key] = self._num_plans, shapes
                 self._num_plans += 1
                 while len(self._plans) > _PLANS_KEPT:
                     self._plans.popitem(last=False)
@@ -146,6 +146,7 @@ def _is_free(name: str) -> bool:
     policy = find_policy(name)
     parameters = inspect.signature(policy).parameters.values()
     return not policy.needs and all(
-        one.default is not one.empty or one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
-        for one in parameters
+        parameter.default is not parameter.empty
+        or parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
+        for parameter in parameters
     )

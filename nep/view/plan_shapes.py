@@ -78,11 +78,11 @@ class PlanShapes:
         room_outlines = []
         east = max((float(corners[:, 0].max()) for corners in outlines), default=0.0)
         for room in range(len(index)):
-            own = [outlines[n] for n in np.flatnonzero(rooms == room)]
+            parts = [outlines[n] for n in np.flatnonzero(rooms == room)]
             if room in floors:
                 room_outlines.append(floors[room])
-            elif own:
-                corners = np.concatenate(own)
+            elif parts:
+                corners = np.concatenate(parts)
                 low, high = corners.min(axis=0) - _PAD, corners.max(axis=0) + _PAD
                 room_outlines.append(_make_box((low + high) / 2, high - low))
             else:  # beside the home
@@ -204,11 +204,11 @@ def _place(rows: Sequence[Furniture], rooms: np.ndarray) -> tuple[list[np.ndarra
         elif row.position is not None:
             wish = np.array(row.position)
         else:
-            own = [outlines[n] for n in np.flatnonzero(rooms == rooms[node]) if len(outlines[n])]
-            others = own or [corners for corners in outlines if len(corners)]
+            beside = [outlines[n] for n in np.flatnonzero(rooms == rooms[node]) if len(outlines[n])]
+            others = beside or [corners for corners in outlines if len(corners)]
             corners = np.concatenate(others)
             wish = (corners.min(axis=0) + corners.max(axis=0)) / 2
-            wish = wish if own else np.array([corners[:, 0].max() + 2 * side, wish[1]])
+            wish = wish if beside else np.array([corners[:, 0].max() + 2 * side, wish[1]])
         at = _find_free(wish, side, taken)
         taken.append(np.concatenate([at - side / 2, at + side / 2]))
         insides[node] = [*at, side, side, 0]
@@ -310,7 +310,7 @@ def list_ways(shapes: PlanShapes, stops: Sequence[int]) -> list[list[list[float]
 def _join_rooms(shapes: PlanShapes) -> list[set[int]]:
     """Return the rooms that each door leads to: up to two, the nearest ones."""
     outlines = [tuple(map(tuple, corners.tolist())) for corners in shapes.room_outlines]
-    distances = [compute_outline_distance(own, shapes.doors) for own in outlines]
+    distances = [compute_outline_distance(outline, shapes.doors) for outline in outlines]
     away = np.array(distances).reshape(len(outlines), len(shapes.doors))
     near = np.argsort(away, axis=0, kind="stable")[:2]
     return [set(near[away[near[:, door], door] <= _FARTHEST, door]) for door in range(len(near.T))]
@@ -319,8 +319,8 @@ def _join_rooms(shapes: PlanShapes) -> list[set[int]]:
 def _go(shapes: PlanShapes, joined: Sequence[set[int]], start: int, end: int) -> np.ndarray:
     """Return the doors on the shortest way between two furniture nodes, (n, 2)."""
     rooms = shapes.furniture_room
-    own = [{rooms[start]}, {rooms[end]}, *joined]  # of the two ends, and of each door
-    shares = np.array([[bool(one & other) for other in own] for one in own])
+    rooms_of = [{rooms[start]}, {rooms[end]}, *joined]  # of the two ends, and of each door
+    shares = np.array([[bool(rooms & other) for other in rooms_of] for rooms in rooms_of])
     if shares[0, 1]:
         return np.zeros((0, 2))
     points = np.concatenate([shapes.middles[[start, end]], shapes.doors])

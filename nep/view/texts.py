@@ -31,14 +31,14 @@ def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
     """Say what happened in a step, a line each: questions, then looks and statements in order."""
     names = {number: memory.describe(number) for number in memory.furniture_ids}
     lines = [
-        f"asked for {one.description}: said {names.get(one.furniture, 'nothing')}, "
-        f"{'right' if one.is_right else 'wrong'}"
-        for one in story.questions
-        if one.step == step
+        f"asked for {question.description}: said {names.get(question.furniture, 'nothing')}, "
+        f"{'right' if question.is_right else 'wrong'}"
+        for question in story.questions
+        if question.step == step
     ]
     first = bisect_left(story.looks, step, key=attrgetter("step"))
     end = bisect_right(story.looks, step, key=attrgetter("step"))
-    said = [one for one in story.statements if one.step == step]
+    said = [statement for statement in story.statements if statement.step == step]
     for number in range(first, end + 1):
         while said and (said[0].num_looks <= number or number == end):
             lines.append(tell_statement(said.pop(0)))
@@ -107,9 +107,9 @@ def _tell_gone(story: Story, memory: SceneGraphMemory, node: int, edge: int) -> 
     if int(memory.batch.furniture_last_observed[0, node]) > since:
         return "missing at the last look"
     things = story.things
-    own = things.find((memory.descriptions[memory.batch.edges["object"][edge]],), memory.time)
+    numbers = things.find((memory.descriptions[memory.batch.edges["object"][edge]],), memory.time)
     spoken_of = zip(story.statements, things.spoken_of, strict=True)
-    if any(said.step == since and number in own for said, number in spoken_of):
+    if any(said.step == since and number in numbers for said, number in spoken_of):
         return "said to be elsewhere"
     return "missing at the last look"
 

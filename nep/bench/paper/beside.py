@@ -42,11 +42,11 @@ class TableRow:
 
     def mean(self, column: str) -> float:
         """Return the mean of a column over homes and trainings."""
-        return float(np.mean([np.mean(own[column]) for own in self.plays]))
+        return float(np.mean([np.mean(play[column]) for play in self.plays]))
 
     def summarise(self, units: tuple[str, ...] | None) -> ScoreSummary:
         """Return the first guesses, to be paired with those of another player."""
-        values = np.array([own["first_guess"] for own in self.plays])  # (S, H)
+        values = np.array([play["first_guess"] for play in self.plays])  # (S, H)
         several = values if len(values) > 1 else None
         return ScoreSummary(values.mean(axis=0)[:, None], {}, several, units)
 
@@ -164,5 +164,5 @@ def _summarise(row: TableRow) -> ScoreSummary:
     """Summarise trainings; of the metrics of other rows it has first guesses and NLL alone."""
     found, metrics = row.summarise(None), dict.fromkeys(METRICS, float("nan"))
     metrics["accuracy"] = float(found.by_training.mean())
-    metrics["nll"] = float(np.mean([own["nll"] for own in row.plays]))
+    metrics["nll"] = float(np.mean([play["nll"] for play in row.plays]))
     return replace(found, metrics=metrics)

@@ -245,7 +245,7 @@ def make_table_1(
         *(
             text
             for title, text in _ABOUT_ROWS.items()
-            if any(title in own for own in results.values())
+            if any(title in by_title for by_title in results.values())
         ),
         *(f"{text}\n" for text in provenance.beside),
         *provenance.list_configs(),
@@ -335,21 +335,21 @@ def make_table_2(scores: Scores, provenance: Provenance) -> dict[str, bytes]:
     ours, changes, paper, lines = [], [], [], []
     for ablation in (None, *ABLATIONS):
         title = ABLATIONS[ablation] if ablation else "Full model"
-        own = [scores[f"{model}-{ablation}" if ablation else model] for model in ABLATED]
-        ours.append([title, *(_format(*_summarise(score)) for score in own)])
+        summaries = [scores[f"{model}-{ablation}" if ablation else model] for model in ABLATED]
+        ours.append([title, *(_format(*_summarise(score)) for score in summaries)])
         paper.append([title, *(_format(*PAPER_TABLE_2[ablation][model]) for model in ABLATED)])
         deltas = [
             compute_difference(score, scores[model]) if ablation else None
-            for model, score in zip(ABLATED, own, strict=True)
+            for model, score in zip(ABLATED, summaries, strict=True)
         ]
         if ablation:
             written = (
-                f"{format_difference(own, _FORMAT)}, d {format_number(own.detectable, _FORMAT)}"
-                for own in deltas
-                if own is not None
+                f"{format_difference(delta, _FORMAT)}, d {format_number(delta.detectable, _FORMAT)}"
+                for delta in deltas
+                if delta is not None
             )
             changes.append([title, *written])
-        for model, score, delta in zip(ABLATED, own, deltas, strict=True):
+        for model, score, delta in zip(ABLATED, summaries, deltas, strict=True):
             line = [ablation or "full", model, *_summarise(score)]
             lines.append(line + ([delta.mean, delta.low, delta.high] if delta else [None] * 3))
     parts = [
@@ -406,7 +406,9 @@ def _make_wide(cells: Mapping[Setting, Mapping[str, str]], says_known: bool = Fa
         arrow = "↑" if setting.metric.is_higher_better else "↓"
         header.append(f"{TASKS[setting.task].title} {arrow}, {setting.nodes}")
     lines = []
-    for title, shown in list_shown({own for column in cells.values() for own in column}).items():
+    for title, shown in list_shown(
+        {title for column in cells.values() for title in column}
+    ).items():
         name = [shown, find_known(title)] if says_known else [title]
         lines.append([*name, *(column.get(title, "") for column in cells.values())])
     return join_table(header, lines, num_text=2 if says_known else 1)
@@ -433,13 +435,13 @@ def find_known(title: str) -> str:
 
 
 # Columns of a table of claims.
-_SETTING = TableColumn("setting", lambda own: own.setting.title)
-CLAIM = TableColumn("claim", lambda own: f"{own.better} better than {own.worse}")
+_SETTING = TableColumn("setting", lambda claim: claim.setting.title)
+CLAIM = TableColumn("claim", lambda claim: f"{claim.better} better than {claim.worse}")
 VERDICT = (
-    TableColumn("difference [95 %]", lambda own: format_difference(own.difference, _FORMAT)),
-    TableColumn("detectable", lambda own: format_number(own.difference.detectable, _FORMAT)),
-    TableColumn("Holm's p", lambda own: format_p(own.corrected)),
-    TableColumn("verdict", lambda own: own.verdict),
+    TableColumn("difference [95 %]", lambda claim: format_difference(claim.difference, _FORMAT)),
+    TableColumn("detectable", lambda claim: format_number(claim.difference.detectable, _FORMAT)),
+    TableColumn("Holm's p", lambda claim: format_p(claim.corrected)),
+    TableColumn("verdict", lambda claim: claim.verdict),
 )
 
 

@@ -86,7 +86,7 @@ class Plan(TrainedPlan):
         """Return what to write under a table; folders and number of jobs change nothing in it."""
         options = ["--table", table, *self.options]
         played = map(self.make_game, self.list_settings() or SETTINGS)
-        names = dict.fromkeys(name for own in played if (name := own.name_homes()))
+        names = dict.fromkeys(name for game in played if (name := game.name_homes()))
         return Provenance(
             command=shlex.join(["python", "-m", "nep.reproduce", *options]),
             seed=self.seed,
@@ -165,7 +165,7 @@ class Plan(TrainedPlan):
 
     def load_scores(self, network: Contestant, cache: ScoreCache) -> ScoreSummary:
         """Return what the trainings of a network have scored; one alone as it is."""
-        own = cache.scores[self.make_game(network.setting).name]
+        by_player = cache.scores[self.make_game(network.setting).name]
         trainings = self.list_trainings(network)
-        scores = [unpack_summary(own[self.name_training(training)]) for training in trainings]
+        scores = [unpack_summary(by_player[self.name_training(training)]) for training in trainings]
         return scores[0] if len(scores) == 1 else ScoreSummary.join(scores)

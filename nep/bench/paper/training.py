@@ -182,7 +182,10 @@ class TrainedPlan(ABC):
 
     def compute_checksums(self) -> dict[str, str]:
         """Return the SHA-256 of the networks that are trained, by name."""
-        return {name: compute_checksum(own.checkpoint) for name, own in self.list_trained().items()}
+        return {
+            name: compute_checksum(training.checkpoint)
+            for name, training in self.list_trained().items()
+        }
 
     def plan_stages(self) -> tuple[list[Job], list[Job]]:
         """List collections, then trainings, as far as they are not done yet."""
@@ -199,8 +202,8 @@ class TrainedPlan(ABC):
             return Job(f"{what} {key}", run, log, tuple(after))
 
         collections = {
-            folder: make_job("collect", folder, partial(collect_data, own))
-            for folder, own in together.items()
+            folder: make_job("collect", folder, partial(collect_data, config))
+            for folder, config in together.items()
         }
         trainings = [
             make_job("train", row.folder, row.run, [collections[row.folder.parent].name])

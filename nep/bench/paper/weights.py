@@ -34,14 +34,14 @@ def export_weights(plan: Plan, folder: Path) -> list[str]:
     listed = {}
     for training in plan.list_all_trainings():
         name, network = plan.name_training(training), training.contestant
-        own = folder / name
+        exported = folder / name
         command = f"python -m nep.reproduce --weights {folder.name}"
-        export_model(training.checkpoint, own, ExportConfig(num_homes=0), command)
+        export_model(training.checkpoint, exported, ExportConfig(num_homes=0), command)
         listed[name] = {
             "setting": network.setting.name,
             "title": network.title,
             "seed": training.seed,
-            **_read_checksums(own),
+            **_read_checksums(exported),
         }
     content = {"command": plan.describe("all").command, "versions": list_versions()}
     text = json.dumps({**content, "networks": listed}, indent=1) + "\n"
@@ -66,13 +66,13 @@ def check_weights(folder: Path, checkpoints: Mapping[str, str] | None = None) ->
     """
     lines = []
     for name, entry in _read_list(folder).items():
-        own = folder / name
-        load_exported(own)  # whole, and fit for this package
-        for key, checksum in _read_checksums(own).items():
+        exported = folder / name
+        load_exported(exported)  # whole, and fit for this package
+        for key, checksum in _read_checksums(exported).items():
             if checksum != entry[key]:
                 raise ValueError(
                     f"{key} of {name} must be {entry[key]}, as {LIST} says, got "
-                    f"{shorten(checksum)} in {own}. Export again with --weights."
+                    f"{shorten(checksum)} in {exported}. Export again with --weights."
                 )
         title = f"{entry['setting']}, {entry['title']}, seed {entry['seed']}"
         if checkpoints is not None and checkpoints.get(title) != entry["checkpoint_sha256"]:

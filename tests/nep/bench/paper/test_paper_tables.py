@@ -277,7 +277,9 @@ class TakeTurns(TASKS["find_object"]):
 
 
 def test_a_further_task_makes_columns_of_ours_alone(location, monkeypatch):
-    monkeypatch.setitem(TASKS, "take_turns", TakeTurns)
+    for module in ("paper_tables", "experiments"):
+        tasks = {**TASKS, "take_turns": TakeTurns}
+        monkeypatch.setattr(f"nep.bench.paper.{module}.TASKS", tasks)
     further = Setting("take_turns", True)
     files = make_table_1({ABLATION_SETTING: location, further: location}, PROVENANCE)
     ours, paper = files["table_1.md"].decode().split("## The paper's")
