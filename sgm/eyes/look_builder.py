@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from sgm.checks import is_finite, read_all, read_optional
+from sgm.eyes.built_look import BuiltLook, make_sighting
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.camera_view import CameraView, DepthImage
 from sgm.eyes.detection import Detection
@@ -26,9 +27,6 @@ from sgm.eyes.tracks import Tracks
 from sgm.eyes.visits import Visit, Visits
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture
-from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS, Sighting
 from sgm.messages import shorten
 
 MOST_DETECTIONS = 1000  # of a frame; detectors give 300 at most
@@ -36,35 +34,6 @@ _SURE = 0.5  # confidence from which on a thing has a spot
 _JUMP = 1.0  # metres from one frame to the next that no robot goes
 _LEAST_FRAMES = 3  # that show a thing at no known place, before it gets one
 _MAKE_MAPPER = "Write FurnitureMapper(memory)."
-
-
-@dataclass(frozen=True, slots=True)
-class BuiltLook:
-    """One visit to a place: many frames, and one look.
-
-    Attributes:
-        furniture: its id.
-        seen: what was seen there.
-        coverage: share that was in view of what is "in" and "onTop" of it.
-        hidden: names of things that were seen there before, and whose spots were out of view now:
-            that they were not seen says nothing.
-        start, end: seconds of the first and the last frame.
-        num_frames: frames in which it was in view.
-        viewpoint: of the frame that showed most of it; None if it is unknown.
-    """
-
-    furniture: int
-    seen: tuple[Sighting, ...]
-    coverage: dict[str, float]
-    hidden: tuple[str, ...]
-    start: float
-    end: float
-    num_frames: int
-    viewpoint: Viewpoint | None = None
-
-    def tell(self, memory: SceneGraphMemory) -> None:
-        """Fold the look into a memory."""
-        memory.observe(self.furniture, self.seen, self.coverage, self.hidden, self.viewpoint)
 
 
 class LookBuilder:
@@ -369,9 +338,7 @@ class LookBuilder:
         hidden = self._spots.renew(visit.place, top, [track for track, _ in sure], certain)
         if not sure and max(coverage.values()) < self._rules.least_coverage:
             return None
-        seen = tuple(
-            Sighting(track.name, RELATIONS[track.volume % 2], sureness) for track, sureness in sure
-        )
+        seen = tuple(make_sighting(track, sureness) for track, sureness in sure)
         for one in seen:  # what showed a thing showed something of the place
             coverage[one.relation] = max(coverage[one.relation], 1 / self._rules.num_points)
         return BuiltLook(

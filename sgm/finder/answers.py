@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Literal
 
 from sgm.finder.ranking import tell_time
 from sgm.memory.clock import Clock
+from sgm.memory.sighting import Point
 
 MOST_BYTES = 600  # of an answer of `where_is` for which no number of rows was asked
 _DIGITS = 3  # of probabilities and costs
+# Of a field that an answer does not have where it is None.
+LEFT_OUT = {"is_left_out": True}
 _PLAIN = frozenset((str, int, bool, type(None)))
 
 Status = Literal["ok", "ambiguous", "unknown"]
@@ -61,6 +64,7 @@ class PlaceFound:
             asked for.
         probability: that the thing is there.
         why: what the memory holds for and against it.
+        position: where it was seen last there, x, y, z in the map, metres; left out where unknown.
     """
 
     place: int
@@ -68,6 +72,7 @@ class PlaceFound:
     relation: str
     probability: float
     why: str
+    position: Point | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +85,8 @@ class LastSeen:
         is_there: whether the last look there still showed it.
         by: who said so; "robot" for what it did itself, empty for what was seen.
         at: when that was.
+        position: where that was, x, y, z in the map, metres; left out where it is unknown, or the
+            thing is not there any more.
     """
 
     place: int | None
@@ -87,6 +94,7 @@ class LastSeen:
     is_there: bool
     by: str
     at: Moment
+    position: Point | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,12 +140,18 @@ class NextLook:
         name: "desk in study".
         probability: that the thing is there.
         cost: of going there and looking: metres and 1, where places have positions; else 1.
+        position: where the thing was seen last there, x, y, z in the map, metres; left out where
+            unknown.
+        pose: where to stand to see that, x, y in the map, metres, and yaw, radians; left out where
+            unknown.
     """
 
     place: int
     name: str
     probability: float
     cost: float
+    position: Point | None = field(default=None, metadata=LEFT_OUT)
+    pose: tuple[float, float, float] | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,6 +272,8 @@ class ThingRow:
         times_seen: looks there that showed it.
         times_looked: looks there since it was first seen there.
         last_seen: when it was last seen there.
+        position: where it was seen last there, x, y, z in the map, metres; left out where it is
+            unknown, or the thing is not there any more.
     """
 
     thing: str
@@ -268,6 +284,7 @@ class ThingRow:
     times_seen: int
     times_looked: int
     last_seen: Moment
+    position: Point | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -377,7 +394,11 @@ def to_json(answer: Any) -> Any:
         return [to_json(value) for value in answer]
     if kind is dict:
         return {key: to_json(value) for key, value in answer.items()}
-    return {name: to_json(getattr(answer, name)) for name in kind.__dataclass_fields__}
+    return {
+        name: to_json(value)
+        for name, own in kind.__dataclass_fields__.items()
+        if (value := getattr(answer, name)) is not None or not own.metadata
+    }
 
 
 def write_json(answer: Any) -> bytes:

@@ -11,7 +11,7 @@ import numpy as np
 from sgm.memory.asking import Asked
 from sgm.memory.clock import Clock
 from sgm.memory.columns import NEVER
-from sgm.memory.sighting import SeenAt
+from sgm.memory.sighting import Point, SeenAt
 from sgm.memory.thing import ROBOT, Statement
 from sgm.names.name_matching import Resolution
 
@@ -80,6 +80,8 @@ class Evidence:
     def _tell_seen(self, seen: SeenAt) -> str:
         """Say when it was last seen here, or said to be, what ended that, and who missed it."""
         who = "seen here"
+        if self.seen is not None and self.seen.position is not None:
+            who = f"at {tell_point(self.seen.position)}, {who}"
         if seen.by:
             who = "put here by the robot" if seen.by == ROBOT else f"{seen.by} said so"
         is_new = not seen.by and seen.steps_ago == 0
@@ -134,6 +136,14 @@ class Place:
     def last_seen(self) -> SeenAt | None:
         """The object's last sighting at this place; None if it was never seen there."""
         return self.evidence.seen
+
+    @property
+    def position(self) -> Point | None:
+        """Where it was seen last there, x, y, z in the map, metres; None if it is not known.
+
+        Nor is it where the last look at this place did not find it.
+        """
+        return None if self.evidence.seen is None else self.evidence.seen.position
 
     @property
     def why(self) -> str:
@@ -210,6 +220,11 @@ def _tell_end(said: Statement) -> str:
             "the robot picked it up" if said.kind == "picked_up" else "the robot put it elsewhere"
         )
     return f"{'the robot' if said.by == ROBOT else said.by} said it was moved"
+
+
+def tell_point(point: Point) -> str:
+    """Say a point in the map, to the centimetre: "1.9, 3.1, 0.95"."""
+    return ", ".join(f"{round(value, 2) + 0.0:g}" for value in point)
 
 
 def tell_time(time: datetime, now: datetime) -> str:

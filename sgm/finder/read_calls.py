@@ -85,13 +85,18 @@ class ReadCalls:
         last_seen = None
         if seen is not None:
             name, when = self._tell_name(seen.furniture), self._tell_time(seen.time, now)
-            last_seen = LastSeen(seen.furniture, name, seen.is_there, seen.by, when)
+            last_seen = LastSeen(seen.furniture, name, seen.is_there, seen.by, when, seen.position)
         answer = WhereIs(
             thing=ranking.description,
             taken_for=_list_taken(ranking),
             places=tuple(
                 PlaceFound(
-                    place.furniture, place.name, place.relation, place.probability, _tell_why(place)
+                    place.furniture,
+                    place.name,
+                    place.relation,
+                    place.probability,
+                    _tell_why(place),
+                    place.position,
                 )
                 for place in ranking
             ),
@@ -252,6 +257,7 @@ class ReadCalls:
                 times_seen=seen["times_seen"],
                 times_looked=seen["times_looked"],
                 last_seen=self._tell_time(seen["last_seen"], now),
+                position=tuple(seen["position"]) if "position" in seen else None,
             )
             for room in home["rooms"]
             for node in room["furniture"]

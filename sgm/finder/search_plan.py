@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sgm.checks import is_number
-from sgm.finder.ranking import Place
+from sgm.finder.ranking import Place, tell_point
 from sgm.finder.tour import (
     compute_expected_cost,
     improve_begin,
@@ -48,10 +48,14 @@ class Look:
 
     @property
     def instruction(self) -> str:
-        """What to do there: "open the white fridge in kitchen", "look on the table in hall"."""
+        """What to do there: "open the white fridge in kitchen", "look on the table in hall".
+
+        And where, if the thing was seen there: "look on the table in hall, at 1.9, 3.1, 0.75".
+        """
+        at = "" if self.place.position is None else f", at {tell_point(self.place.position)}"
         if self.must_open:
-            return f"open the {self.place.name}"
-        return f"look {'in' if self.place.relation == 'in' else 'on'} the {self.place.name}"
+            return f"open the {self.place.name}{at}"
+        return f"look {'in' if self.place.relation == 'in' else 'on'} the {self.place.name}{at}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,6 +24,7 @@ from sgm.finder.meanings import (
 )
 from sgm.finder.read_calls import MOST_ROWS, ReadCalls
 from sgm.finder.search import ObjectSearch
+from sgm.finder.search_plan import Look
 from sgm.finder.travel_costs import find_distance
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -503,14 +504,20 @@ class MemoryService(ReadCalls):
         return tuple(row for row in rows if row not in known)
 
 
+def _tell_look(memory: SceneGraphMemory, look: Look) -> NextLook:
+    """Tell where to look next, and how, where it is known where the thing was."""
+    place, pose = look.place, None
+    if place.position is not None:
+        pose = memory.get_pose(place.furniture, place.position)
+    return NextLook(place.furniture, place.name, place.probability, look.cost, place.position, pose)
+
+
 def _tell_search(search_id: str, search: ObjectSearch, near: Unclear | None = None) -> Searching:
     look = search.going
     return Searching(
         search_id=search_id,
         thing=search.description,
-        next=None
-        if look is None
-        else NextLook(look.place.furniture, look.place.name, look.place.probability, look.cost),
+        next=None if look is None else _tell_look(search.memory, look),
         is_found=search.is_found,
         looks=search.num_looks,
         outcome=search.outcome,

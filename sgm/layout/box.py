@@ -24,7 +24,7 @@ from sgm.messages import shorten
 INTERIORS = ("none", "open", "door")
 BELOW_TOP, ABOVE_TOP = 0.03, 0.40  # metres around the top within which things are on top
 _WALL = 0.02  # metres of wall, board and door around what is inside
-_MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
+MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
 FLOOR_THICKNESS = 0.1  # metres downwards: the top of a floor's box is the floor
 _LEAST_SHARE = 0.01  # of its rectangle that an outline fills
 LEAST_METRES = 1e-3  # of any side
@@ -59,9 +59,9 @@ class Box:
             read = read_numbers(f"{name} of a box", value, (3,)).tolist()
             object.__setattr__(self, name, tuple(read))
         object.__setattr__(self, "yaw", float(read_numbers("yaw of a box", self.yaw, ())))
-        if max(map(abs, (*self.center, *self.size, self.yaw))) > _MOST_METRES:
+        if max(map(abs, (*self.center, *self.size, self.yaw))) > MOST_METRES:
             raise ValueError(
-                f"box must lie within {_MOST_METRES:g} m, got {shorten(self.size)} at "
+                f"box must lie within {MOST_METRES:g} m, got {shorten(self.size)} at "
                 f"{shorten(self.center)}. Give metres and radians in the frame of the map."
             )
         if min(self.size) < LEAST_METRES:

@@ -141,12 +141,19 @@ _FLOOR = "floor"
 
 def compute_positions(
     furniture: Mapping[int, Furniture],
+    only: int | None = None,
+    at: tuple[float, float, float] | None = None,
 ) -> dict[int, tuple[float, float] | None]:
     """Return where one stands to look at each furniture node, by id, as given or found.
 
     Where none was given, a point before the front of its box, or, if that is not free, at another
     side: outside all boxes, and on the floor of its room where that has a box. A floor is looked at
     from its middle, or from the free point that is nearest to it.
+
+    Args:
+        furniture: by id.
+        only: the one furniture node that is asked for; None for all.
+        at: x, y, z in the map, metres: what is looked at there, so that one stands before that.
 
     Returns:
         None for furniture with neither a position nor a box, or with no free side.
@@ -155,6 +162,8 @@ def compute_positions(
     floors = {number: boxes[number] for number in boxes if furniture[number].label == _FLOOR}
     found: dict[int, tuple[float, float] | None] = {}
     for number, row in furniture.items():
+        if only not in (None, number):
+            continue
         found[number] = row.position
         if row.position is not None or row.box is None:
             continue
@@ -171,7 +180,7 @@ def compute_positions(
             and math.dist(box.center[:2], row.box.center[:2])
             < _get_reach(box) + _get_reach(row.box)
         ]
-        points = _list_points(row.box, is_floor=number in floors)
+        points = _list_points(row.box, is_floor=number in floors, at=at)
         is_free = np.ones(len(points), dtype=bool)
         flat = np.column_stack([points, np.zeros(len(points))])
         for box in in_the_way:
@@ -189,24 +198,54 @@ def compute_positions(
     return found
 
 
+def compute_pose(
+    furniture: Mapping[int, Furniture],
+    number: int,
+    at: tuple[float, float, float] | None = None,
+) -> tuple[float, float, float] | None:
+    """Return where one stands to look at a furniture node, x, y, and the yaw with which one does.
+
+    Args:
+        furniture: by id.
+        number: id of the one.
+        at: x, y, z in the map, metres: what is looked at there; None for its middle.
+
+    Returns:
+        Metres and radians; None where it is not known where it stands.
+    """
+    box = furniture[number].box
+    stand = compute_positions(furniture, number, at)[number]
+    target = at if at is not None or box is None else box.center
+    if stand is None or target is None:
+        return None
+    return (*stand, math.atan2(target[1] - stand[1], target[0] - stand[0]))
+
+
 def _get_reach(box: Box) -> float:
     """Return how far from its middle a box is, or one stands to look at it, at most."""
     return math.hypot(*box.size[:2]) / 2 + max(_DISTANCES) + _CLEARANCE
 
 
-def _list_points(box: Box, *, is_floor: bool) -> np.ndarray:
-    """Return the points from which one may look at a box, the best first, (n, 2)."""
+def _list_points(
+    box: Box, *, is_floor: bool, at: tuple[float, float, float] | None = None
+) -> np.ndarray:
+    """Return the points from which one may look at a box, or there, the best first, (n, 2)."""
     half = np.array(box.size) / 2
+    own_at = np.zeros(2) if at is None else box.to_own(np.array(at))[:2]
+    across, along = np.clip(own_at / half[:2], -1, 1).tolist()
     if is_floor:
         steps = [np.linspace(-side, side, 15)[1:-1] for side in half[:2]]
         own = np.array([(x, y) for x in steps[0] for y in steps[1]])
-        own = own[np.argsort(np.hypot(*own.T), kind="stable")]
+        away_from_it = np.hypot(*(own - own_at).T)
+        if at is not None:  # before it, not on it
+            away_from_it = np.abs(away_from_it - _DISTANCES[0])
+        own = own[np.argsort(away_from_it, kind="stable")]
     else:
         own = np.array(
             [
                 np.where(side, side * (half[:2] + away), beside * half[:2])
                 for side in np.array([(1, 0), (0, 1), (0, -1), (-1, 0)])  # the front first
-                for beside in (0.0, 0.5, -0.5)
+                for beside in (along if side[0] else across, 0.0, 0.5, -0.5)
                 for away in _DISTANCES
             ]
         )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.layout.box import Box
-from sgm.layout.furniture import Furniture, Room, compute_positions
+from sgm.layout.furniture import Furniture, Room, compute_pose, compute_positions
 from sgm.messages import shorten
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import MAX_LENGTH
@@ -147,6 +147,12 @@ class Layout:
     def compute_positions(self) -> dict[int, tuple[float, float] | None]:
         """Return where one stands to look at each furniture node, given or found, by id."""
         return compute_positions(self.furniture)
+
+    def compute_pose(
+        self, furniture: int, at: tuple[float, float, float] | None = None
+    ) -> tuple[float, float, float] | None:
+        """Return where one stands to look at a furniture node, or at a point there, and the yaw."""
+        return compute_pose(self.furniture, furniture, at)
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node; raises KeyError for no such id."""

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.table import Table
+from sgm.layout.box import MOST_METRES
 from sgm.memory.clock import MAX_TIME
 from sgm.messages import shorten
 
@@ -138,6 +139,18 @@ EDGES = (
     ),
     Column("came_from", default=NEVER, low=NEVER, refers_to="furniture"),
 )
+_metres = partial(Column, dtype=np.float64, low=-MOST_METRES, high=MOST_METRES)
+# Where things were seen, in the frame of the map; `Remembered` says what each holds.
+POSITIONS = (
+    Column("object", refers_to="objects"),
+    Column("furniture", refers_to="furniture"),
+    Column("relation", high=1),
+    _stamp("time"),
+    Column("num_seen", default=1, low=1),
+    *(_metres(name) for name in ("x", "y", "z")),
+    Column("sd", np.float64, default=-1, low=-1, high=MOST_METRES),
+    *(_metres(f"usual_{name}") for name in ("x", "y", "z")),
+)
 # One row for each home; `HomeHistory` says what each holds.
 HOME = tuple(
     Column(name, np.float64, high=np.inf)
@@ -146,10 +159,13 @@ HOME = tuple(
         "num_moved", "time_followed", "num_missed", "num_refound",
     )
 )  # fmt: skip
-TABLES = {"furniture": FURNITURE, "objects": OBJECTS, "edges": EDGES}  # of a home, by name
+TABLES = {  # of a home, by name
+    "furniture": FURNITURE, "objects": OBJECTS, "edges": EDGES, "positions": POSITIONS,
+}  # fmt: skip
 
 FURNITURE_COUNTERS, OBJECT_COUNTERS, EDGE_COUNTERS = (
-    tuple(column.name for column in columns if column.is_counter) for columns in TABLES.values()
+    tuple(column.name for column in columns if column.is_counter)
+    for columns in (FURNITURE, OBJECTS, EDGES)
 )
 Tables = Mapping[str, Columns]  # columns by table and name, one number per row
 

@@ -9,6 +9,7 @@ import numpy as np
 from sgm.memory.memory_identities import MemoryIdentities, check_no_doubt
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.seen_and_said import get_statements, list_spoken_of
+from sgm.memory.seen_positions import forget_positions
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence
 from sgm.messages import shorten
@@ -226,6 +227,9 @@ def _take_statement(
     left = np.flatnonzero(is_left)
     places = sorted({ids[index] for index in edges["furniture"][left] if index != place})
     batch.note_left(left, statement.confidence)
+    forget_positions(
+        batch.positions, state.list_members(row), {place, *edges["furniture"][left].tolist()}
+    )
     if place < 0:
         batch.note_carried(row)
     else:

@@ -99,6 +99,7 @@ class MemoryBatch(Remembered):
         copied.labels = list(self.labels)
         copied.furniture = self.furniture.copy()
         copied.objects, copied.edges = self.objects.copy(), self.edges.copy()
+        copied.positions = self.positions.copy()
         copied._history = None if self._history is None else self._history.copy()
         copied._row_of_key = self._row_of_key.copy()
         copied._pending = copied.derived = None
@@ -114,6 +115,7 @@ class MemoryBatch(Remembered):
         shared = clone(self)
         shared.labels = list(self.labels)
         shared.objects, shared.edges = self.objects.share(), self.edges.share()
+        shared.positions = self.positions.share()
         shared._history = None if self._history is None else self._history.share()
         shared._row_of_key = self._row_of_key.copy()
         shared._pending = None

@@ -21,6 +21,7 @@ from sgm.memory.columns import (
 )
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.score_calibration import ScoreCalibration
+from sgm.memory.seen_positions import join_positions
 from sgm.memory.step_log import StepLook
 from sgm.memory.thing import Thing, read_things, write_things
 from sgm.memory.week_hours import WeekHours
@@ -125,6 +126,9 @@ class MemoryContent:
         ids = list(self.layout.furniture)
         here, there = ids.index(kept), ids.index(other)
         edges, objects = content.tables["edges"], content.tables["objects"]
+        positions = content.tables["positions"]
+        positions["furniture"][positions["furniture"] == there] = here
+        tables = {**content.tables, "positions": join_positions(positions)}
         last = objects["last_furniture"]
         last[last == there] = here
         pairs = zip(edges["object"].tolist(), edges["relation"].tolist(), strict=True)
@@ -136,7 +140,7 @@ class MemoryContent:
             else:
                 _merge_rows(edges, twin, edge)
         _merge_rows(content.tables["furniture"], here, there)
-        return content.remove(furniture=[other])
+        return replace(content, tables=tables).remove(furniture=[other])
 
     def rename(self, row: int, name: str) -> MemoryContent:
         """Call an object otherwise."""
@@ -218,6 +222,7 @@ class MemoryContent:
         num_rows = {
             "furniture": num_furniture, "objects": num_objects,
             "edges": len(self.tables["edges"]["object"]),
+            "positions": len(self.tables["positions"]["object"]),
         }  # fmt: skip
         check_tables(self.tables, num_rows, self.time)
         _check_between("room ids", list(layout.rooms), 0, layout.num_rooms_ever - 1)

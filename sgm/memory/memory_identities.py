@@ -163,7 +163,8 @@ class MemoryIdentities(MemoryQuestions):
             )
         self._write("split_off", **own.to_json(), furniture=place, name=name, by=by)
         other = state.ensure_object(name)
-        edges["object"][(edges["object"] == row) & (edges["furniture"] == at)] = other
+        for table in (edges, batch.positions):
+            table["object"][(table["object"] == row) & (table["furniture"] == at)] = other
         for number in (row, other):
             true = np.flatnonzero((edges["object"] == number) & (edges["num_true"] > 0))
             seen = true[np.argsort(edges["last_true"][true], kind="stable")]

@@ -10,6 +10,8 @@ from sgm.layout.box import Box, read_box
 from sgm.layout.furniture import Furniture, read_open_cost, read_position
 from sgm.layout.layout import Layout, RoomId, read_map_id
 from sgm.memory.memory_files import MemoryFiles
+from sgm.memory.seen_positions import keep_positions_at, turn_positions
+from sgm.memory.sighting import read_point
 from sgm.names.name import Name
 from sgm.names.words import read_words
 
@@ -118,6 +120,8 @@ class MemoryLayout(MemoryFiles):
     ) -> None:
         """Note that a furniture node was moved; what was seen there moves with it.
 
+        Positions of things that are not at its new place are forgotten.
+
         Args:
             furniture: id from `add_furniture`.
             room: where it stands now; None for the same room.
@@ -143,7 +147,11 @@ class MemoryLayout(MemoryFiles):
                 node = replace(node, position=read_position(position))
             place: dict[str, Any] = {"position": node.position, "box": node.box}
             self._write("move", furniture=furniture, room=node.room, **place)
+            has_moved = node.box != layout.furniture[furniture].box
             layout.furniture[furniture] = node
+            if has_moved:
+                index = list(layout.furniture).index(furniture)
+                keep_positions_at(self._state.batch.positions, index, node.box)
             self._state.note_new()
 
     def name_furniture(self, furniture: int, label: str, description: str | None = None) -> None:
@@ -202,6 +210,8 @@ class MemoryLayout(MemoryFiles):
     ) -> None:
         """Move all positions and boxes into the frame of another map; nothing else changes.
 
+        Those of things, too.
+
         Args:
             angle: by which the home is turned around the origin of the old map, counter-clockwise,
                 in radians.
@@ -209,7 +219,8 @@ class MemoryLayout(MemoryFiles):
             map_id: of the new map; empty if it has none.
 
         Raises:
-            ValueError: if an argument is out of range, or a box would lie where no home is.
+            ValueError: if an argument is out of range, or a box or a thing would lie where no home
+                is.
         """
         turn = float(read_numbers("angle", angle, ()))
         by = read_position(shift)
@@ -217,8 +228,12 @@ class MemoryLayout(MemoryFiles):
             raise ValueError("shift must be two numbers, got None. Give metres, or leave it out.")
         with self._lock:
             layout = self._state.layout.transform(turn, by, read_map_id(map_id))
+            positions = self._state.batch.positions
+            turned = turn_positions(positions, turn, by)
             self._write("transform", angle=turn, shift=by, map_id=map_id)
             self._state.layout = layout
+            for name, values in turned.items():
+                positions[name][:] = values
             self._state.note_new()
 
     def get_position(self, furniture: int) -> tuple[float, float] | None:
@@ -233,6 +248,29 @@ class MemoryLayout(MemoryFiles):
             self._state.layout.check_furniture(furniture)
             position = self._state.layout.furniture[furniture].position
             return position or self._state.layout.compute_positions()[furniture]
+
+    def get_pose(
+        self, furniture: int, at: tuple[float, float, float] | None = None
+    ) -> tuple[float, float, float] | None:
+        """Return where one stands to look at a furniture node, x, y in the map, and the yaw.
+
+        Args:
+            furniture: id from `add_furniture`.
+            at: of what is looked at there, x, y, z in the map, metres, such as `Place.position`;
+                None for the middle of the furniture. Where no position of the furniture was given,
+                one stands right before that.
+
+        Returns:
+            Metres and radians; None where it is not known where the furniture stands.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            ValueError: if `at` is no position.
+        """
+        point = None if at is None else read_point(at, "what is looked at")
+        with self._lock:
+            self._state.layout.check_furniture(furniture)
+            return self._state.layout.compute_pose(furniture, point)
 
     @property
     def boxes(self) -> dict[int, Box]:

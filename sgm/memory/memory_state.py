@@ -17,6 +17,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
 from sgm.memory.same_things import find_roots, fuse
+from sgm.memory.seen_positions import note_positions
 from sgm.memory.sighting import RELATIONS, Coverage, Sighting
 from sgm.memory.step_log import MOST_LOOKS, StepLog, StepLook
 from sgm.memory.thing import ThingRows
@@ -74,6 +75,7 @@ class MemoryState:
         self.things = ThingRows(content.things)
         self._ensure_rows(0)
         batch.edges.append(len(content.tables["edges"]["object"]))
+        batch.positions.append(len(content.tables["positions"]["object"]))
         fill_tables(batch.tables, content.tables)
         self.has_merged = bool((batch.objects["same_as"] >= 0).any())
         self.update_layout()  # the batch looks up the prior of every edge
@@ -172,6 +174,9 @@ class MemoryState:
             np.array([sighting.confidence for sighting in seen], dtype=float),
             np.array(self.find_rows(*hidden), dtype=np.int64),
         )  # fmt: skip
+        if any(sighting.position is not None for sighting in seen):
+            place = self.furniture.position[furniture]
+            note_positions(self.batch.positions, place, rows, seen, self.batch.time)
         self.step.add(own, Counter(rows))
         at_once = self.batch.objects["num_at_once"]
         for row in set(rows):

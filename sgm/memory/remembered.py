@@ -10,7 +10,7 @@ from sgm.arrays.grouped import join_groups
 from sgm.arrays.relations import share_relations
 from sgm.arrays.table import Table
 from sgm.layout.layout import LayoutArrays
-from sgm.memory.columns import EDGES, FURNITURE, OBJECTS, make_table
+from sgm.memory.columns import EDGES, FURNITURE, OBJECTS, POSITIONS, make_table
 from sgm.memory.queries import Queries
 
 
@@ -39,6 +39,10 @@ class Remembered:
             it true to the next one each; `confidence` that of the last sighting, 0 without one;
             `came_from` the furniture at which the object was seen before it came here last, -1
             where it never came from another.
+        positions: table of where objects were seen, in metres in the frame of the map, of one home;
+            a row for each object, furniture node and relation that had a sighting with a position.
+            `x`, `y`, `z` and `sd` are of the last one, -1 where that was not told, at `time`, -1
+            since it was said to be moved; `usual_x` and so on a robust mean of all `num_seen`.
         place_prior: the prior for these layouts.
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
@@ -55,11 +59,15 @@ class Remembered:
         num_homes, num_furniture = self.furniture_label.shape
         self.furniture = make_table(FURNITURE, (num_homes,), num_furniture)
         self.objects, self.edges = make_table(OBJECTS), make_table(EDGES)
+        self.positions = make_table(POSITIONS)
 
     @property
     def tables(self) -> dict[str, Table]:
         """The tables of what was observed, by the names of their declarations (`TABLES`)."""
-        return {"furniture": self.furniture, "objects": self.objects, "edges": self.edges}
+        return {
+            "furniture": self.furniture, "objects": self.objects, "edges": self.edges,
+            "positions": self.positions,
+        }  # fmt: skip
 
     @property
     def furniture_num_observed(self) -> np.ndarray:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.memory.columns import EDGES, NEVER, make_table
+from sgm.memory.columns import EDGES, NEVER, POSITIONS, make_table
 from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.seen_positions import join_positions
 
 _HIGHEST_COUNT = 2**16 - 1  # of `HomeHistory.edge_hours`
 
@@ -38,6 +39,11 @@ def fuse(memory: MemoryBatch) -> MemoryBatch:
     roots = find_roots(batch.objects["same_as"])
     _fuse_objects(batch, roots)
     _fuse_edges(batch, roots)
+    if len(batch.positions):
+        own = dict(batch.positions.items())
+        joined = join_positions({**own, "object": roots[own["object"]]})
+        batch.positions = make_table(POSITIONS)
+        batch.positions.append(len(joined["object"]), **joined)
     return batch
 
 

@@ -13,19 +13,31 @@ from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.same_things import find_roots
+from sgm.memory.seen_positions import Told, tell_positions
 from sgm.memory.sighting import RELATIONS, SeenAt
 from sgm.memory.thing import Statement, Thing
 
 
 def list_places_of_edges(
-    memory: MemoryBatch, furniture_ids: Sequence[int], row: int, seen: np.ndarray
+    memory: MemoryBatch,
+    furniture_ids: Sequence[int],
+    row: int,
+    seen: np.ndarray,
+    positions: Sequence[Told] | None = None,
 ) -> list[SeenAt]:
-    """List the places of an object, the latest first, by its edges that were ever true, (n,)."""
+    """List the places of an object, the latest first, by its edges that were ever true, (n,).
+
+    `positions` are those of the edges, where they are known.
+    """
     names = ("last_true", "furniture", "relation", "is_true", "num_true", "num_observed")
     columns = (memory.edges[name][seen].tolist() for name in names)
+    if positions is None:
+        positions = tell_positions(memory, seen)
     places = [
-        SeenAt(time, memory.time - time, furniture_ids[place], RELATIONS[relation], *counts)
-        for time, place, relation, *counts in zip(*columns, strict=True)
+        SeenAt(
+            time, memory.time - time, furniture_ids[place], RELATIONS[relation], *counts, "", *at
+        )
+        for time, place, relation, *counts, at in zip(*columns, positions, strict=True)
     ]
     last = int(memory.objects["last_observed"][row])
     if last != NEVER and all(place.time < last for place in places):
@@ -51,11 +63,13 @@ def list_home(
     seen = np.flatnonzero(memory.edges["num_true"] > 0)
     owner = memory.edges["object"][seen]
     order = np.argsort(owner, kind="stable")
-    seen_of = np.split(seen[order], np.searchsorted(owner[order], np.arange(1, len(descriptions))))
+    bounds = np.searchsorted(owner[order], np.arange(len(descriptions) + 1)).tolist()
+    seen, positions = seen[order], tell_positions(memory, seen[order])
     for row, description in enumerate(descriptions):
         if memory.objects["same_as"][row] >= 0:  # it stands under another name
             continue
-        for place in list_places_of_edges(memory, furniture_ids, row, seen_of[row]):
+        own = slice(bounds[row], bounds[row + 1])
+        for place in list_places_of_edges(memory, furniture_ids, row, seen[own], positions[own]):
             if place.furniture is None:
                 unplaced.append({"description": description, "last_seen": place.time})
                 continue
@@ -69,6 +83,7 @@ def list_home(
                     "times_seen": place.times_seen,
                     "times_looked": place.times_looked,
                     **({} if by is None else {"by": by}),
+                    **({} if place.position is None else {"position": list(place.position)}),
                 }
             )
     last_looked = memory.furniture_last_observed[0].tolist()

@@ -9,7 +9,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from sgm.checks import read_all
+from sgm.arrays.read_numbers import read_numbers
+from sgm.checks import is_finite, read_all
+from sgm.layout.box import MOST_METRES
 from sgm.messages import shorten
 from sgm.names.words import MAX_LENGTH, read_words
 
@@ -21,6 +23,7 @@ _BY_LETTERS = {
 MOST_NUMBERS = 4096  # of an embedding
 # One share for both relations, or one of "in" and one of "onTop".
 Coverage: TypeAlias = float | tuple[float, float]
+Point: TypeAlias = tuple[float, float, float]  # x, y, z in the map, metres
 
 
 def read_relation(relation: str | None) -> str:
@@ -63,6 +66,29 @@ def read_embedding(values: Any) -> tuple[float, ...]:
     return tuple(array.tolist())
 
 
+def read_point(value: Any, what: str) -> Point:
+    """Return the position of something; raises ValueError for what is none in any home."""
+    x, y, z = read_numbers(f"position of {what}", value, (3,)).tolist()
+    if max(abs(x), abs(y), abs(z)) > MOST_METRES:
+        raise ValueError(
+            f"position of {what} must lie within {MOST_METRES:g} m, got {shorten(value)}. Give "
+            "metres in the frame of the map."
+        )
+    return x, y, z
+
+
+def read_sd(value: Any, what: str) -> float | None:
+    """Return the standard deviation of a position; raises ValueError for what is none."""
+    if value is None:
+        return None
+    if not is_finite(value) or not 0 <= value <= MOST_METRES:
+        raise ValueError(
+            f"position_sd of {what} must be a number of metres, 0 or more, got {shorten(value)}. "
+            "Give a standard deviation, or leave it out."
+        )
+    return float(value)
+
+
 @dataclass(frozen=True, slots=True)
 class Sighting:
     """An object that was detected on a furniture node.
@@ -79,6 +105,8 @@ class Sighting:
             things apart.
         embedding: how it looks, of whatever gives vectors, (D,); kept beside the thing
             (`SceneGraphMemory.find_nearest`). Empty without one.
+        position: where its middle is, x, y, z in the frame of the map, metres; None if unknown.
+        position_sd: standard deviation of that, metres; None if unknown.
     """
 
     description: str
@@ -87,9 +115,11 @@ class Sighting:
     owner: str | None = None
     id: str | None = None
     embedding: tuple[float, ...] = ()
+    position: Point | None = None
+    position_sd: float | None = None
 
     def __post_init__(self) -> None:
-        """Raise ValueError for a name, relation, confidence, id or embedding that is none."""
+        """Raise ValueError for what is no name, relation, confidence, id, embedding or position."""
         read_words("description", self.description)
         if self.owner is not None:
             owner = read_words("owner", self.owner)
@@ -106,12 +136,18 @@ class Sighting:
         if self.id is not None:
             object.__setattr__(self, "id", read_id(self.id))
         object.__setattr__(self, "embedding", read_embedding(self.embedding))
+        if self.position is not None or self.position_sd is not None:
+            what = shorten(self.description)
+            object.__setattr__(self, "position", read_point(self.position, what))
+            object.__setattr__(self, "position_sd", read_sd(self.position_sd, what))
 
     def to_row(self) -> list[Any]:
         """Return JSON values, the arguments with which the same sighting is made."""
         row: list[Any] = [self.description, self.relation, self.confidence]
-        if self.id is not None or self.embedding:
+        if self.id is not None or self.embedding or self.position is not None:
             row += [None, self.id, list(self.embedding)]
+        if self.position is not None:
+            row += [list(self.position), self.position_sd]
         return row
 
 
@@ -128,6 +164,11 @@ class SeenAt:
         times_seen: looks at this furniture that found it.
         times_looked: looks at this furniture since it was first seen or looked for there.
         by: who said so, "robot" for what it did itself; empty for what a look has shown.
+        position: where its middle was seen last there, x, y, z in the map, metres; None if that is
+            unknown, or it is not there any more.
+        position_sd: standard deviation of that, metres; None if it is unknown.
+        usual_position: where it usually lies there, by all sightings with a position; None without
+            any.
     """
 
     time: int
@@ -138,6 +179,9 @@ class SeenAt:
     times_seen: int
     times_looked: int
     by: str = ""
+    position: Point | None = None
+    position_sd: float | None = None
+    usual_position: Point | None = None
 
 
 def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:

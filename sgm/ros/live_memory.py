@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from sgm.checks import check_at_least
+from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.furniture_mapper import FurnitureMapper
-from sgm.eyes.look_builder import BuiltLook, LookBuilder
+from sgm.eyes.look_builder import LookBuilder
 from sgm.finder.finder import Finder
-from sgm.finder.ranking import Ranking
+from sgm.finder.ranking import Ranking, tell_point
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.ros.camera_feed import CameraFeed
@@ -30,6 +30,7 @@ class NextPose:
         yaw: of the robot there, radians.
         probability: that the thing is there.
         outcome: how the search stands, a sentence.
+        target: where the thing was seen last there, x, y, z in the map; None where unknown.
     """
 
     furniture: int
@@ -38,6 +39,7 @@ class NextPose:
     yaw: float
     probability: float
     outcome: str
+    target: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,21 +127,27 @@ class LiveMemory:
         if look is None:
             return NextPose(-1, "", (0.0, 0.0), 0.0, 0.0, search.outcome)
         furniture = look.place.furniture
-        (x, y), yaw = self.find_stand(furniture)
+        target = look.place.position
+        where = "" if target is None else f", at {tell_point(target)}"
+        (x, y), yaw = self.find_stand(furniture, target)
         return NextPose(
             furniture, look.place.name, (x, y), yaw, look.place.probability,
-            f"look at {look.place.name}, {look.place.probability:.0%}",
+            f"look at {look.place.name}, {look.place.probability:.0%}{where}",
+            target,
         )  # fmt: skip
 
-    def find_stand(self, furniture: int) -> tuple[tuple[float, float], float]:
-        """Return where to stand before furniture, x, y, and the yaw with which one looks at it."""
+    def find_stand(
+        self, furniture: int, target: tuple[float, float, float] | None = None
+    ) -> tuple[tuple[float, float], float]:
+        """Return where to stand before furniture, x, y, and the yaw with which one looks at it.
+
+        Or at a target there, x, y, z in the map.
+        """
+        pose = self.memory.get_pose(furniture, target)
+        if pose is not None:
+            return pose[:2], pose[2]
         box = self.memory.boxes.get(furniture)
-        position = self.memory.get_position(furniture)
-        if box is None:
-            return position or (0.0, 0.0), 0.0
-        x, y, _ = box.center
-        at = position or (x, y)
-        return at, math.atan2(y - at[1], x - at[0])
+        return (0.0, 0.0) if box is None else box.center[:2], 0.0
 
     def list_markers(self, description: str) -> list[BeliefMarker]:
         """Return the likeliest places of a thing that have a box."""

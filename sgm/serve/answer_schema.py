@@ -15,7 +15,8 @@ _FIELD = re.compile(r"^([\w, ]+): (.*(?:\n {4}.*)*)", re.MULTILINE)
 def make_schema(kind: Any) -> dict[str, Any]:
     """Return the JSON Schema of a type: dataclasses, tuples, unions, literals and plain values.
 
-    All fields of a dataclass are always there; their descriptions are those of its docstring.
+    All fields of a dataclass are always there, but for those that are `LEFT_OUT`; their
+    descriptions are those of its docstring.
     """
     if is_dataclass(kind):
         hints, told = get_type_hints(kind), read_attributes(kind)
@@ -26,7 +27,7 @@ def make_schema(kind: Any) -> dict[str, Any]:
                 field.name: {**make_schema(hints[field.name]), "description": told[field.name]}
                 for field in fields(kind)
             },
-            "required": [field.name for field in fields(kind)],
+            "required": [field.name for field in fields(kind) if not field.metadata],
         }
     if kind in _PLAIN:
         return {"type": _PLAIN[kind]}

@@ -9,6 +9,7 @@ from typing import Any
 
 from sgm.checks import is_finite
 from sgm.files import parse_json
+from sgm.layout.box import MOST_METRES
 from sgm.memory.clock import MAX_TIME
 from sgm.memory.sighting import MOST_NUMBERS, SPELLINGS, Sighting, read_relation
 from sgm.messages import shorten, shorten_text
@@ -118,10 +119,12 @@ def _read_place(name: str, value: Any) -> str | int | None:
     return value if isinstance(value, str) and 1 <= len(value) <= MAX_LENGTH else None
 
 
-def _read_numbers(value: Any, least: int, most: int) -> tuple[float, ...] | None:
+def _read_numbers(
+    value: Any, least: int, most: int, farthest: float = _MOST_METRES
+) -> tuple[float, ...] | None:
     if not isinstance(value, list) or not least <= len(value) <= most:
         return None
-    fits = all(is_finite(number) and abs(number) <= _MOST_METRES for number in value)
+    fits = all(is_finite(number) and abs(number) <= farthest for number in value)
     return tuple(map(float, value)) if fits else None
 
 
@@ -187,7 +190,20 @@ _SIGHTING: Mapping[str, Rule] = {
         f"be a list of 1 to {MOST_NUMBERS} numbers",
         lambda _, value: _read_numbers(value, 1, MOST_NUMBERS),
     ),
-}
+    "position": Rule(
+        {
+            "type": "array", "minItems": 3, "maxItems": 3,
+            "items": {"type": "number", "minimum": -MOST_METRES, "maximum": MOST_METRES},
+        },
+        f"be x, y, z in the map, three numbers of metres within {MOST_METRES:g}",
+        lambda _, value: _read_numbers(value, 3, 3, MOST_METRES),
+    ),
+    "position_sd": Rule(
+        {"type": "number", "minimum": 0, "maximum": MOST_METRES},
+        f"be a number of metres from 0 to {MOST_METRES:g}",
+        lambda _, value: float(value) if is_finite(value) and 0 <= value <= MOST_METRES else None,
+    ),
+}  # fmt: skip
 # A name, or an object with `thing`, and perhaps more about it.
 _THING = Rule(
     {

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.detection import Detection
-from sgm.eyes.look_builder import BuiltLook, LookBuilder
+from sgm.eyes.look_builder import LookBuilder
 from sgm.eyes.look_rules import Gate
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory

@@ -44,7 +44,7 @@ def walk():
 
 @pytest.mark.slow
 def test_resumes_exactly(walk, tmp_path):
-    memory, looks = walk
+    memory, looks = walk[0].copy(), walk[1]
     memory.query("mug")  # its hypothetical edges are open until the next step
     memory.save(tmp_path / "home.sgm")
     copy = SceneGraphMemory.load(tmp_path / "home.sgm")

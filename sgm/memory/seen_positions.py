@@ -1,0 +1,189 @@
+"""Where things were seen in the map: the last position at each place, and the usual one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from sgm.arrays.table import Table
+from sgm.layout.box import MOST_METRES, Box
+from sgm.memory.columns import NEVER, Columns
+from sgm.memory.look_weights import SURE
+from sgm.memory.remembered import Remembered
+from sgm.memory.sighting import RELATIONS, Point, Sighting
+from sgm.messages import shorten
+
+# Position, its standard deviation, and the usual position.
+Told: TypeAlias = tuple[Point | None, float | None, Point | None]
+
+_REACH = 0.3  # metres: what was seen farther from the usual position moves it no more than that
+_MOST_SEEN = 20  # sightings that a usual position goes by: a habit may change
+_BESIDE = 0.2  # metres from furniture within which a thing may lie on or in it
+_XYZ = ("x", "y", "z")
+_USUAL = ("usual_x", "usual_y", "usual_z")
+
+
+def note_positions(
+    table: Table, furniture: int, rows: Sequence[int], seen: Sequence[Sighting], time: int
+) -> None:
+    """Take over the positions of the sightings of one look, of objects by their rows.
+
+    Of several of one object, the one counts that is nearest to where it was seen last there, else
+    the surest. The usual position u of the n-th sighting at p moves by a bounded step, so that no
+    single one counts much: u + (p - u) min(1, 0.3 m / |p - u|) / n.
+
+    Args:
+        table: of positions.
+        furniture: index of the place.
+        rows: of the objects that were seen, one for each sighting.
+        seen: the sightings; those without a position, or unsure ones, change nothing.
+        time: time step.
+
+    Source: Huber (1964), "Robust Estimation of a Location Parameter", as a running mean.
+    """
+    found: dict[tuple[int, int], list[Sighting]] = {}
+    for row, one in zip(rows, seen, strict=True):
+        if one.position is not None and one.confidence >= SURE:
+            found.setdefault((row, RELATIONS.index(one.relation)), []).append(one)
+    here = np.flatnonzero(table["furniture"] == furniture)
+    keys = zip(table["object"][here].tolist(), table["relation"][here].tolist(), strict=True)
+    known = dict(zip(keys, here.tolist(), strict=True))
+    for (row, relation), own in found.items():
+        at = known.get((row, relation))
+        one = _choose(own, None if at is None else _get_point(table, at, _XYZ))
+        assert one.position is not None
+        sd = -1.0 if one.position_sd is None else one.position_sd
+        x, y, z = one.position
+        if at is None:
+            table.append(
+                1, object=row, furniture=furniture, relation=relation, time=time, x=x, y=y, z=z,
+                sd=sd, usual_x=x, usual_y=y, usual_z=z,
+            )  # fmt: skip
+            continue
+        number = int(table["num_seen"][at]) + 1
+        offset = np.array(one.position) - _get_point(table, at, _USUAL)
+        step = min(1.0, _REACH / max(float(np.linalg.norm(offset)), 1e-9))
+        step /= min(number, _MOST_SEEN)
+        for name, by in zip(_USUAL, offset.tolist(), strict=True):
+            table[name][at] += step * by
+        table["num_seen"][at], table["time"][at], table["sd"][at] = number, time, sd
+        table["x"][at], table["y"][at], table["z"][at] = x, y, z
+
+
+def _choose(seen: Sequence[Sighting], last: np.ndarray | None) -> Sighting:
+    """Return the sighting that is nearest to a point, else the surest one."""
+    if last is None:
+        return max(seen, key=lambda one: one.confidence)
+    return min(seen, key=lambda one: math.dist(one.position or (0, 0, 0), last))
+
+
+def _get_point(table: Table, row: int, names: Sequence[str]) -> np.ndarray:
+    return np.array([table[name][row] for name in names])
+
+
+def forget_positions(table: Table, objects: Collection[int], furniture: Collection[int]) -> None:
+    """Note that objects were said to be moved from furniture, or put there: where, is unknown."""
+    if len(table):
+        is_old = np.isin(table["object"], list(objects))
+        is_old &= np.isin(table["furniture"], list(furniture))
+        table["time"][is_old] = NEVER
+
+
+def keep_positions_at(table: Table, furniture: int, box: Box | None) -> None:
+    """Forget what is at furniture no longer, which was moved; None where it stands is unknown."""
+    here = np.flatnonzero(table["furniture"] == furniture)
+    points = np.column_stack([table[name][here] for name in _XYZ])
+    away = np.full(len(here), np.inf)
+    if box is not None and len(here):
+        away = np.minimum(box.compute_distance(points), box.on_top.compute_distance(points))
+    table["time"][here[away > _BESIDE]] = NEVER
+
+
+def turn_positions(
+    table: Table, angle: float, shift: tuple[float, float]
+) -> Mapping[str, np.ndarray]:
+    """Return the columns of positions that were turned around the origin, and moved then.
+
+    Raises:
+        ValueError: if one would lie where no home is.
+    """
+    cos, sin = math.cos(angle), math.sin(angle)
+    new: dict[str, np.ndarray] = {}
+    for first, second in (_XYZ[:2], _USUAL[:2]):
+        x, y = table[first], table[second]
+        new[first] = cos * x - sin * y + shift[0]
+        new[second] = sin * x + cos * y + shift[1]
+    for values in new.values():
+        if (np.abs(values) > MOST_METRES).any():
+            raise ValueError(
+                f"positions must lie within {MOST_METRES:g} m, got {shorten(shift)} as their shift."
+                " Give metres."
+            )
+    return new
+
+
+def join_positions(columns: Columns) -> dict[str, np.ndarray]:
+    """Make one row of those of one object, furniture node and relation, in the order of the first.
+
+    The last position is the latest; usual ones are the mean, by how often each was seen.
+    """
+    keys = np.stack([columns[name] for name in ("object", "furniture", "relation")])
+    _, first, group = np.unique(keys, axis=1, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    group, first = place[group.reshape(-1)], first[order]
+    latest = first.copy()
+    for row in np.argsort(columns["time"], kind="stable").tolist():
+        latest[group[row]] = row
+    joined = {name: values[latest] for name, values in columns.items()}
+    count = columns["num_seen"].astype(float)
+    total = np.bincount(group, count, len(first))
+    for name in _USUAL:
+        joined[name] = np.bincount(group, count * columns[name], len(first)) / total
+    joined["num_seen"] = total.astype(np.int64)
+    return joined
+
+
+def find_positions(memory: Remembered, edges: np.ndarray) -> list[int]:
+    """Return the row of the position of each edge (n,) of a memory of one home, -1 for none."""
+    table = memory.positions
+    if not len(table):
+        return [-1] * len(edges)
+
+    def number(columns: Table, rows: np.ndarray | slice) -> np.ndarray:
+        place = columns["object"][rows].astype(np.int64) * memory.num_furniture
+        numbered: np.ndarray = (place + columns["furniture"][rows]) * 2 + columns["relation"][rows]
+        return numbered
+
+    own = number(table, slice(None))
+    order = np.argsort(own)
+    wanted = number(memory.edges, edges)
+    at = order[np.minimum(np.searchsorted(own, wanted, sorter=order), len(own) - 1)]
+    rows: list[int] = np.where(own[at] == wanted, at, -1).tolist()
+    return rows
+
+
+def tell_positions(memory: Remembered, edges: np.ndarray) -> list[Told]:
+    """Return of each edge (n,) where the object is, how sure that is, and where it usually lies.
+
+    Where it is, is known as long as the last look there found it, and nothing was said of it since.
+    """
+    table, told = memory.positions, list[Told]()
+    for edge, row in zip(edges.tolist(), find_positions(memory, edges), strict=True):
+        if row < 0:
+            told.append((None, None, None))
+            continue
+        x, y, z = _get_point(table, row, _USUAL).tolist()
+        usual, time = (x, y, z), int(table["time"][row])
+        is_there = bool(memory.edges["is_true"][edge])
+        if not is_there or time == NEVER or memory.edges["last_changed"][edge] > time:
+            told.append((None, None, usual))
+            continue
+        x, y, z = _get_point(table, row, _XYZ).tolist()
+        sd = float(table["sd"][row])
+        told.append(((x, y, z), None if sd < 0 else sd, usual))
+    return told
