@@ -228,6 +228,16 @@ class CameraView:
         is_known &= np.linalg.norm(camera, axis=1) <= self._reach[1]
         return self.pose.to_map(camera), is_known
 
+    def find_beyond(self, pixels: np.ndarray) -> np.ndarray:
+        """Tell which pixels (n, 2) show what is out of reach, bool (n,)."""
+        if self._depth is None:
+            return np.zeros(len(pixels), dtype=bool)
+        depth = self._depth.read(pixels)
+        is_finite = np.isfinite(depth)
+        camera = self.intrinsics.unproject(pixels, np.where(is_finite, depth, 1.0))
+        is_far = np.linalg.norm(camera, axis=1) > self._reach[1]
+        return (depth == np.inf) | (is_finite & is_far)
+
     def _project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return pixels (n, 2), and z (n,), -1 for what is not in the image or in reach."""
         camera = self.pose.to_camera(points)

@@ -22,6 +22,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 _STEPS = np.linspace(-1.05, 1.05, 22)  # of the sides of a box in pixels: what is beside it, too
 _WITHIN = 0.5  # of them
 _MOST_BEHIND = 2.5  # metres that furniture reaches behind what of it is nearest, at most
+_MOST_BEYOND = 0.5  # share of a detection that shows what is out of reach: so is what it is of
 _ABOVE_FLOOR = 0.04  # metres: what is lower is floor
 _REACH = 0.15  # metres around a box within which a detection of its label is of it
 _LEAST_ALIKE = 0.08  # of that share times the overlap with how the box looks, and a tenth
@@ -31,7 +32,11 @@ _MOST_SKETCHES = 500
 _MOST_SEEN = 100  # detections of furniture, and of things, that are read of a frame
 # Of so many latest detections of furniture, those at its place, for a pose to be believed again.
 _DOUBTED, _SURE_AGAIN = 8, 5
+_GROWN = 0.5  # share of a footprint that lies in the one which is drawn for it now
 _BESIDE = 0.2  # metres between furniture and what may be a part of it
+# Furniture that was in view in so many of the latest frames, and seen in less than that share of
+# them, is not there. Frames count from so near by, in metres, that it should have been seen.
+_LEAST_SHOWN, _MOST_SHOWN, _LEAST_NAMED, _SEEN_SURELY = 30, 60, 0.1, 3.0
 _INSIDE = 0.05  # metres below the upper side, and from all others, of what lies inside
 _SPOT = "spot"
 _SPOT_SIDE = 0.5  # metres of a new spot
@@ -93,6 +98,8 @@ class Sketch:
         num_drawn: frames when it was drawn last.
         likeness: mean overlap of detections with how the box looks, 0 to 1.
         beside: how often each other sketch was detected in the same frame.
+        num_shown, num_named: latest frames in which its middle was in view, and those of them in
+            which it was detected.
     """
 
     names: Counter[str] = field(default_factory=Counter)
@@ -108,6 +115,8 @@ class Sketch:
     num_drawn: int = 0
     likeness: float = 0.0
     beside: Counter[int] = field(default_factory=Counter)
+    num_shown: float = 0.0
+    num_named: float = 0.0
 
     @property
     def label(self) -> str:
@@ -143,7 +152,7 @@ class Sketch:
             eye, sd = self.sum_eye / self.num_frames, self.sum_sd / self.num_frames
             drawn = self.cells.fit(eye, ground, sd)
             if drawn is not None:
-                drawn = self.silhouettes.fit(drawn)
+                drawn = self.silhouettes.fit(drawn, ground)
             boxes = [box for box in (drawn, self.box) if box is not None]
             if boxes:  # the one that explains better what was seen, the new one first
                 fits = [self.silhouettes.compute_overlap(box) for box in boxes]
@@ -169,6 +178,7 @@ class FurnitureMapper:
         labels: which names are of furniture.
         rules: when furniture is believed.
         merged: ids of furniture and spots that are gone, with those that they are part of.
+        gone: ids of those that are gone and part of nothing.
     """
 
     def __init__(
@@ -197,8 +207,10 @@ class FurnitureMapper:
         self._sketches: list[Sketch] = []
         self._by_id: dict[int, Sketch] = {}
         self._spots: set[int] = set()
+        self._left: set[int] = set()  # of them, those that furniture has left since the last change
         self._counts: Counter[str] = Counter()
         self.merged: dict[int, int] = {}
+        self.gone: set[int] = set()
         # Since a jump: whether the latest detections of furniture were where it stands.
         self._doubt: deque[bool] | None = None
 
@@ -266,7 +278,25 @@ class FurnitureMapper:
                     sketch.silhouettes.add(view, detection.box)
                 if sketch.num_frames >= 2 * max(sketch.num_drawn, 1) or not sketch.num_drawn:
                     sketch.draw(self._ground)
+        self._note_shown(view, taken)
         return True
+
+    def _note_shown(self, view: CameraView, taken: Container[int]) -> None:
+        """Count for furniture that was found whether a frame shows it, and whether it was seen."""
+        rows = [one for one in self._by_id.values() if one.box is not None]
+        if not rows or not view.has_depth:
+            return
+        center = np.array([one.box.center for one in rows if one.box is not None])
+        front = np.array([math.hypot(*one.box.size[:2]) / 2 for one in rows if one.box is not None])
+        behind = view.measure_behind(center, np.zeros(len(rows), dtype=np.int64))
+        is_shown = behind > -front - _REACH
+        is_shown &= np.linalg.norm(center - view.pose.position, axis=1) < _SEEN_SURELY
+        for row in np.flatnonzero(is_shown).tolist():
+            sketch = rows[row]
+            if sketch.num_shown >= _MOST_SHOWN:
+                sketch.num_shown, sketch.num_named = sketch.num_shown / 2, sketch.num_named / 2
+            sketch.num_shown += 1
+            sketch.num_named += id(sketch) in taken
 
     def note_jump(self) -> None:
         """Note that the pose has jumped: where the camera is now in the map is not known."""
@@ -298,6 +328,9 @@ class FurnitureMapper:
                     (pixels[:, 0] > other[0]) & (pixels[:, 0] < other[2])
                     & (pixels[:, 1] > other[1]) & (pixels[:, 1] < other[3])
                 )  # fmt: skip
+        is_seen = is_kept & is_within
+        if view.find_beyond(pixels[is_seen]).sum() > _MOST_BEYOND * is_seen.sum():
+            return none  # what is nearer stands before it
         points, is_known = view.locate_pixels(pixels)
         is_kept &= is_known & (points[:, 2] > self._ground + _ABOVE_FLOOR)
         points, is_within = points[is_kept], is_within[is_kept]
@@ -357,6 +390,8 @@ class FurnitureMapper:
             sketch.draw(self._ground)
         self._sketches = [one for one in self._sketches if one.box is not None]
         has_changed = self._join_sketches()
+        has_changed |= self._remove_left()
+        has_changed |= self._leave_out()
         for sketch in self._sketches:
             if sketch.furniture is None and self._is_believed(sketch):
                 self._add(sketch)
@@ -364,6 +399,55 @@ class FurnitureMapper:
             elif sketch.furniture is not None:
                 has_changed |= self._update(sketch)
         return has_changed
+
+    def _leave_out(self) -> bool:
+        """Take furniture from the map that is a part of another one, or not there, any more."""
+        gone = []
+        for number, sketch in list(self._by_id.items()):
+            if sketch.box is None or number not in self.memory.layout.furniture:
+                continue
+            whole = [
+                other.furniture
+                for other in self._by_id.values()
+                if self._is_part_of(sketch, other) and 2 * sketch.num_frames <= other.num_frames
+            ]
+            if whole and whole[0] is not None:
+                self._merge(whole[0], number)
+                gone.append(sketch)
+            elif (
+                sketch.num_shown >= _LEAST_SHOWN
+                and sketch.num_named < _LEAST_NAMED * sketch.num_shown
+            ):
+                self._make_spot(number)
+                gone.append(sketch)
+        self._sketches = [one for one in self._sketches if one not in gone]
+        return bool(gone)
+
+    def _make_spot(self, furniture: int) -> None:
+        """Take furniture from the map that is not there: what was seen there lies on a spot."""
+        box = self.memory.layout.furniture[furniture].box
+        del self._by_id[furniture]
+        assert box is not None
+        self._counts["furniture gone"] += 1
+        self._spots.add(furniture)
+        self._left.add(furniture)
+        self.memory.name_furniture(furniture, _SPOT, self._name_spot(box, is_low=False))
+
+    def _remove_left(self) -> bool:
+        """Remove spots that furniture has left, where nothing lies; return whether there was one.
+
+        Looks at them were told since they are spots.
+        """
+        batch, ids, num_gone = self.memory.batch, self.memory.furniture_ids, len(self.gone)
+        for spot in self._left & self._spots:
+            is_there = batch.edges["is_true"] & (batch.edges["furniture"] == ids.index(spot))
+            if not is_there.any():
+                self.gone.add(spot)
+        self._left.clear()
+        for spot in self._spots & self.gone:
+            self._spots.discard(spot)
+            self.memory.remove_furniture(spot)
+        return len(self.gone) > num_gone
 
     def _is_believed(self, sketch: Sketch) -> bool:
         if sketch.box is None or sketch.num_frames < self.rules.least_frames:
@@ -375,20 +459,24 @@ class FurnitureMapper:
     def _is_part(self, sketch: Sketch) -> bool:
         """Tell whether a sketch may be a part of furniture of its label that stands right there.
 
-        So it seems while that was seen in four times as many frames, and seldom beside it.
+        So it seems while that was seen in more frames, and seldom beside it: of two that stand side
+        by side a camera shows both.
         """
         assert sketch.box is not None
-        corners = np.column_stack([sketch.box.corners, np.zeros(len(sketch.box.corners))])
-        for other in self._by_id.values():
-            if other.box is None or other is sketch or 4 * sketch.num_frames > other.num_frames:
-                continue
-            if not self.labels.are_same(sketch.label, other.label):
-                continue
-            corners[:, 2] = other.box.center[2]
-            is_near = other.box.contains(corners, _BESIDE).any()
-            if is_near and _count_beside(sketch, other) < self.rules.least_frames:
-                return True
-        return False
+        return any(self._is_part_of(sketch, other) for other in self._by_id.values())
+
+    def _is_part_of(self, sketch: Sketch, other: Sketch) -> bool:
+        """Tell whether a sketch may be a part of other furniture, as `_is_part` says."""
+        if sketch.box is None or other.box is None or other is sketch:
+            return False
+        if sketch.num_frames > other.num_frames or not self.labels.are_same(
+            sketch.label, other.label
+        ):
+            return False
+        corners = np.column_stack([sketch.box.corners, np.full(len(sketch.box.corners), 0.0)])
+        corners[:, 2] = other.box.center[2]
+        is_near = other.box.contains(corners, _BESIDE).any()
+        return bool(is_near) and _count_beside(sketch, other) < self.rules.least_frames
 
     def _join_sketches(self) -> bool:
         """Make one of sketches that overlap; return whether furniture of the memory is gone."""
@@ -457,10 +545,12 @@ class FurnitureMapper:
             return False
         new = replace(new, interior=row.box.interior)
         moved = math.dist(new.center, row.box.center)
+        both, _ = _compute_overlap(row.box, new)
         change = max(moved, *(abs(a - b) for a, b in zip(new.size, row.box.size, strict=True)))
         if change < self.rules.least_change and row.label == sketch.label:
             return False
-        if moved > self.rules.most_change + max(row.box.size[:2]) / 2:
+        has_grown = both > _GROWN * _get_area(row.box)  # what was drawn is a part of it
+        if moved > self.rules.most_change + max(row.box.size[:2]) / 2 and not has_grown:
             self._counts["furniture that jumped"] += 1
             return False
         if row.label != sketch.label:

@@ -235,7 +235,9 @@ class LookBuilder:
     def looks(self) -> Iterator[BuiltLook]:
         """Take the looks that are ready, in order; without `on_look`."""
         while self._ready:
-            yield self._follow_merge(self._ready.popleft())
+            look = self._follow_merge(self._ready.popleft())
+            if look is not None:
+                yield look
 
     def finish(self) -> Iterator[BuiltLook]:
         """End all visits, as when the robot stops, and take the looks that are ready.
@@ -264,12 +266,17 @@ class LookBuilder:
                 self._tracks.take_over(track, 2 * place + relation)
                 self._visits.begin(place, self._time, self._eye)
 
-    def _follow_merge(self, look: BuiltLook) -> BuiltLook:
-        """Return a look at the furniture that its place has become a part of, a glimpse of it."""
+    def _follow_merge(self, look: BuiltLook) -> BuiltLook | None:
+        """Return a look at the furniture that its place has become a part of, a glimpse of it.
+
+        None where the place is gone.
+        """
         merged = {} if self._mapper is None else self._mapper.merged
         furniture = look.furniture
         while furniture in merged:
             furniture = merged[furniture]
+        if self._mapper is not None and furniture in self._mapper.gone:
+            return None
         if furniture == look.furniture:
             return look
         coverage = {
@@ -323,8 +330,10 @@ class LookBuilder:
             self._counts["looks"] += 1
             if self._on_look is None:
                 self._ready.append(look)
-            else:
-                self._on_look(self._follow_merge(look))
+                continue
+            followed = self._follow_merge(look)
+            if followed is not None:
+                self._on_look(followed)
 
     def _make_look(self, visit: Visit) -> BuiltLook | None:
         most = 1.0 if visit.has_depth else self._rules.most_blind

@@ -55,12 +55,16 @@ class Silhouettes:
         low, high = _get_ends(box)
         return float(self._score(low, high, _get_axes(box.yaw), self._stack()))
 
-    def fit(self, box: Box) -> Box:
-        """Return the box with its sides moved so that it explains best what was seen."""
+    def fit(self, box: Box, ground: float = -np.inf) -> Box:
+        """Return the box with its sides moved so that it explains best what was seen.
+
+        None lies below the height `ground` of the floor.
+        """
         if not self._rows:
             return box
         axes, stacked = _get_axes(box.yaw), self._stack()
         low, high = _get_ends(box)
+        lowest = min(ground, float(low[2])) - 1e-9
         best = self._score(low, high, axes, stacked)
         for step in _STEPS:
             for _ in range(3):
@@ -69,7 +73,7 @@ class Silhouettes:
                     for move in (step, -step):
                         ends[side] += move
                         score = -1.0
-                        if high[side] - low[side] >= _LEAST_SIDE:
+                        if high[side] - low[side] >= _LEAST_SIDE and low[2] >= lowest:
                             score = self._score(low, high, axes, stacked)
                         if score > best + _LEAST_GAIN:
                             best, has_moved = score, True

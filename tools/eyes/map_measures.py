@@ -11,6 +11,7 @@ from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.names.words import read_name
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules, RobotBody
 from simulator.box_world.world import BoxWorld
@@ -32,14 +33,17 @@ def measure_map(world: BoxWorld, body: BodyRules) -> dict[str, Any]:
     Returns:
         How many pieces are visible, and how many of them are on the map. The overlap of each of
         these (intersection over union). How many have the right label. How many are drawn, and how
-        many of those are nowhere in the home.
+        many of those are nowhere in the home. How far each thing is from where the memory has it
+        (`measure_positions`), after the last round.
     """
     robot = _WatchingRobot(
         RobotBody(world, body), SceneGraphMemory(world.homes.prior), Finder(Adaptive()), 1
     )
+    away: list[float] = []
     for _ in range(_ROUNDS):
         for furniture in range(world.num_furniture):
             robot.patrol(furniture)
+        away = measure_positions(robot.memory, world)
         world.evolve()
         robot.memory.step()
     labels = FurnitureLabels()
@@ -70,7 +74,26 @@ def measure_map(world: BoxWorld, body: BodyRules) -> dict[str, Any]:
         ),
         "num_drawn": len(drawn),
         "num_nowhere": len(drawn) - len(pairs),
+        "positions": away,
     }
+
+
+def measure_positions(memory: SceneGraphMemory, world: BoxWorld) -> list[float]:
+    """Return how far things are from where a memory has seen them in this time step, metres.
+
+    Those that the last look at their place found, each from the nearest thing of its name; a name
+    that no thing of the home has is left out.
+    """
+    true: dict[tuple[str, ...], list[np.ndarray]] = {}
+    for slot in np.flatnonzero(world.things.place >= 0).tolist():
+        name = read_name(world.describe_thing(slot))
+        true.setdefault(name, []).append(world.things.center[slot])
+    return [
+        min(float(np.linalg.norm(at - seen.position)) for at in true[read_name(name)])
+        for name in memory.descriptions
+        for seen in memory.places_of(name)
+        if seen.position is not None and seen.steps_ago == 0 and read_name(name) in true
+    ]
 
 
 def compute_overlap(box: Box, other: Box) -> float:
