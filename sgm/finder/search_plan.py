@@ -52,9 +52,9 @@ class Look:
 
         And where, if the thing was seen there: "look on the table in hall, at 1.9, 3.1, 0.75".
         """
-        at = "" if self.place.position is None else f", at {tell_point(self.place.position)}"
         if self.must_open:
-            return f"open the {self.place.name}{at}"
+            return f"open the {self.place.name}"
+        at = "" if self.place.position is None else f", at {tell_point(self.place.position)}"
         return f"look {'in' if self.place.relation == 'in' else 'on'} the {self.place.name}{at}"
 
 

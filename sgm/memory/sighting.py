@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.checks import is_finite, read_all
+from sgm.checks import is_number, read_all
 from sgm.layout.box import MOST_METRES
 from sgm.messages import shorten
 from sgm.names.words import MAX_LENGTH, read_words
@@ -81,7 +81,7 @@ def read_sd(value: Any, what: str) -> float | None:
     """Return the standard deviation of a position; raises ValueError for what is none."""
     if value is None:
         return None
-    if not is_finite(value) or not 0 <= value <= MOST_METRES:
+    if not is_number(value) or not 0 <= value <= MOST_METRES:
         raise ValueError(
             f"position_sd of {what} must be a number of metres, 0 or more, got {shorten(value)}. "
             "Give a standard deviation, or leave it out."

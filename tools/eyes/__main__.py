@@ -1,10 +1,11 @@
-"""Command line: `python -m tools.eyes`, the table of results/eyes.md."""
+"""Command line: `python -m tools.eyes`, the tables of results/eyes.md and eyes_maps.md."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Literal
 
 from tqdm import tqdm
 
@@ -14,13 +15,17 @@ from simulator.command_line import add_home_arguments, make_parser, one_line_err
 from simulator.home_options import HomeOptions
 from simulator.process import run_main
 from simulator.robot_home.__main__ import USUAL_HOMES
-from tools.eyes.results import MeasureRules, format_results, measure_homes
+from tools.eyes.results import PARTS, MeasureRules, format_results, measure_homes
 
-_HEADING = """# Eyes, held against the truth of homes of boxes
+_TITLES = {
+    "looks": "Eyes, held against the truth of homes of boxes",
+    "maps": "Maps that robots draw, held against the truth of homes of boxes",
+}
+_HEADING = """# {title}
 
 Made by
-`python -m tools.eyes --num_homes {num_homes} --rounds {rounds} --steps {steps}
---seed {seed} --out results/eyes.md`
+`python -m tools.eyes --parts '["{part}"]' --num_homes {num_homes} --rounds {rounds}
+--steps {steps} --seed {seed} --out {out}`
 in simulated homes with people ([Homes of boxes](../docs/box_world.md)); depth is measured. There
 are {errands_per_step} errands in each of the {steps} hours of a home. A find counts where such a
 thing truly is.
@@ -32,11 +37,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = make_parser(
         "python -m tools.eyes",
         "Hold what the eyes of robots say against the truth of many homes of boxes, and print the "
-        "table of results/eyes.md. Homes that were measured before are not measured again.",
+        "table of results/eyes.md, or of results/eyes_maps.md. Homes that were measured before are "
+        "not measured again.",
     )
     add_home_arguments(parser)
     parser.set_defaults(USUAL_HOMES)
     parser.add_class_arguments(MeasureRules)
+    parser.add_argument(
+        "--parts", type=list[Literal["looks", "maps"]], default=list(PARTS),
+        help="looks at furniture on a map, the maps of robots without one, or both",
+    )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, help="of homes, cameras and errands")
     parser.add_argument(
         "--work", type=Path, default=Path("runs/eyes"), help="folder with a file for each home"
@@ -53,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         source.check_steps(rules.steps)
         found = list(
             tqdm(
-                measure_homes(source, rules, options.seed, options.work),
+                measure_homes(source, rules, options.seed, options.work, options.parts),
                 total=rules.num_homes,
                 unit="home",
                 disable=options.quiet,
@@ -62,7 +72,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         table = format_results(found)
         print(table)
         if options.out is not None:
-            text = _HEADING.format(**asdict(rules), seed=options.seed)
+            parts = options.parts
+            text = _HEADING.format(
+                **asdict(rules), seed=options.seed, out=options.out, part='","'.join(parts),
+                title=_TITLES[parts[0]],
+            )  # fmt: skip
             write_whole(options.out, f"{text}\n{table}\n".encode())
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -136,6 +137,7 @@ class MemoryNode(Node):
         response.furniture = [place.furniture for place in ranking]
         response.names = [place.name for place in ranking]
         response.probabilities = [place.probability for place in ranking]
+        response.positions = [x for place in ranking for x in place.position or [math.nan] * 3]
         response.elsewhere, response.text = ranking.elsewhere, str(ranking)
         self._show(request.description)
         return response

@@ -22,6 +22,10 @@ sightings = st.lists(
         Sighting, st.sampled_from(THINGS), st.sampled_from(("in", "onTop")),
         st.sampled_from((1.0, 0.8, 0.3, 0.1 + 0.2)), id=st.sampled_from((None, None, "a", "b")),
         embedding=st.sampled_from(((), (1.0, 0.1 + 0.2))),
+        position=st.sampled_from((None, (1.0, 0.1 + 0.2, 1.0), (1, 2, 1.05), (-3.3, 4, 0))),
+    ) | st.builds(
+        Sighting, st.sampled_from(THINGS), position=st.just((1.5, 2.5, 1)),
+        position_sd=st.sampled_from((None, 0, 0.1 + 0.2)),
     ),
     max_size=4,
 )  # fmt: skip

@@ -187,9 +187,13 @@ def test_arguments_are_what_python_takes():
     assert read == {"thing": "mug", "start": (1.0, 2.0)}
     seen = BY_NAME["observe"].read({"place": 2, "seen": ["cup", {"thing": "pen", "owner": "Ann"}]})
     assert seen["seen"] == [Sighting("cup"), Sighting("pen", owner="Ann")]
-    one = {"thing": "cup", "id": "7", "embedding": [1, 0.5]}
+    one = {
+        "thing": "cup", "id": "7", "embedding": [1, 0.5], "position": [1, 2, 0.9], "position_sd": 0,
+    }  # fmt: skip
     (sighting,) = BY_NAME["observe"].read({"place": 2, "seen": [one]})["seen"]
-    assert sighting == Sighting("cup", id="7", embedding=(1.0, 0.5))
+    assert sighting == Sighting(
+        "cup", id="7", embedding=(1.0, 0.5), position=(1.0, 2.0, 0.9), position_sd=0.0
+    )
 
 
 def test_a_query_says_numbers_as_text():

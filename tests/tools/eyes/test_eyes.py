@@ -23,12 +23,18 @@ def test_measure_writes_a_table_and_goes_on(tmp_path, capsys):
     first = capsys.readouterr().out
     assert "| assignment of" in first
     assert out.read_text("utf-8").endswith(first)
-    (path,) = work.glob("*.json")
+    assert {path.name for path in work.glob("*.json")} == {"home_0_looks.json", "home_0_maps.json"}
+    path = work / "home_0_looks.json"
     known = json.loads(path.read_text("utf-8"))
     known["noise 0.02"]["num_right"] = 0  # read from the file, not measured again
     path.write_text(json.dumps(known))
     main(arguments)
     assert "right for 0.0%" in capsys.readouterr().out
+    main([*arguments, "--parts", '["maps"]'])
+    said = capsys.readouterr().out
+    assert "| furniture on the map, of" in said
+    assert "| assignment of" not in said
+    assert """`python -m tools.eyes --parts '["maps"]' --num_homes 1""" in out.read_text("utf-8")
 
 
 def test_table_by_hand():
@@ -46,7 +52,7 @@ def test_table_by_hand():
     home = {name: count for name in ("noise 0.0", "noise 0.02", "noise 0.1", "absences")}
     drawn = {
         "num_visible": 20, "num_on_map": 18, "overlaps": [0.5, 0.9], "num_labelled": 9,
-        "num_drawn": 25, "num_nowhere": 5,
+        "num_drawn": 25, "num_nowhere": 5, "positions": [0.01, 0.03, 0.2, 0.02],
     }  # fmt: skip
     home |= {"map 0.02": drawn, "map 0.1": drawn}
     led = {
@@ -59,6 +65,8 @@ def test_table_by_hand():
     assert "| 90.0%, 50.0% of it with its label | 90 % |" in table
     assert "| mean 0.700, lowest tenth 0.500 | .6 |" in table
     assert "| 20.0% | 3 % |" in table
+    assert "positions of 8 things of the last round" in table
+    assert "| within 15 cm for 75.0%, median 2.5 cm, highest tenth 20.0 cm | within 15" in table
     assert "0.700 and 0.800: -12.5%, standard error 0.0% | within 10 % |" in table
     assert "2.200 and 2.000: +10.0%, standard error 0.0% | within 15 % |" in table
     assert "coverage of 8 volumes in looks, pose noise 0 cm" in table
