@@ -74,6 +74,7 @@ READERS = {
     "find_furniture": lambda memory, n: memory.find_furniture("shelf"),
     "furniture_ids": lambda memory, n: memory.furniture_ids,
     "get_position": lambda memory, n: memory.get_position(n),
+    "get_pose": lambda memory, n: memory.get_pose(n, (1.0, 2.0, 0.5)),
     "history": lambda memory, n: memory.history("mug"),
     "last_seen": lambda memory, n: memory.last_seen("cup"),
     "layout": lambda memory, n: compare_layout(memory),
@@ -103,7 +104,7 @@ FINDER_READERS = {
     "search_plan": lambda memory, n: FINDER.search_plan(memory, "cup", start=(0.0, 0.0), k=6),
     "detector": lambda memory, n: Detector.estimate(memory.copy()),
 }
-BY_NUMBER = ("describe", "get_position", "list_furniture")
+BY_NUMBER = ("describe", "get_pose", "get_position", "list_furniture")
 NEEDED = {"to_frame": "pandas", "to_spark_dsg": "spark_dsg"}
 
 
