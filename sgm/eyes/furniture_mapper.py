@@ -436,7 +436,7 @@ class FurnitureMapper:
     def _remove_left(self) -> bool:
         """Remove spots that furniture has left, where nothing lies; return whether there was one.
 
-        Looks at them were told since they are spots.
+        What was seen there since is in the memory by now.
         """
         batch, ids, num_gone = self.memory.batch, self.memory.furniture_ids, len(self.gone)
         for spot in self._left & self._spots:

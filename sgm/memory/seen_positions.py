@@ -20,7 +20,7 @@ from sgm.messages import shorten
 Told: TypeAlias = tuple[Point | None, float | None, Point | None]
 
 _REACH = 0.3  # metres: what was seen farther from the usual position moves it no more than that
-_MOST_SEEN = 20  # sightings that a usual position goes by: a habit may change
+_MOST_SEEN = 20  # sightings of which a usual position is the mean: a habit may change
 _BESIDE = 0.2  # metres from furniture within which a thing may lie on or in it
 _XYZ = ("x", "y", "z")
 _USUAL = ("usual_x", "usual_y", "usual_z")
