@@ -69,15 +69,15 @@ class AskAnything(PredictLocation):
         home, code = self._list_known()
         owner, slot = np.nonzero(self._was_there)
         needs = 1 + np.rint(_SCALE * homes.move_freq[homes.object_type[owner, slot]])
-        user, in_use = np.nonzero(homes.is_present & (self._since_moved < _LATELY))
+        is_used = self._is_among(homes.is_present & (self._since_moved < _LATELY), home, code)
         is_found = self._was_found(home, code)
         owned, absent, seen, used, found = (
             _draw_of_homes(own_home, codes, weight, which, homes.num_homes)
             for own_home, codes, weight in (
                 (owner, homes.object_code[owner, slot], needs),
-                (home, code, ~self._is_there(home, code)),
+                (home, code, ~self._is_among(homes.is_present, home, code)),
                 (home, code, np.ones(len(home))),
-                (user, homes.object_code[user, in_use], np.ones(len(user))),
+                (home, code, is_used),
                 (home, code, is_found),
             )
         )
@@ -114,14 +114,14 @@ class AskAnything(PredictLocation):
         found: np.ndarray = memory.objects["last_moved"][rows] >= self._times[0]
         return found
 
-    def _is_there(self, home: np.ndarray, code: np.ndarray) -> np.ndarray:
-        """Tell whether such an object is in its home now, bool (n,)."""
+    def _is_among(self, slots: np.ndarray, home: np.ndarray, code: np.ndarray) -> np.ndarray:
+        """Tell whether such an object of its home is in one of the slots, bool (H, C), bool (n,)."""
         homes = self.rollout.homes
         width = homes.object_descriptions.num_descriptions
-        at, slot = np.nonzero(homes.is_present)
-        there = np.zeros(homes.num_homes * width, dtype=bool)
-        there[at * width + homes.object_code[at, slot]] = True
-        found: np.ndarray = there[home * width + code]
+        at, slot = np.nonzero(slots)
+        among = np.zeros(homes.num_homes * width, dtype=bool)
+        among[at * width + homes.object_code[at, slot]] = True
+        found: np.ndarray = among[home * width + code]
         return found
 
     def _draw_unknown(

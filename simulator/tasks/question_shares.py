@@ -19,8 +19,9 @@ class QuestionShares:
         unknown: about a thing that the home has never had.
         absent: about a thing that the robot has seen, or that was there before, and that is not in
             the home now, where there is one; else about what the robot has seen.
-        used: about a thing that people have moved in the last five steps at which the robot looked,
-            whether it has seen it since or not, where there is one: what is in use is asked for.
+        used: about a thing that the robot has seen, and that people have moved in the last five
+            steps at which it looked, seen since or not, where there is one: what is in use is asked
+            for.
         found: about a thing that the robot has found moved in these steps, where there is one: it
             may have gone on, be back, or have been another one of its name.
         task: the questions of the paper's tasks, marked with `asks_moved`: half of them are about

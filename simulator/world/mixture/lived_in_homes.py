@@ -28,7 +28,8 @@ _PAUSES = 400  # that are drawn; then the same again
 _ROUND = 12  # places of a home that a robot may look at all in one step, ...
 _ROUND_STEPS = 100  # ... where the home is not lived in for longer: more is costly to simulate
 _WAKING_HOURS = 16.0
-_MOST_MOVES = 1500.0  # a day
+_MOST_MOVES = 3000.0  # a day
+_MOST_USES = 5.0  # of an average thing in an hour of a session
 _MOST_SESSIONS = 30.0  # a day
 
 
@@ -101,7 +102,8 @@ class LivedInSource(MixtureSource):
                 hours=24 * int(rng.integers(366)) + int(rng.integers(6, 22))
             )
             step_seconds = float(rng.choice(self.mixture.step_seconds))
-            dynamics = draw_sessions(rng, start.isoformat(), step_seconds)
+            num_objects = num_places * config.objects_per_furniture
+            dynamics = draw_sessions(rng, start.isoformat(), step_seconds, num_objects)
             config, clock = replace(config, dynamics=dynamics), dynamics.clock
         return config, None if rng.random() < self.shares["hidden"] else clock
 
@@ -131,7 +133,7 @@ def make_mixture(
 
 
 def draw_sessions(
-    rng: np.random.Generator, start_time: str, step_seconds: float
+    rng: np.random.Generator, start_time: str, step_seconds: float, num_objects: int
 ) -> SessionDynamics:
     """Draw the rules of a home with sessions: from hardly ever to a busy kitchen.
 
@@ -139,9 +141,10 @@ def draw_sessions(
     """
     busy_hours = _WAKING_HOURS * float(rng.uniform(0.03, 0.9))  # with a resident about
     minutes = max(draw_rate(rng, 5, 90), 60 * busy_hours / _MOST_SESSIONS)
-    moves = min(draw_rate(rng, 4, 400), _MOST_MOVES / busy_hours)
-    back, stay, handed = rng.dirichlet(np.ones(3)).tolist()
-    is_consuming, is_resettling = rng.random(2) < 0.5
+    most_moves = min(_MOST_MOVES / busy_hours, _MOST_USES * num_objects)
+    moves = min(draw_rate(rng, 5, 2500), most_moves)
+    back, stay, handed = rng.dirichlet([0.7, 1.5, 1.5]).tolist()
+    is_consuming, is_resettling, works = rng.random(3) < 0.5
     return SessionDynamics(
         start_time=start_time,
         step_seconds=step_seconds,
@@ -153,21 +156,25 @@ def draw_sessions(
         hour_spread=draw_rate(rng, 0.2, 3),
         away_share=float(rng.uniform(0, 0.3)),
         out_hours=draw_rate(rng, 0.5, 10),
-        tidy_share=float(rng.uniform(0, 0.7)),
-        again_share=float(rng.uniform(0, 0.8)),
+        work_share=float(rng.uniform(0.5, 1)) if works else 0.0,
+        work_hour=float(rng.normal(8.5, 1.5)),
+        work_hours=float(rng.uniform(4, 11)),
+        work_spread=draw_rate(rng, 0.05, 1),
+        tidy_share=0.7 * float(rng.uniform()) ** 2,
+        again_share=0.6 * float(rng.uniform()) ** 2,
         back_share=back,
         stay_share=stay,
         handed_share=handed,
         resettled_share=draw_rate(rng, 0.005, 0.3) if is_resettling else 0.0,
         manner_spread=draw_rate(rng, 0.5, 8),
-        use_minutes=draw_rate(rng, 0.5, 30),
+        use_minutes=draw_rate(rng, 0.5, 120),
         way_share=float(rng.uniform(0.1, 1)),
         way_spread=float(rng.uniform(0, 2)),
         way_next=float(rng.uniform(0.05, 0.7)),
-        return_share=float(rng.uniform(0.05, 0.9)),
+        return_share=float(rng.uniform(0, 0.8)),
         static_share=float(rng.uniform(0, 0.5)),
-        favourites=float(rng.uniform(0, 1.5)),
-        carried_share=float(rng.uniform()),
+        favourites=float(rng.uniform(0, 1.2)),
+        carried_share=1 - float(rng.uniform()) ** 2,
         consumed_share=draw_rate(rng, 0.002, 0.1) if is_consuming else 0.0,
         restocked_share=float(rng.uniform()),
         restock_days=draw_rate(rng, 0.5, 14),

@@ -32,7 +32,7 @@ from simulator.world.sessions.life_kernel import (
 from simulator.world.sessions.rules import SessionRules
 from simulator.world.timed_life import TimedLife, draw_seed
 
-_OTHER_USES = 0.2  # how readily a thing is used for what it is not for, beside what it is for
+_OTHER_USES = 0.4  # how readily a thing is used for what it is not for, beside what it is for
 _KEPT = 0.5  # how much ways lead to where things of the group are kept, beside where they are used
 _ANYWHERE = 0.05  # and how much to any place
 _MAIN_HOURS = (6.0, 23.0)  # between which usual hours are

@@ -24,9 +24,11 @@ HOUR = 3600.0
 MINUTE = 60.0
 DAY_STARTS = 4 * HOUR
 NUM_NEXT = 3  # places that a way leads to from each
-NUM_LATELY = 8  # things of a session that are likely to be used again
+NUM_LATELY = 16  # things of a session that are likely to be used again
+NUM_TRIES = 4  # to use something that was not used just before
 MOST_SESSIONS = 40  # a day
-MOST_EVENTS = 2000  # a day
+MOST_EVENTS = 4000  # a day
+NUM_WORKDAYS = 5  # of a week that begins on Monday
 BACK, STAY, HANDED, RESETTLED = range(4)
 NEVER = np.inf
 
@@ -163,6 +165,19 @@ def _plan_day(habits: SessionHabits, state: SessionState, home: int) -> None:
     num_sessions, count = 0, 0
     time, event = state.event_time[home], state.event[home]
     last = state.kind.shape[1] - 1  # what happens between sessions
+    is_workday = int(midnight // DAY) % 7 < NUM_WORKDAYS
+    if is_workday and _uniform(random, home) < rule.work_share:
+        begin = midnight + (rule.work_hour + _normal(random, home) * rule.work_spread) * HOUR
+        length = (rule.work_hours + _normal(random, home) * rule.work_spread) * HOUR
+        begin = min(max(begin, start), end - 2)
+        until = min(max(begin + length, begin + 1), end - 1)
+        state.kind[home, 0] = np.argmax(habits.leads_out)
+        state.spot[home, 0] = -1
+        state.num_lately[home, 0] = 0
+        state.until[home, 0] = until
+        time[0], event[0] = begin, 0
+        time[1], event[1] = until, 1
+        num_sessions, count = 1, 2
     for kind in range(len(habits.tidies)):
         wanted = _count(random, home, habits.rate[home, kind], last - num_sessions)
         for _ in range(wanted):
@@ -247,7 +262,14 @@ def _choose(habits: SessionHabits, state: SessionState, home: int, session: int)
                 if _uniform(random, home) * seen < 1:
                     chosen = slot
         return chosen
+    lately = state.lately[home, session, :count]
     slot = _draw(random, home, habits.weight[home, kind])
+    tries = 1
+    while tries < NUM_TRIES and slot in lately:
+        slot = _draw(random, home, habits.weight[home, kind])
+        tries += 1
+    if slot in lately:
+        return -1
     if slot >= 0:
         turn = state.num_lately[home, session] % NUM_LATELY
         state.lately[home, session, turn] = slot

@@ -13,13 +13,16 @@ from simulator.world.dynamics import Dynamics
 _BOUNDS = {
     "sessions_per_day": (0, 100),
     "session_minutes": (0.1, 1440),
-    "moves_per_hour": (0, 1000),
+    "moves_per_hour": (0, 5000),
     "hour_spread": (0, 24),
     "use_minutes": (0.01, 1440),
     "way_spread": (0, 4),
     "favourites": (0, 4),
     "manner_spread": (0.01, 100),
     "out_hours": (0.01, 72),
+    "work_hour": (0, 24),
+    "work_hours": (0.01, 24),
+    "work_spread": (0, 12),
     "restock_days": (0.01, 1000),
     "gathering": (0, 100),
     "warm_up_days": (0, 365),
@@ -43,6 +46,10 @@ class SessionRules(Dynamics):
         hour_spread: standard deviation of the hour of those that have, in hours.
         away_share: share of the sessions for which a resident leaves the home.
         out_hours: mean length of these.
+        work_share: share of the workdays on which a resident goes to work, besides.
+        work_hour: when, in hours after midnight.
+        work_hours: mean length of a day at work.
+        work_spread: standard deviation of both, in hours.
         tidy_share: share of the things used in a session that are put back when it ends.
         again_share: how often what is used was used just before in the same session.
         back_share, stay_share, handed_share, resettled_share: mean shares of what happens when a
@@ -79,6 +86,10 @@ class SessionRules(Dynamics):
     hour_spread: float = 1.0
     away_share: float = 0.15
     out_hours: float = 4.0
+    work_share: float = 0.0
+    work_hour: float = 8.5
+    work_hours: float = 9.0
+    work_spread: float = 0.5
     tidy_share: float = 0.3
     again_share: float = 0.4
     back_share: float = 0.35
