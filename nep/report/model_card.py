@@ -44,6 +44,14 @@ It reads rates and shares, not counts, and learns how fast things move from the 
   the memory a clock, so that it knows how long a step is.""",
     "size_limit": "Homes of more than 60 places were not in its training.",
 }
+_LIVED_IN = _MIXED | {
+    "data": """\
+Simulated homes alone: {memories}. Things move in sessions of residents, with people who have
+habits, or as in the paper's homes (docs/worlds.md), in steps of 30 seconds to a day. Homes have 1
+to 8 rooms and 4 to 60 places; looks miss up to four objects in ten; the prior that the agent knows
+is the true one, a noisy one, one of another home, one that lacks words, or none. No household of
+people, scripted or recorded, went into it.""",
+}
 _CEILING = """\
 `ceiling` knows the true dynamics of the home: it bounds right first guesses. `prior_filter` is
 given the rules of these homes; the others are not.
@@ -63,7 +71,17 @@ them, and when: hand it on as you would hand on the recordings.""",
     "step_limit": "Let your time steps be as long as those that it was trained with.",
     "size_limit": "How well it does in homes of other sizes than theirs was not measured.",
 }
-
+_DRAWN = {"mixed": _MIXED, "lived in": _LIVED_IN}
+_ELSEWHERE = {  # limits, by whether it is an answer of the network
+    True: """\
+"Elsewhere" is an answer of the network, learnt in homes of which some things are carried out or
+  used up. The section above does not measure it: results/elsewhere.md does.""",
+    False: """\
+"Elsewhere" means no more than this: {share} of the searches the object was at no known place, and
+  negative looks make that likelier. The network cannot tell a thing that has left from one that it
+  has not found yet. Of a thing that was seen, `ObjectFinder` asks the memory instead
+  (docs/robot/leaving.md, not measured here).""",
+}
 
 _MEASURED = """\
 ## Scores
@@ -80,9 +98,9 @@ decisions. One search in ten is for something that is not in the home. Errors ar
 calibration errors (10 bins).
 
 {calibrated}
-"Elsewhere" is {elsewhere_share} before any look of a time step, the same for every question. Things
-that are gone are rather those that a network is unsure of, so that it is too low where the best
-place is unlikely, and too high after a negative look at a likely one.
+In these figures "elsewhere" is {elsewhere_share} before any look of a time step, the same for every
+question. Things that are gone are rather those that a network is unsure of, so that it is too low
+where the best place is unlikely, and too high after a negative look at a likely one.
 """
 _UNMEASURED = """\
 ## Scores and probabilities
@@ -103,12 +121,13 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
     kind = _SIMULATED
     if training.get("is_recorded"):
         kind = _RECORDED
-    elif training.get("homes", {}).get("homes") in ("mixed", "lived in"):
-        kind = _MIXED
+    elif (drawn := training.get("homes", {}).get("homes")) in _DRAWN:
+        kind = _DRAWN[drawn]
     measured = _UNMEASURED
     if "measured" in notes:
         kinds = _KINDS.format(notes["kinds"]) if "kinds" in notes else ""
         measured = _describe_measured(name, notes["measured"], kinds)
+    share = "it is taken that in one of ten" if "measured" not in notes else "in one of ten"
     start = training.get("start")
     features = config["features"]
     hides_clock = set(CLOCK_GROUPS) <= set(features.get("evidence_without", ()))
@@ -128,7 +147,7 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         step_limit=kind["step_limit"],
         size_limit=kind["size_limit"],
         measured=measured,
-        share="it is taken that in one of ten" if "measured" not in notes else "in one of ten",
+        elsewhere=_ELSEWHERE[config["model"].get("elsewhere", False)].format(share=share),
         blind=f"It does not see {blind}.",
     )
 
@@ -200,8 +219,11 @@ def _describe_training(training: Mapping[str, Any] | None) -> str:
         chosen = "all memories"
     else:
         chosen = f"at most {training['snapshots']:,} memories"
+    num_sources = 1 + len(training.get("also_homes", ()))
+    sources = f" of each of {num_sources} sources" if num_sources > 1 else ""
     text = (
-        f"{chosen} of {training['num_homes']} homes x {training['steps']} time steps, with the\n"
+        f"{chosen} of {training['num_homes']} homes{sources} x {training['steps']} time steps, with"
+        " the\n"
         f"questions and looks of the task `{training['task']}`, collected by `{training['policy']}`"
     )
     for policy in training.get("also_policies", ()):

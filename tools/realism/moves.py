@@ -20,6 +20,7 @@ MOVE_MEASURES: Mapping[str, str] = {
     "per_busy_hour": "moves per hour, in ten-minute windows with a move",
     "busy": "ten-minute windows with a move",
     "burstiness": "burstiness of the gaps between moves, -1 to 1",
+    "again": "moves after which the same thing moves again within ten minutes",
     "away": "time away from the usual place",
     "returned": "moves away from the usual place that come back there in that time",
     "return_minutes": "minutes until they do, median",
@@ -39,6 +40,7 @@ class Moves:
     per_busy_hour: float
     busy: float
     burstiness: float
+    again: float
     away: float
     returned: float
     return_minutes: float
@@ -75,12 +77,14 @@ def measure_moves(at: np.ndarray, types: np.ndarray, step_minutes: float = 1.0) 
     waits = _measure_absences(at, usual, thing[leaves], step[leaves]) * step_minutes
     is_back = np.isfinite(waits)
     next_right, most_right = _guess_next(types[thing], before, after)
+    most = _WINDOW / step_minutes
     middle = (before != usual[thing]) & (after != usual[thing])
     return Moves(
         per_hour=len(step) / hours,
         per_busy_hour=len(step) / max(num_busy * _WINDOW / _HOUR, 1e-9),
         busy=num_busy / num_windows,
         burstiness=_compute_burstiness(gaps),
+        again=_average(_measure_waits(thing, step)[step < moved.shape[1] - most] <= most),
         away=is_away.sum() / is_there.sum(),
         returned=_average(is_back),
         return_minutes=float(np.median(waits[is_back])) if is_back.any() else float("nan"),
@@ -99,6 +103,15 @@ def _average(values: np.ndarray) -> float:
 def _compute_burstiness(gaps: np.ndarray) -> float:
     total = gaps.std() + gaps.mean() if len(gaps) else 0.0
     return float((gaps.std() - gaps.mean()) / total) if total else float("nan")
+
+
+def _measure_waits(thing: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Return the steps until the thing of each move (n,) moves again, inf for never; by time."""
+    waits = np.full(len(thing), np.inf)
+    order = np.argsort(thing, kind="stable")
+    is_same = thing[order][1:] == thing[order][:-1]
+    waits[order[:-1][is_same]] = np.diff(step[order])[is_same]
+    return waits
 
 
 def _measure_absences(

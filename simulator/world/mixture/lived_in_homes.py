@@ -24,6 +24,7 @@ _SETTINGS = {
     "minutes": ((30, 60, 120, 300), (30, 100, 300)),
     "hours": ((600, 1200, 1800, 3600, 7200), (30, 100, 300, 1000)),
 }
+_MOST_OBJECTS = 450
 _PAUSES = 400  # that are drawn; then the same again
 _ROUND = 12  # places of a home that a robot may look at all in one step, ...
 _ROUND_STEPS = 100  # ... where the home is not lived in for longer: more is costly to simulate
@@ -54,7 +55,7 @@ class LivedInSource(MixtureSource):
     def __init__(
         self, prior: PriorGraph | None = None, home: HomeConfig | None = None,
         mixture: Mixture | None = None, pace: Literal["minutes", "hours"] = "minutes",
-        session_share: float = 0.7, hidden_share: float = 0.25, round_share: float = 0.3,
+        session_share: float = 0.8, hidden_share: float = 0.25, round_share: float = 0.3,
     ) -> None:  # fmt: skip
         """Keep the distribution.
 
@@ -128,7 +129,7 @@ def make_mixture(
     """Return the distribution of sizes, looks and people for `LivedInSource`, by lengths."""
     return Mixture(
         routine_share=1.0, carrying_share=0.5, resettling_share=0.3, step_seconds=step_seconds,
-        lives=lives,
+        lives=lives, max_objects=_MOST_OBJECTS,
     )  # fmt: skip
 
 
@@ -139,11 +140,11 @@ def draw_sessions(
 
     Ranges are wide, so that they hold what was measured of recorded homes (`results/realism.md`).
     """
-    busy_hours = _WAKING_HOURS * float(rng.uniform(0.03, 0.9))  # with a resident about
+    busy_hours = _WAKING_HOURS * float(rng.uniform(0.03, 1.5))  # of all residents
     minutes = max(draw_rate(rng, 5, 90), 60 * busy_hours / _MOST_SESSIONS)
     most_moves = min(_MOST_MOVES / busy_hours, _MOST_USES * num_objects)
     moves = min(draw_rate(rng, 5, 2500), most_moves)
-    back, stay, handed = rng.dirichlet([0.7, 1.5, 1.5]).tolist()
+    back, stay, handed = rng.dirichlet([0.5, 1.5, 1.5]).tolist()
     is_consuming, is_resettling, works = rng.random(3) < 0.5
     return SessionDynamics(
         start_time=start_time,
@@ -160,8 +161,8 @@ def draw_sessions(
         work_hour=float(rng.normal(8.5, 1.5)),
         work_hours=float(rng.uniform(4, 11)),
         work_spread=draw_rate(rng, 0.05, 1),
-        tidy_share=0.7 * float(rng.uniform()) ** 2,
-        again_share=0.6 * float(rng.uniform()) ** 2,
+        tidy_share=0.5 * float(rng.uniform()) ** 2,
+        again_share=0.5 * float(rng.uniform()) ** 3,
         back_share=back,
         stay_share=stay,
         handed_share=handed,

@@ -110,6 +110,32 @@ def test_absent_and_unknown_things_are_nowhere():
     assert is_there[10:].mean() < usually_there[10:].mean() - 0.1
 
 
+def test_what_people_use_is_asked_for_of_what_was_seen():
+    """A thing that moved within five steps, where the robot has seen one: all were seen, and most
+    had moved."""
+    state = SampledSource(home=replace(HOUSE, looks="random")).make(Streams(1, "train", range(20)))
+    task = AskAnything(state, Bayesian())
+    task.shares = QuestionShares(owned=0, unknown=0, used=1)
+    rows = []
+
+    def keep(answer):
+        moved = np.zeros((20, state.object_descriptions.num_descriptions), dtype=bool)
+        home, slot = np.nonzero(state.is_present & (task._since_moved < 5))
+        moved[home, state.object_code[home, slot]] = True
+        asked, objects = answer.queries.object, task.rollout.memory.objects
+        known, code = task._list_known()
+        has_any = np.bincount(known, moved[known, code], minlength=20) > 0
+        is_used = moved[np.arange(20), objects["key"][asked]]
+        rows.append((objects["num_observed"][asked] > 0, is_used, has_any))
+
+    task.on_answer = keep
+    list(task.run(20))
+    seen, is_used, has_any = np.stack(rows[5:], axis=1)
+    assert has_any.mean() > 0.5
+    assert seen[has_any].all()
+    assert is_used[has_any].all()
+
+
 def test_questions_of_the_paper_are_a_marked_share():
     (code, _, is_there, of_task), _ = ask(QuestionShares(task=0.25), range(40), 25)
     assert abs(of_task.mean() - 0.25) < 4 * np.sqrt(0.25 * 0.75 / of_task.size)

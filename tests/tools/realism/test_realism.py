@@ -136,6 +136,8 @@ def test_moves_worked_out_by_hand():
     assert found.next_place == pytest.approx(1 / 4)
     assert found.most_used == pytest.approx(1 / 4)
     assert found.from_elsewhere == pytest.approx(1 / 4)  # 1 -> 2
+    # Of the moves at 11, 12, 14 and 16 those of the first thing at 11, 14 are followed by others.
+    assert found.again == pytest.approx(2 / 4)
     gaps = np.array([1, 2, 2])
     expected = (gaps.std() - gaps.mean()) / (gaps.std() + gaps.mean())
     assert found.burstiness == pytest.approx(expected)

@@ -66,13 +66,16 @@ def test_a_robot_rests_between_its_looks_alike_in_all_homes_of_a_split():
 def test_lived_in_homes_keep_the_contract_and_draw_from_wide_ranges():
     check_homes(LivedInSource().make, num_steps=4)
     rules = [
-        draw_sessions(np.random.default_rng(seed), "2024-05-06T00:00", 60.0) for seed in range(300)
+        draw_sessions(np.random.default_rng(seed), "2024-05-06T00:00", 60.0, 100)
+        for seed in range(300)
     ]
     per_day = [
         row.sessions_per_day * row.session_minutes / 60 * row.moves_per_hour for row in rules
     ]
     assert min(per_day) < 5
     assert max(per_day) > 1000
+    assert 100 < max(row.moves_per_hour for row in rules) <= 500  # five of each thing
+    assert 0.3 < np.mean([row.work_share > 0 for row in rules]) < 0.7
     assert min(row.use_minutes for row in rules) < 1 < 20 < max(row.use_minutes for row in rules)
 
 

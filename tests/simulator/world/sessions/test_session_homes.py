@@ -91,7 +91,7 @@ def test_what_is_put_back_is_back_within_its_minutes():
     """Absences of things that are used for a mean of two minutes: exponential, so the median is
     2 ln 2 minutes."""
     homes = make(
-        10, back_share=1.0, stay_share=0.0, handed_share=0.0, resettled_share=0.0,
+        20, back_share=1.0, stay_share=0.0, handed_share=0.0, resettled_share=0.0,
         use_minutes=2.0, tidy_share=0.0, again_share=0.0, away_share=0.0, step_seconds=5.0,
         moves_per_hour=60.0, second_place_share=0.0, static_share=0.0, missing_share=0.0,
         way_share=0.0,
@@ -172,6 +172,40 @@ def test_what_leads_out_takes_things_along_and_brings_them_back():
     assert (follow(stays, 1440) >= 0).all(axis=0)[stays.is_present].all()
 
 
+def test_at_work_on_workdays_alone():
+    """From 8:30 to 17:30 with all that is carried; 2024-05-06 is a Monday."""
+    rules = {
+        "work_share": 1.0, "work_spread": 0.01, "away_share": 0.0, "carried_share": 1.0,
+        "missing_share": 0.0, "consumed_share": 0.0, "moves_per_hour": 0.0,
+    }  # fmt: skip
+    homes = make(6, **rules, step_seconds=HOUR)
+    is_carried = homes.is_present & (np.arange(homes.object_place.shape[1]) % 3 == 0)
+    homes.lives[0].habits.carried[:] = is_carried
+    is_there = follow(homes, 7 * 24) >= 0  # (T + 1, H, C)
+    hour, day = np.arange(7 * 24 + 1) % 24, np.arange(7 * 24 + 1) // 24
+    at_work = (day < 5) & (hour >= 9) & (hour <= 17)
+    assert not is_there[at_work][:, is_carried].any()
+    assert is_there[~at_work][:, is_carried].all()
+
+
+def test_what_was_used_just_before_is_used_again_as_often_as_the_rules_say():
+    """Moves of a thing that moved in the ten minutes before: all that is used stays where it is."""
+    rules = {
+        "stay_share": 1.0, "back_share": 0.0, "handed_share": 0.0, "resettled_share": 0.0,
+        "tidy_share": 0.0, "away_share": 0.0, "idle_share": 0.0, "return_share": 0.0,
+        "way_share": 1.0, "session_minutes": 30.0, "moves_per_hour": 20.0, "missing_share": 0.0,
+        "sessions_per_day": 3.0, "static_share": 0.0,
+    }  # fmt: skip
+    shares = []
+    for again in (0.0, 0.8):
+        moved = np.diff(follow(make(8, **rules, again_share=again), 1440), axis=0) != 0
+        step, home, slot = np.nonzero(moved[10:])
+        before = [moved[t : t + 10, h, c].any() for t, h, c in zip(step, home, slot, strict=True)]
+        assert len(before) > 100
+        shares.append(np.mean(before))
+    assert shares[0] < 0.2 < 0.4 < shares[1]
+
+
 def test_what_is_used_up_leaves_for_good_unless_it_is_restocked():
     rules = {
         "handed_share": 1.0, "back_share": 0.0, "stay_share": 0.0, "resettled_share": 0.0,
@@ -193,7 +227,7 @@ def test_what_is_used_up_leaves_for_good_unless_it_is_restocked():
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"moves_per_hour": -1.0}, r"moves_per_hour must lie in 0 to 1000, got -1.0"),
+        ({"moves_per_hour": -1.0}, r"moves_per_hour must lie in 0 to 5000, got -1.0"),
         ({"use_minutes": float("nan")}, r"use_minutes must lie in 0.01 to 1440, got nan"),
         ({"way_share": 1.5}, r"way_share must lie in \[0, 1\], got 1.5"),
         (dict.fromkeys(("back_share", "stay_share", "handed_share", "resettled_share"), 0.0),
