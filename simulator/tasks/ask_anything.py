@@ -115,7 +115,7 @@ class AskAnything(PredictLocation):
         return found
 
     def _is_among(self, slots: np.ndarray, home: np.ndarray, code: np.ndarray) -> np.ndarray:
-        """Tell whether such an object of its home is in one of the slots, bool (H, C), bool (n,)."""
+        """Tell whether such an object is in one of its home's slots (H, C), bool (n,)."""
         homes = self.rollout.homes
         width = homes.object_descriptions.num_descriptions
         at, slot = np.nonzero(slots)
