@@ -61,6 +61,7 @@ def test_a_table_goes_on_and_is_written_again(checkpoint, tmp_path, capsys):
     assert out.read_text("utf-8") == text
 
 
+@pytest.mark.slow
 def test_workers_give_the_same_scores(tmp_path):
     options = ["--policy", "random", "bayesian+travel", "--runs", "8"]
     search(tmp_path / "a.md", *options)

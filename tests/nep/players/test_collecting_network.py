@@ -20,15 +20,24 @@ CONFIG = CollectConfig(
 )
 
 
-def test_a_network_collects_the_same_bytes_with_any_number_of_workers(tmp_path):
-    for workers in (1, 2):
-        collect(CONFIG, tmp_path / str(workers), workers, progress=False)
-    one, two = (load_manifest(tmp_path / name)["shards"] for name in "12")
-    assert one == two
-    assert len(one) == 3
+@pytest.fixture(scope="module")
+def collected(tmp_path_factory):
+    """What one process collects."""
+    folder = tmp_path_factory.mktemp("collected")
+    collect(CONFIG, folder, progress=False)
+    return folder
 
 
-def test_a_collection_names_the_network_by_its_weights(tmp_path):
+@pytest.mark.slow
+def test_a_network_collects_the_same_bytes_with_any_number_of_workers(collected, tmp_path):
+    collect(CONFIG, tmp_path, workers=2, progress=False)
+    alone, shared = (load_manifest(folder)["shards"] for folder in (collected, tmp_path))
+    assert alone == shared
+    assert len(alone) == 3
+
+
+@pytest.mark.slow
+def test_a_collection_names_the_network_by_its_weights(collected, tmp_path):
     """Wherever the file lies: a network that was trained anew collects anew."""
     folder = tmp_path / "copy"
     shutil.copytree(PRETRAINED / "any_home", folder)
@@ -36,10 +45,9 @@ def test_a_collection_names_the_network_by_its_weights(tmp_path):
     assert copied.describe() == CONFIG.describe()
     other = replace(CONFIG, policy="nep.players.policy:NEPPolicy=heat")
     assert other.describe()["policy"] != CONFIG.describe()["policy"]
-    collect(CONFIG, tmp_path / "out", progress=False)
-    assert load_manifest(tmp_path / "out")["settings"] == CONFIG.describe()
+    assert load_manifest(collected)["settings"] == CONFIG.describe()
     with pytest.raises(ValueError, match="policy"):
-        collect(other, tmp_path / "out", progress=False)
+        collect(other, collected, progress=False)
 
 
 def test_a_network_that_is_not_there_is_refused_before_anything_is_made(tmp_path):

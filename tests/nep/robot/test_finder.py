@@ -144,7 +144,7 @@ LABELS = st.sampled_from(("kitchen", "attic", "fridge", "counter top", "mug", "m
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     layout=st.lists(st.tuples(LABELS, LABELS), min_size=1, max_size=5),
     looks=st.lists(st.tuples(st.integers(0, 4), st.lists(LABELS, max_size=3)), max_size=8),
