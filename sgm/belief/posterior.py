@@ -49,10 +49,10 @@ def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Poster
     places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
     shown = detector.compute_detection(looks.negative)
     if len(places) == 1:
-        return Posterior(places[0], float(elsewhere[0]), shown[0])
+        return Posterior(places=places[0], elsewhere=float(elsewhere[0]), detection=shown[0])
     any_there, any_shown = (1 - np.prod(1 - one, axis=0) for one in (places, places * shown))
     detection = np.divide(any_shown, any_there, out=shown.max(axis=0), where=any_there > 0)
-    return Posterior(any_there, float(np.prod(elsewhere)), detection)
+    return Posterior(places=any_there, elsewhere=float(np.prod(elsewhere)), detection=detection)
 
 
 def weigh_last_word(belief: Belief, asked: Asked) -> Belief:

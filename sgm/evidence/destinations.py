@@ -43,7 +43,7 @@ class Destinations(NamedTuple):
         row = room * room.shape[1] + np.arange(room.shape[1])
         total = _sum_rooms(place, row, num_rooms + 1)
         share = place / np.maximum(_take_rows(total, row), _TINY)
-        return cls(place, room, row, total, share)
+        return cls(place=place, room=room, room_row=row, room_total=total, share=share)
 
     def take(self, chosen: slice) -> Destinations:
         """Take some of the things."""
@@ -53,7 +53,7 @@ class Destinations(NamedTuple):
             np.ascontiguousarray(each[:, chosen])
             for each in (self.place, self.room_total, self.share)
         )
-        return Destinations(place, room, row, total, share)
+        return Destinations(place=place, room=room, room_row=row, room_total=total, share=share)
 
     def sum_rooms(self, values: np.ndarray) -> np.ndarray:
         """Sum over the places of each room, (P, Q, K) -> (R, Q, K)."""

@@ -37,7 +37,13 @@ class Expected(NamedTuple):
         """Expect what the prior says, and nothing where it is silent."""
         share, has_prior = share_out(memory, queries, sum_relations(queries.prior).astype(float))
         nothing = np.zeros(share.shape)
-        return cls(share, has_prior.astype(float), nothing, nothing[:, 0], nothing)
+        return cls(
+            share=share,
+            trust=has_prior.astype(float),
+            by_name=nothing,
+            name_cosine=nothing[:, 0],
+            furniture_cosine=nothing,
+        )
 
     @classmethod
     def by_words(cls, memory: MemoryBatch, queries: Queries) -> Expected:

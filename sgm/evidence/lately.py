@@ -41,10 +41,10 @@ class Lately(NamedTuple):
         hours = (memory.time - moved) * compute_hours_per_step(memory, home)
         at = of_homes.changes_at[:, home]
         return cls(
-            add_in_order(at)[..., 0],
-            of_homes.looks[:, home],
-            at,
-            np.where(moved >= 0, hours, np.inf),
+            changes=add_in_order(at)[..., 0],
+            looks=of_homes.looks[:, home],
+            changes_at=at,
+            hours_since_moved=np.where(moved >= 0, hours, np.inf),
         )
 
 
@@ -88,4 +88,4 @@ class _Changes(NamedTuple):
             changes_at[number] = counts.reshape(num_homes, num_places)
             weight = (np.exp(-look_age / span) * (times >= 0)).reshape(num_homes, -1)
             looks[number] = add_in_order(weight)[:, 0]
-        return cls(looks, changes_at)
+        return cls(looks=looks, changes_at=changes_at)

@@ -77,7 +77,7 @@ def _follow_block(
     """`follow` for a few things."""
     nats = hours[..., None] * rate  # (n + 1, Q, K)
     base = _list_bases(nats)
-    decay = _Decay(np.exp(crossing * (base - nats)), np.exp(base - nats))
+    decay = _Decay(z=np.exp(crossing * (base - nats)), y=np.exp(base - nats))
     state = _State(np.broadcast_to(belief, (len(belief), *rate.shape)), goes)
     index = state.find(where)
     weight, inverse = _weigh_looks(goes, where, detection[..., None], decay)
@@ -86,10 +86,10 @@ def _follow_block(
     for end in np.flatnonzero((base != before).any(axis=(1, 2))).tolist():
         _subtract(state.rows, index[begin:end], weight[begin:end], inverse[begin:end])
         passed = before[end] - base[end]
-        state.decay(_Decay(np.exp(crossing * passed), np.exp(passed)), passed < 0)
+        state.decay(_Decay(z=np.exp(crossing * passed), y=np.exp(passed)), passed < 0)
         begin = end
     _subtract(state.rows, index[begin:], weight[begin:], inverse[begin:])
-    return state.read(_Decay(decay.z[-1], decay.y[-1]))
+    return state.read(_Decay(z=decay.z[-1], y=decay.y[-1]))
 
 
 class _Decay(NamedTuple):

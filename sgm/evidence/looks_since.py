@@ -41,7 +41,7 @@ class LooksSince(NamedTuple):
         where = (order // num_kept)[:, look_row]
         start = np.where(last_place >= 0, last_time, -1)
         counts = (when >= np.maximum(start, 0)) & ((when > start) | (where != last_place))
-        return cls(when, where, number)._choose(counts)
+        return cls(when=when, where=where, number=number)._choose(counts)
 
     def take(self, chosen: np.ndarray) -> LooksSince:
         """Leave the other looks out, bool (n, Q)."""
@@ -50,7 +50,7 @@ class LooksSince(NamedTuple):
     def _choose(self, chosen: np.ndarray) -> LooksSince:
         number = self.number * chosen
         used = number.any(axis=1)
-        return LooksSince(self.when[used], self.where[used], number[used])
+        return LooksSince(when=self.when[used], where=self.where[used], number=number[used])
 
     def start(self, last_place: np.ndarray, last_time: np.ndarray, now: int) -> np.ndarray:
         """Return when each belief starts: at the last sighting, else at the first look, (Q,)."""

@@ -31,7 +31,7 @@ class Ways(NamedTuple):
     def gather(cls, memory: MemoryBatch, queries: Queries, likeness: np.ndarray) -> Ways:
         """Gather the ways of the homes that are asked; `likeness` is that of `compare_names`."""
         own, alike = _count_arrivals(memory, queries, likeness)
-        return cls(own, alike, _count_by_label(memory, queries))
+        return cls(own=own, alike=alike, labels=_count_by_label(memory, queries))
 
 
 def compute_ways(asked: Question) -> dict[str, np.ndarray]:

@@ -139,13 +139,13 @@ class Finder:
             names = {number: layout.describe(number) for number in own if number not in exclude}
             return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
         asked = memory.ask(resolution.matches or (description,), at=at)
-        probabilities, elsewhere, detection = self._compute_posterior(asked)
+        posterior = self._compute_posterior(asked)
         relations = asked.choose_relation().tolist()
-        order = np.argsort(-probabilities, kind="stable")
+        order = np.argsort(-posterior.places, kind="stable")
         if exclude:
             order = order[[asked.furniture_ids[place] not in exclude for place in order]]
         chosen = order[:k].tolist()
-        likely, shown = probabilities.tolist(), detection.tolist()
+        likely, shown = posterior.places.tolist(), posterior.detection.tolist()
         evidence = gather_evidence(asked, self._get_cosines(asked), chosen)
         return Ranking(
             description=description,
@@ -161,7 +161,7 @@ class Finder:
                 )
                 for place, own in zip(chosen, evidence, strict=True)
             ),
-            elsewhere=elsewhere,
+            elsewhere=posterior.elsewhere,
             with_robot=float(1 - np.prod(1 - asked.carried)),
             last_seen=asked.last_seen,
             resolution=resolution,

@@ -81,7 +81,7 @@ class Tokenizer:
         return found
 
     def _make_token(self, text: str, norm: str | None = None) -> Token:
-        return Token(text, norm or self._norms.get(text) or text.lower())
+        return Token(text=text, norm=norm or self._norms.get(text) or text.lower())
 
     def _split_word(self, word: str, special_cases: Mapping[str, list[Token]]) -> Iterator[Token]:
         suffixes: list[str] = []
