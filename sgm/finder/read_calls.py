@@ -341,6 +341,8 @@ def _tell_why(place: Place) -> str:
 
 def _fit(answer: WhereIs) -> WhereIs:
     """Leave places out, then shorten names, until an answer is short enough."""
+    if len(write_json(answer)) <= MOST_BYTES:
+        return answer
     sizes = [len(write_json(place)) + 1 for place in answer.places]  # with a comma, but for one
     left = MOST_BYTES - len(write_json(replace(answer, places=()))) + 1
     kept = len(sizes)

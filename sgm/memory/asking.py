@@ -150,7 +150,7 @@ def ask(
 ) -> Asked:
     """Ask for objects by names or ids, time steps later; see `SceneGraphMemory.ask`."""
     snapshot, step = state.get_snapshot(), state.step
-    current = state.share(snapshot)
+    current = state.view(snapshot)
     current.time += later
     if before_looks and step.before is not None and not later:
         batch, origin = state.share(step.before), step.origin
@@ -174,7 +174,7 @@ def ask(
     num_objects = len(current.objects)  # from what it does not know, no edges lead
     asked = np.where(known >= 0, known, num_objects)
     found = join_groups(asked, current.edges["object"], num_objects + 1)
-    edges = np.unique(found[1])  # a thing may be asked for twice
+    edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice
     sightings = [
         seen
         for row in known[known >= 0].tolist()
@@ -272,9 +272,11 @@ def _list_looks(
                     num_seen[here] = max(num_seen[here], num_here) if seen[here] else 0
             own = None if share is None else share[number]
             sums = [step.sum_negative(member, name, own, position) for member in members]
-            places = list(set.intersection(*map(set, sums)))  # where no name of it was seen
-            counts = [min(count[furniture] for count in sums) for furniture in places]
-            negative[number, [position[furniture] for furniture in places]] += counts
+            least = sums[0]
+            if len(sums) > 1:  # where no name of it was seen
+                places = set.intersection(*map(set, sums))
+                least = {place: min(count[place] for count in sums) for place in places}
+            negative[number, [position[place] for place in least]] += [*least.values()]
         if not state.sought:
             continue
         names = {name, *(state.things.list_words(members) if row >= 0 else ())}

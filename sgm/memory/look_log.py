@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -97,6 +97,8 @@ class LookLog:
     Attributes:
         path: of the file, without links: the log stays where it is, whatever the process's folder
             is and a link leads to later.
+        listener: gets every line when it was written; None for none. Not the line with which the
+            log is begun anew, as that changes nothing.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -109,6 +111,7 @@ class LookLog:
         self._lock = LogLock.of(Path(path))
         self.path = self._lock.path
         self._turn = object()  # the one whose turn it is to write
+        self.listener: Callable[[bytes], None] | None = None
         with self._lock.turns:
             if self.path.exists():
                 whole = _cut_torn_line(self.path)
@@ -122,7 +125,7 @@ class LookLog:
 
         `file` is the checksum of the memory file that it lies beside, "" without one.
         """
-        self._write(_write_start(content, is_new=is_new, file=file), is_new=True)
+        self._write(write_start(content, is_new=is_new, file=file), is_new=True)
 
     def go_on(self) -> None:
         """Have the log for a memory that is what its last line left."""
@@ -150,7 +153,7 @@ class LookLog:
         with self._lock.take(self._turn, is_new=False):
             self.path.replace(old)
             try:
-                _append(self.path, _write_start(content, is_new=False, file=file))
+                _append(self.path, write_start(content, is_new=False, file=file))
                 with self.path.open("r+b") as begun:
                     _sync(begun, self.path)
             except BaseException:
@@ -186,6 +189,8 @@ class LookLog:
             _append(self.path, line)
             if is_new:
                 self._lock.take_file()
+            if self.listener is not None:
+                self.listener(line)
 
 
 def read_log(path: str | Path) -> list[LogLine]:
@@ -210,7 +215,13 @@ def read_log(path: str | Path) -> list[LogLine]:
     return _read_lines(whole, path)
 
 
-def _write_start(content: MemoryContent, *, is_new: bool, file: str) -> bytes:
+def read_line(text: bytes, path: Path) -> LogLine:
+    """Read a line; raises ValueError, TypeError, KeyError or OverflowError if it is none."""
+    return _read_line(parse_json(text), path)
+
+
+def write_start(content: MemoryContent, *, is_new: bool = False, file: str = "") -> bytes:
+    """Return the line of a memory that begins (`is_new`) or goes on; see `LookLog.start`."""
     clock = content.clock
     values = {
         "version": VERSION,
@@ -273,7 +284,7 @@ def _read_lines(content: bytes, path: Path) -> list[LogLine]:
     lines = []
     for number, text in enumerate(content.splitlines(), 1):
         try:
-            lines.append(_read_line(parse_json(text), path))
+            lines.append(read_line(text, path))
             if number == 1 and lines[0].kind != "start":
                 raise ValueError(f"{shorten(lines[0].kind)} before any start")
         except VersionError:

@@ -8,6 +8,8 @@ from __future__ import annotations
 import hashlib
 import json
 import warnings
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from threading import Lock, RLock
 from typing import Any
@@ -21,7 +23,7 @@ from sgm.files import (
     write_whole,
 )
 from sgm.memory.locks import SaveLock
-from sgm.memory.look_log import LookLog
+from sgm.memory.look_log import LookLog, write_start
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_state import MemoryState
 from sgm.messages import shorten
@@ -158,6 +160,27 @@ class MemoryFiles:
         """
         if self._log is not None:
             self._log.sync()
+
+    def follow(self, listener: Callable[[bytes], None] | None) -> Callable[[], bytes]:
+        """Have a function called with every line that the log gets from now on; None for none.
+
+        It is called by who makes the change, just before that is made, and must not wait.
+
+        Returns:
+            What writes the line that stands for all up to now. It takes as long as `save`, and
+            keeps no other call waiting.
+
+        Raises:
+            ValueError: if the memory writes no log.
+        """
+        with self._lock:
+            if self._log is None:
+                raise ValueError(
+                    "memory must have a log to be followed, got none. Give log= when it is made or "
+                    "loaded."
+                )
+            self._log.listener = listener
+            return partial(write_start, self._state.get_content_to_save().copy())
 
     def _start_log(self, path: str | Path | None = None, goes_on: bool = False) -> None:
         """Write into a log that a new memory begins, or how the one is that goes on."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sgm.arrays.table import clone
 from sgm.layout.called import CalledFurniture
 from sgm.layout.layout import FurnitureNames
 from sgm.memory.clock import make_clock_rows
@@ -212,6 +213,10 @@ class MemoryState:
         if self.version not in self._snapshot:
             self._snapshot = {self.version: batch.copy()}
         return self._snapshot[self.version]
+
+    def view(self, snapshot: MemoryBatch) -> MemoryBatch:
+        """Return what a snapshot holds, to be read at any time step; what was merged is one."""
+        return fuse(snapshot) if self.has_merged else clone(snapshot)
 
     def share(self, snapshot: MemoryBatch) -> MemoryBatch:
         """Return what a snapshot holds, of which questions may be asked; what was merged is one."""

@@ -11,17 +11,14 @@ from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
 
-from sgm.finder.finder import Finder
-from sgm.finder.object_finder import ObjectFinder
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
 from sgm.memory.kept_home import KeptHome
-from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import Sighting
 from sgm.messages import shorten
-from sgm.policies import Adaptive, Bayesian
 from sgm.serve.caller import DEFAULT_TIMEOUT, Caller
+from sgm.serve.finders import make_finder, warm_up
 from sgm.serve.guard import DEFAULT_RATE, LOCAL_NAMES, Guard, is_local
+from sgm.serve.reader import Reader
 
 DEFAULT_PORT = 8600
 TOKEN_VARIABLE = "SGM_TOKEN"
@@ -52,6 +49,8 @@ def make_parser() -> argparse.ArgumentParser:
         help="when the disk has what was written: before it is answered, within a second, or "
         "when the system likes")  # fmt: skip
     add("--snapshot_seconds", type=float, default=300.0, help="time between snapshots")
+    add("--processes", type=int, choices=(1, 2), default=min(os.cpu_count() or 1, 2),
+        help="2: another one, with a copy of the memory, answers what only reads")  # fmt: skip
     add("--timeout", type=float, default=DEFAULT_TIMEOUT, help="seconds for a call")
     add("--rate", type=float, default=DEFAULT_RATE, help="requests of one address in a second")
     return parser
@@ -89,11 +88,12 @@ def _run(options: argparse.Namespace) -> None:
     guard = _make_guard(options, token)
     clock = Clock(datetime.now().replace(microsecond=0), options.step_seconds)
     home = KeptHome.open(options.home, clock, options.aliases, is_new=options.new)
-    finder = _make_finder(options.finder)
+    finder = make_finder(options.finder)
     service = MemoryService(
         home.memory, finder, accept_jump=options.accept_jump, ignore=options.ignore
     )
-    caller = Caller(service, home, options.sync, options.timeout)
+    reader = None if options.stdio or options.processes == 1 else _make_reader(options)
+    caller = Caller(service, home, options.sync, options.timeout, reader)
     try:
         if options.stdio:
             from sgm.serve.tools import MCPTools
@@ -116,21 +116,11 @@ def _run(options: argparse.Namespace) -> None:
         caller.close()
 
 
-def warm_up(finder: Finder, memory: SceneGraphMemory | None = None) -> None:
-    """Load what the first question would wait for.
-
-    A home that is given is asked; one that has no places yet says little, so that another one,
-    with things that were seen, is asked, too.
-    """
-    other = SceneGraphMemory(clock=Clock(datetime(2026, 1, 1), 600))
-    kitchen = other.add_room("kitchen")
-    table, _ = (other.add_furniture(name, room=kitchen) for name in ("table", "fridge"))
-    other.observe(table, [Sighting("cup")])
-    other.step()
-    for name in ("cup", "thing"):  # one that was seen, and one that was not
-        finder.rank(other, name)
-    if memory is not None and memory.num_furniture:
-        finder.rank(memory, "cup")
+def _make_reader(options: argparse.Namespace) -> Reader:
+    arguments = ["--finder", options.finder, "--timeout", str(options.timeout)]
+    if options.aliases is not None:
+        arguments += ["--aliases", str(options.aliases)]
+    return Reader(arguments, _tell)
 
 
 def _make_guard(options: argparse.Namespace, token: str | None) -> Guard:
@@ -158,13 +148,6 @@ def _read_token(path: Path | None) -> str | None:
             'python -c "import secrets; print(secrets.token_urlsafe())".'
         )
     return text
-
-
-def _make_finder(name: str) -> Finder:
-    heuristics = {"adaptive": Adaptive, "bayesian": Bayesian}
-    if name in heuristics:
-        return Finder(heuristics[name]())
-    return ObjectFinder.load(name)
 
 
 def _tell(message: Warning | str, *_: object, **__: object) -> None:

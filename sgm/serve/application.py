@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
 from sgm.files import parse_json
-from sgm.finder.answers import write_json
 from sgm.messages import shorten_text
 from sgm.serve.caller import Caller
 from sgm.serve.calls import BY_NAME, VERSION, Call
@@ -158,11 +157,14 @@ class Application:
         if self._has_tools:
             self._tools = LateTools(self.caller)
         keeping = asyncio.create_task(self.caller.keep(self._snapshot_seconds))
+        starting = asyncio.create_task(self.caller.start_reader())
         await send({"type": "lifespan.startup.complete"})
         await receive()
         self.feed.close()
         if self._tools is not None:
             await self._tools.close()
+        await starting
+        await self.caller.close_reader()
         keeping.cancel()
         with suppress(asyncio.CancelledError):
             await keeping
@@ -207,8 +209,7 @@ class Application:
         call = BY_NAME.get(path.removeprefix(f"/{VERSION}/"))
         if call is not None and path.startswith(f"/{VERSION}/"):
             arguments = await self._read(call, scope, headers, receive)
-            answer = await self.caller.call(call, arguments)
-            await _send(send, 200, _JSON, write_json(answer))
+            await _send(send, 200, _JSON, await self.caller.answer(call, arguments))
         elif path == "/mcp" and self._tools is not None:
             body = b"" if method == "GET" else await read_body(headers, receive, self._body_seconds)
             tools = await self._tools.get()
@@ -247,6 +248,7 @@ class Application:
 
     def _list_gauges(self) -> dict[str, float]:
         memory, home = self.caller.service.memory, self.caller.home
+        reader = self.caller.reader
         return {
             "sgm_writes_total": self.caller.num_writes,
             "sgm_things": len(memory.descriptions),
@@ -254,6 +256,7 @@ class Application:
             "sgm_time_step": memory.time,
             "sgm_feed_listeners": 0 if self.feed is None else self.feed.num_listeners,
             "sgm_log_bytes": 0 if home is None else home.log_bytes,
+            "sgm_reader_cpu_seconds_total": 0 if reader is None else reader.processor_seconds,
         }
 
     async def _read(

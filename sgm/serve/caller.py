@@ -10,10 +10,12 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
+from sgm.finder.answers import write_json
 from sgm.finder.service import MemoryService
 from sgm.memory.kept_home import KeptHome
 from sgm.serve.calls import Call
 from sgm.serve.guard import Refused
+from sgm.serve.reader import Reader, ReaderFailed
 
 NUM_READERS = 4
 MOST_WAITING = 200  # calls at once; more are refused
@@ -114,7 +116,8 @@ class Caller:
     Calls take turns (`Turns`), and none waits for the disk but those that write. Writes are made by
     one thread. A line of the log has left the process before its call is answered; when the disk
     has it, `sync` says: "answer" before the call is answered, "second" within a second, "never"
-    when the system likes.
+    when the system likes. What only reads is answered by a process of its own, where there is one
+    (`Reader`).
     """
 
     def __init__(
@@ -123,9 +126,11 @@ class Caller:
         home: KeptHome | None = None,
         sync: str = "second",
         timeout: float = DEFAULT_TIMEOUT,
+        reader: Reader | None = None,
     ) -> None:
         """Make calls of a service, each within seconds; `home` is where its memory is kept."""
         self.service = service
+        self.reader = reader
         self.home = home
         self.timeout = timeout
         self._sync = sync
@@ -147,8 +152,7 @@ class Caller:
             OSError: if the disk does not take a write; then it was not made, or, where the disk was
                 to have it before the answer, may be lost with the power.
         """
-        if len(self._turns) >= MOST_WAITING:
-            raise Refused(503, f"calls must be at most {MOST_WAITING} at once, got more. Wait.")
+        self._check_waiting()
         run = partial(call.run, self.service, arguments)
         pool = self._readers
         if call.is_write:
@@ -158,10 +162,39 @@ class Caller:
             if call.is_write and self._sync == "answer":
                 await asyncio.wait_for(self._sync_log(), self.timeout)
         except asyncio.TimeoutError:
-            raise Refused(
-                503, f"a call must take at most {self.timeout:g} s, got a longer one. Try again."
-            ) from None
+            raise self._refuse_slow() from None
         return answer
+
+    async def answer(self, call: Call, arguments: Mapping[str, Any]) -> bytes:
+        """Make a call as `call` does, and return its answer as it is sent."""
+        if self.reader is not None and self.reader.is_ready and call.only_reads:
+            self._check_waiting()
+            try:
+                return await self.reader.ask(call.name, arguments, self.timeout)
+            except ReaderFailed:  # this process has the same answer, or raises what that did
+                pass
+            except asyncio.TimeoutError:
+                raise self._refuse_slow() from None
+        return write_json(await self.call(call, arguments))
+
+    async def start_reader(self) -> None:
+        """Begin the process that answers what only reads, if there is to be one."""
+        if self.reader is not None:
+            await self._try(self.reader.start(self.service.memory))
+
+    async def close_reader(self) -> None:
+        """End that process."""
+        if self.reader is not None:
+            await self.reader.close()
+
+    def _check_waiting(self) -> None:
+        num_waiting = len(self._turns) + (0 if self.reader is None else self.reader.num_waiting)
+        if num_waiting >= MOST_WAITING:
+            raise Refused(503, f"calls must be at most {MOST_WAITING} at once, got more. Wait.")
+
+    def _refuse_slow(self) -> Refused:
+        line = f"a call must take at most {self.timeout:g} s, got a longer one. Try again."
+        return Refused(503, line)
 
     def _write(self, run: Callable[[], Any]) -> Any:
         answer = run()

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, get_type_hints
 
-from sgm.finder.service import MOST_ROWS, MemoryService
+from sgm.finder.read_calls import MOST_ROWS, ReadCalls
+from sgm.finder.service import MemoryService
 from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
 from sgm.serve.answer_schema import make_schema
@@ -71,6 +72,11 @@ class Call:
         """That of the method."""
         return self.method.__name__
 
+    @property
+    def only_reads(self) -> bool:
+        """Whether it needs nothing but the memory and a finder: any copy of them answers alike."""
+        return getattr(ReadCalls, self.name, None) is self.method
+
     def make_input_schema(self) -> dict[str, Any]:
         """Return the JSON Schema of its arguments."""
         properties = {}
@@ -128,7 +134,7 @@ class Call:
             read[argument.python or argument.name] = read_one(argument.name, value)
         return read
 
-    def run(self, service: MemoryService, arguments: Mapping[str, Any]) -> Any:
+    def run(self, service: ReadCalls, arguments: Mapping[str, Any]) -> Any:
         """Make the call with arguments that `read` gave, and return its answer."""
         return self.method(service, **arguments)
 

@@ -77,7 +77,7 @@ class Client:
 def run_server(service, home=None, guard=None, tools=True, most_connections=None, **settings):
     """A server in a thread: its port, application and caller."""
     server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
-    own = {key: settings.pop(key) for key in ("sync", "timeout") if key in settings}
+    own = {key: settings.pop(key) for key in ("sync", "timeout", "reader") if key in settings}
     caller = Caller(service, home, **own)
     if tools:
         pytest.importorskip("mcp", reason="mcp is not installed")

@@ -203,10 +203,10 @@ LOADED = """
 import sys
 from pathlib import Path
 from sgm.finder.service import MemoryService
-from sgm.serve.__main__ import _make_finder, warm_up
+from sgm.serve.finders import make_finder, warm_up
 from tests.sgm.serve.conftest import START, open_service
 
-finder = _make_finder(sys.argv[1])
+finder = make_finder(sys.argv[1])
 warm_up(finder)
 home, _ = open_service(Path(sys.argv[2]))
 service = MemoryService(home.memory, finder, lambda: START)

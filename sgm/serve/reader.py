@@ -1,0 +1,156 @@
+"""A second process with a copy of the memory, which answers what only reads."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import struct
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from datetime import datetime
+from typing import Any
+
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.serve.frames import Kind, pack, read_frame
+
+SECONDS = struct.Struct("<d")
+
+
+class ReaderFailed(Exception):
+    """The process did not answer: who asks is to call by itself."""
+
+
+class Reader:
+    """Asks a process that follows the log of a memory.
+
+    One interpreter runs one thread at a time, so that reading beside reading takes two. Every line
+    of the log is sent to the process before what was written is answered, and a question after it:
+    so an answer knows all that was answered before.
+
+    Attributes:
+        processor_seconds: of the process.
+        num_waiting: questions that are not answered yet.
+    """
+
+    def __init__(self, arguments: Sequence[str], tell: Callable[[str], None]) -> None:
+        """Have a process of `sgm.serve.read_process` with some arguments.
+
+        `tell` gets a line if it ends too early.
+        """
+        self._arguments, self._tell = list(arguments), tell
+        self._process: asyncio.subprocess.Process | None = None
+        self._listening: asyncio.Task[None] | None = None
+        self._waiting: dict[int, asyncio.Future[bytes]] = {}
+        self._number = 0
+        self._has_begun, self._is_closing = False, False
+        self._begun: list[bytes] = []  # lines that came before the first one was written
+        self.is_ready = False  # it has read what the memory held when it began
+        self.processor_seconds = 0.0
+
+    @property
+    def num_waiting(self) -> int:
+        """Questions that are not answered yet."""
+        return len(self._waiting)
+
+    async def start(self, memory: SceneGraphMemory) -> None:
+        """Begin the process, and have it follow a memory, which writes a log."""
+        # The modules of this process, whatever the folder is: `-m` would look there first.
+        code = (
+            f"import sys; sys.path[:] = {sys.path!r}; "
+            "from sgm.serve.read_process import main; sys.exit(main(sys.argv[1:]))"
+        )
+        process = self._process = await asyncio.create_subprocess_exec(
+            sys.executable, "-c", code, *self._arguments,
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
+        )  # fmt: skip
+        loop = asyncio.get_running_loop()
+
+        def listen(line: bytes) -> None:
+            loop.call_soon_threadsafe(self._follow, line)
+
+        write_start = memory.follow(listen)
+        first = await asyncio.to_thread(write_start)
+        for line in (first, *self._begun):
+            self._send(pack(Kind.LINE, 0, line))
+        self._has_begun, self._begun = True, []
+        assert process.stdout is not None
+        self._listening = asyncio.create_task(self._listen(process.stdout, memory))
+
+    async def ask(self, name: str, arguments: Mapping[str, Any], seconds: float) -> bytes:
+        """Return the answer of a call that only reads, as JSON.
+
+        Args:
+            name: of the call.
+            arguments: those of `Call.read`.
+            seconds: most that it may take.
+
+        Raises:
+            ReaderFailed: if there is no answer.
+            asyncio.TimeoutError: if it takes too long.
+        """
+        if not self.is_ready:
+            raise ReaderFailed
+        self._number += 1
+        number = self._number
+        ended = self._waiting[number] = asyncio.get_running_loop().create_future()
+        self._send(pack(Kind.QUESTION, number, _write_question(name, arguments)))
+        try:
+            return await asyncio.wait_for(ended, seconds)
+        finally:
+            self._waiting.pop(number, None)
+
+    async def close(self) -> None:
+        """End the process, which has nothing to lose."""
+        self._is_closing, self.is_ready = True, False
+        process = self._process
+        if process is None:
+            return
+        with suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()
+        if self._listening is not None:
+            await self._listening
+
+    def _follow(self, line: bytes) -> None:
+        if self._has_begun:
+            self._send(pack(Kind.LINE, 0, line))
+        else:
+            self._begun.append(line)
+
+    def _send(self, frame: bytes) -> None:
+        assert self._process is not None
+        assert self._process.stdin is not None
+        if not self._process.stdin.is_closing():
+            self._process.stdin.write(frame)
+
+    async def _listen(self, stream: asyncio.StreamReader, memory: SceneGraphMemory) -> None:
+        """Hand out answers until the process ends."""
+        with suppress(asyncio.IncompleteReadError, ConnectionError):
+            while True:
+                kind, number, body = await read_frame(stream)
+                if kind == Kind.READY:
+                    self.is_ready = True
+                    continue
+                ended = self._waiting.get(number)
+                if ended is None or ended.done():  # no one waits for it any longer
+                    continue
+                if kind == Kind.ERROR:
+                    ended.set_exception(ReaderFailed())
+                else:
+                    (self.processor_seconds,) = SECONDS.unpack_from(body)
+                    ended.set_result(body[SECONDS.size :])
+        self.is_ready = False
+        memory.follow(None)
+        for ended in self._waiting.values():
+            if not ended.done():
+                ended.set_exception(ReaderFailed())
+        if not self._is_closing:
+            self._tell("the process that answers what only reads has ended: this one does so now")
+
+
+def _write_question(name: str, arguments: Mapping[str, Any]) -> bytes:
+    def write_time(value: datetime) -> str:
+        return value.isoformat()
+
+    return json.dumps([name, dict(arguments)], default=write_time).encode()
