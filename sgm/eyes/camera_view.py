@@ -207,36 +207,21 @@ class CameraView:
             return np.full(len(boxes), np.nan), np.zeros(len(boxes))
         return self._depth.measure_boxes(boxes, self._reach[1])
 
-    def measure_points(self, pixels: np.ndarray) -> np.ndarray:
-        """Return the points in the map that pixels (n, 2) have measured in reach, (m, 3).
+    def measure_pixels(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the point in the map of each pixel (n, 2), and how far that is to be believed.
 
-        None without a depth image.
-        """
-        points, is_known = self.locate_pixels(pixels)
-        return points[is_known]
-
-    def locate_pixels(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the point in the map of each pixel (n, 2), (n, 3), and which measured one, (n,).
-
-        Those that are out of reach did not.
+        Returns:
+            (n, 3). Which pixels measured one in reach, (n,). Which show what is out of reach, (n,).
         """
         if self._depth is None:
-            return np.zeros((len(pixels), 3)), np.zeros(len(pixels), dtype=bool)
+            nowhere = np.zeros(len(pixels), dtype=bool)
+            return np.zeros((len(pixels), 3)), nowhere, nowhere.copy()
         depth = self._depth.read(pixels)
         is_known = (depth > 0) & np.isfinite(depth)
         camera = self.intrinsics.unproject(pixels, np.where(is_known, depth, 1.0))
-        is_known &= np.linalg.norm(camera, axis=1) <= self._reach[1]
-        return self.pose.to_map(camera), is_known
-
-    def find_beyond(self, pixels: np.ndarray) -> np.ndarray:
-        """Tell which pixels (n, 2) show what is out of reach, bool (n,)."""
-        if self._depth is None:
-            return np.zeros(len(pixels), dtype=bool)
-        depth = self._depth.read(pixels)
-        is_finite = np.isfinite(depth)
-        camera = self.intrinsics.unproject(pixels, np.where(is_finite, depth, 1.0))
         is_far = np.linalg.norm(camera, axis=1) > self._reach[1]
-        return (depth == np.inf) | (is_finite & is_far)
+        is_beyond = (depth == np.inf) | (is_known & is_far)
+        return self.pose.to_map(camera), is_known & ~is_far, is_beyond
 
     def _project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return pixels (n, 2), and z (n,), -1 for what is not in the image or in reach."""

@@ -5,28 +5,21 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Container, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sgm.checks import check_at_least, check_shares
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection
-from sgm.eyes.furniture_cells import FurnitureCells
 from sgm.eyes.furniture_labels import FurnitureLabels
-from sgm.eyes.silhouettes import Silhouettes
+from sgm.eyes.furniture_points import measure_furniture
+from sgm.eyes.sketch import Sketch, compute_overlap, count_beside, get_area
+from sgm.eyes.sketch_matches import REACH, SketchMatches
 from sgm.layout.areas import Areas
 from sgm.layout.box import FLOOR_THICKNESS, Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 
-_STEPS = np.linspace(-1.05, 1.05, 22)  # of the sides of a box in pixels: what is beside it, too
-_WITHIN = 0.5  # of them
-_MOST_BEHIND = 2.5  # metres that furniture reaches behind what of it is nearest, at most
-_MOST_BEYOND = 0.5  # share of a detection that shows what is out of reach: so is what it is of
-_ABOVE_FLOOR = 0.04  # metres: what is lower is floor
-_REACH = 0.15  # metres around a box within which a detection of its label is of it
-_LEAST_ALIKE = 0.08  # of that share times the overlap with how the box looks, and a tenth
-_LEAST_SHARE = 0.3  # of the points of a detection that lie in the box of what it is of
 _LEAST_POINTS = 5  # of a detection
 _MOST_SKETCHES = 500
 _MOST_SEEN = 100  # detections of furniture, and of things, that are read of a frame
@@ -41,7 +34,7 @@ _INSIDE = 0.05  # metres below the upper side, and from all others, of what lies
 _SPOT = "spot"
 _SPOT_SIDE = 0.5  # metres of a new spot
 _WIDEST_SPOT = 1.2
-_SPOT_REACH = 0.6  # metres from the middle of a spot at which a thing is at it, or widens it
+_SPOTREACH = 0.6  # metres from the middle of a spot at which a thing is at it, or widens it
 _NEAR = 1.5  # metres at which furniture is named as what a spot is by
 
 
@@ -79,86 +72,6 @@ class MapRules:
             most_change=self.most_change, settle=self.settle,
         )  # fmt: skip
         check_shares(least_overlap=self.least_overlap, least_likeness=self.least_likeness)
-
-
-@dataclass(slots=True, eq=False)
-class Sketch:
-    """What may be a piece of furniture.
-
-    Attributes:
-        names: how often it was called what.
-        cells: that were seen of it.
-        silhouettes: boxes in pixels around it.
-        num_frames: in which it was detected.
-        sum_sd: of the standard deviations of their poses, metres.
-        low, high: of the places of the camera from which it was, x, y, z, (3,).
-        sum_eye: of these places, (3,).
-        box: drawn so far; None while too little was seen.
-        furniture: its id in the memory; None while it is not believed.
-        num_drawn: frames when it was drawn last.
-        likeness: mean overlap of detections with how the box looks, 0 to 1.
-        beside: how often each other sketch was detected in the same frame.
-        num_shown, num_named: latest frames in which its middle was in view, and those of them in
-            which it was detected.
-    """
-
-    names: Counter[str] = field(default_factory=Counter)
-    cells: FurnitureCells = field(default_factory=FurnitureCells)
-    silhouettes: Silhouettes = field(default_factory=Silhouettes)
-    num_frames: int = 0
-    sum_sd: float = 0.0
-    low: np.ndarray = field(default_factory=lambda: np.full(3, np.inf))
-    high: np.ndarray = field(default_factory=lambda: np.full(3, -np.inf))
-    sum_eye: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    box: Box | None = None
-    furniture: int | None = None
-    num_drawn: int = 0
-    likeness: float = 0.0
-    beside: Counter[int] = field(default_factory=Counter)
-    num_shown: float = 0.0
-    num_named: float = 0.0
-
-    @property
-    def label(self) -> str:
-        """What it was called most often."""
-        return self.names.most_common(1)[0][0]
-
-    def add(
-        self, label: str, eye: np.ndarray, sd: float, points: np.ndarray, is_within: np.ndarray
-    ) -> None:
-        """Take in a detection: its points (n, 3), and which of them are within its box (n,)."""
-        self.names[label] += 1
-        self.cells.add(points, is_within)
-        self.num_frames += 1
-        self.sum_sd += sd
-        self.low, self.high = np.minimum(self.low, eye), np.maximum(self.high, eye)
-        self.sum_eye += eye
-
-    def join(self, other: Sketch) -> None:
-        """Take in what is of the same furniture."""
-        self.names += other.names
-        self.cells.join(other.cells)
-        self.silhouettes.join(other.silhouettes)
-        self.num_frames += other.num_frames
-        self.sum_sd += other.sum_sd
-        self.low, self.high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
-        self.sum_eye += other.sum_eye
-        if self.furniture is None:
-            self.furniture = other.furniture
-
-    def draw(self, ground: float) -> None:
-        """Draw the box anew, where frames came since."""
-        if self.num_drawn != self.num_frames:
-            eye, sd = self.sum_eye / self.num_frames, self.sum_sd / self.num_frames
-            drawn = self.cells.fit(eye, ground, sd)
-            if drawn is not None:
-                drawn = self.silhouettes.fit(drawn, ground)
-            boxes = [box for box in (drawn, self.box) if box is not None]
-            if boxes:  # the one that explains better what was seen, the new one first
-                fits = [self.silhouettes.compute_overlap(box) for box in boxes]
-                best = int(np.argmax(fits))
-                self.box, self.likeness = boxes[best], fits[best]
-            self.num_drawn = self.num_frames
 
 
 class FurnitureMapper:
@@ -205,9 +118,10 @@ class FurnitureMapper:
         self.rules = MapRules() if rules is None else rules
         self._ground = ground
         self._sketches: list[Sketch] = []
+        self._num_sketches = 0  # so far
         self._by_id: dict[int, Sketch] = {}
         self._spots: set[int] = set()
-        self._left: set[int] = set()  # of them, those that furniture has left since the last change
+        self._left: set[int] = set()  # of them, those that furniture has left
         self._counts: Counter[str] = Counter()
         self.merged: dict[int, int] = {}
         self.gone: set[int] = set()
@@ -250,27 +164,36 @@ class FurnitureMapper:
                 len(detections) - _MOST_SEEN
             )
         detections, known = detections[:_MOST_SEEN], known[:_MOST_SEEN]
-        near = (*detections, *others[:_MOST_SEEN])
-        boxes = [one.box for one in near if one.box is not None]
+        shown = measure_furniture(view, detections, others[:_MOST_SEEN], self._ground)
+        labels = [self.labels.find_label(one.name) for one in detections]
+        matches = SketchMatches(self._sketches, self.labels, view)
+        wanted = [
+            row
+            for row, furniture in enumerate(known)
+            if furniture is None and labels[row] is not None and shown[row][1].any()
+        ]
+        matches.prepare(detections, labels, shown, wanted)
         taken: dict[int, Sketch] = {}
-        for detection, furniture in zip(detections, known, strict=True):
+        for row, (detection, furniture) in enumerate(zip(detections, known, strict=True)):
             sketch = None if furniture is None else self._by_id.get(furniture)
             if furniture is not None and sketch is None:
                 continue  # furniture of the map, which is left as it is
-            label = self.labels.find_label(detection.name)
-            points, is_within = self._measure(view, detection, boxes)
+            label, (points, is_within) = labels[row], shown[row]
             if label is None or is_within.sum() < _LEAST_POINTS:
                 continue
-            if sketch is None or id(sketch) in taken:
-                sketch = self._find_sketch(label, detection, points[is_within], view, taken)
+            if sketch is None or sketch.number in taken:
+                if sketch is not None:  # it was seen twice
+                    matches.prepare(detections, labels, shown, [row])
+                sketch = matches.find(row, taken)
             if sketch is None:
                 if len(self._sketches) >= _MOST_SKETCHES:
                     self._counts["furniture beyond what is kept"] += 1
                     continue
-                sketch = Sketch()
+                sketch = Sketch(self._num_sketches)
+                self._num_sketches += 1
                 self._sketches.append(sketch)
             sketch.beside.update(list(taken))
-            taken[id(sketch)] = sketch
+            taken[sketch.number] = sketch
             if sketch.num_frames < self.rules.most_frames:
                 pose = view.pose
                 sketch.add(label, pose.position, pose.position_sd, points, is_within)
@@ -289,14 +212,14 @@ class FurnitureMapper:
         center = np.array([one.box.center for one in rows if one.box is not None])
         front = np.array([math.hypot(*one.box.size[:2]) / 2 for one in rows if one.box is not None])
         behind = view.measure_behind(center, np.zeros(len(rows), dtype=np.int64))
-        is_shown = behind > -front - _REACH
+        is_shown = behind > -front - REACH
         is_shown &= np.linalg.norm(center - view.pose.position, axis=1) < _SEEN_SURELY
         for row in np.flatnonzero(is_shown).tolist():
             sketch = rows[row]
             if sketch.num_shown >= _MOST_SHOWN:
                 sketch.num_shown, sketch.num_named = sketch.num_shown / 2, sketch.num_named / 2
             sketch.num_shown += 1
-            sketch.num_named += id(sketch) in taken
+            sketch.num_named += sketch.number in taken
 
     def note_jump(self) -> None:
         """Note that the pose has jumped: where the camera is now in the map is not known."""
@@ -304,85 +227,6 @@ class FurnitureMapper:
         if self._by_id:
             self._doubt = deque(maxlen=_DOUBTED)
         self._sketches = [one for one in self._sketches if one.furniture is not None]
-
-    def _measure(
-        self, view: CameraView, detection: Detection, boxes: Sequence[tuple[float, ...]]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return points (n, 3) around a detection, and which of them are within it, (n,)."""
-        none = np.empty((0, 3)), np.empty(0, dtype=bool)
-        if detection.box is None:
-            has_size = detection.size is not None and min(detection.size) > 0
-            return self._fill(detection) if has_size else none
-        left, top, right, bottom = detection.box
-        sides = right - left, bottom - top
-        columns = (left + right) / 2 + sides[0] * _STEPS
-        rows = (top + bottom) / 2 + sides[1] * _STEPS
-        pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-        within = np.abs(np.stack(np.meshgrid(_STEPS, _STEPS), axis=-1).reshape(-1, 2)).max(axis=1)
-        is_within = within <= _WITHIN
-        is_kept = view.intrinsics.contains(pixels)
-        area = sides[0] * sides[1]
-        for other in boxes:  # what is before it, or on it
-            if (other[2] - other[0]) * (other[3] - other[1]) < area:
-                is_kept &= ~is_within | ~(
-                    (pixels[:, 0] > other[0]) & (pixels[:, 0] < other[2])
-                    & (pixels[:, 1] > other[1]) & (pixels[:, 1] < other[3])
-                )  # fmt: skip
-        is_seen = is_kept & is_within
-        if view.find_beyond(pixels[is_seen]).sum() > _MOST_BEYOND * is_seen.sum():
-            return none  # what is nearer stands before it
-        points, is_known = view.locate_pixels(pixels)
-        is_kept &= is_known & (points[:, 2] > self._ground + _ABOVE_FLOOR)
-        points, is_within = points[is_kept], is_within[is_kept]
-        if not is_within.any():
-            return none
-        away = np.linalg.norm(points - view.pose.position, axis=1)
-        nearest = float(np.quantile(away[is_within], 0.1))
-        is_near = away < nearest + _MOST_BEHIND
-        return points[is_near], is_within[is_near]
-
-    def _fill(self, detection: Detection) -> tuple[np.ndarray, np.ndarray]:
-        """Return points on a box in space, all of them within the detection."""
-        assert detection.center is not None
-        assert detection.size is not None
-        steps = np.linspace(-0.5, 0.5, 9)
-        grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-        grid = grid[np.abs(grid).max(axis=1) == 0.5]
-        points = np.array(detection.center) + grid * np.array(detection.size)
-        return points, np.ones(len(points), dtype=bool)
-
-    def _find_sketch(
-        self,
-        label: str,
-        detection: Detection,
-        points: np.ndarray,
-        view: CameraView,
-        taken: Container[int],
-    ) -> Sketch | None:
-        """Return what a detection with points (n, 3) is of.
-
-        Of those in whose box many of the points lie it is the one that looks most like it.
-        """
-        reach = _REACH + 2 * float(view.pose.compute_sd(np.array(2.0)))
-        best, most = None, _LEAST_ALIKE
-        for sketch in self._sketches:
-            if sketch.box is None or id(sketch) in taken:
-                continue
-            if not any(self.labels.are_same(label, name) for name in sketch.names):
-                continue
-            if np.linalg.norm(points.mean(axis=0) - sketch.box.center) > sketch.box.radius + 1.5:
-                continue
-            share = float(sketch.box.contains(points, reach).mean())
-            if share < _LEAST_SHARE:
-                continue
-            alike = share
-            if detection.box is not None:
-                look = Silhouettes()
-                look.add(view, detection.box)
-                alike *= 0.1 + look.compute_overlap(sketch.box)
-            if alike > most:
-                best, most = sketch, alike
-        return best
 
     def settle(self) -> bool:
         """Add what is believed to the memory, and draw anew; return whether the map changed."""
@@ -438,12 +282,15 @@ class FurnitureMapper:
 
         What was seen there since is in the memory by now.
         """
-        batch, ids, num_gone = self.memory.batch, self.memory.furniture_ids, len(self.gone)
-        for spot in self._left & self._spots:
+        ids, num_gone = self.memory.furniture_ids, len(self.gone)
+        self._left &= self._spots & {*ids}
+        if not self._left:
+            return False
+        batch = self.memory.batch
+        for spot in self._left:
             is_there = batch.edges["is_true"] & (batch.edges["furniture"] == ids.index(spot))
             if not is_there.any():
                 self.gone.add(spot)
-        self._left.clear()
         for spot in self._spots & self.gone:
             self._spots.discard(spot)
             self.memory.remove_furniture(spot)
@@ -476,7 +323,7 @@ class FurnitureMapper:
         corners = np.column_stack([sketch.box.corners, np.full(len(sketch.box.corners), 0.0)])
         corners[:, 2] = other.box.center[2]
         is_near = other.box.contains(corners, _BESIDE).any()
-        return bool(is_near) and _count_beside(sketch, other) < self.rules.least_frames
+        return bool(is_near) and count_beside(sketch, other) < self.rules.least_frames
 
     def _join_sketches(self) -> bool:
         """Make one of sketches that overlap; return whether furniture of the memory is gone."""
@@ -507,12 +354,12 @@ class FurnitureMapper:
         """Tell whether two sketches are of one piece of furniture."""
         if sketch.box is None or other.box is None:
             return False
-        both, whole = _compute_overlap(sketch.box, other.box)
-        smaller = min(_get_area(sketch.box), _get_area(other.box))
+        both, whole = compute_overlap(sketch.box, other.box)
+        smaller = min(get_area(sketch.box), get_area(other.box))
         if self.labels.are_same(sketch.label, other.label):
             if both > 0.5 * whole:
                 return True  # where one stands no other can
-            num_beside = _count_beside(sketch, other)
+            num_beside = count_beside(sketch, other)
             if 4 * num_beside > min(sketch.num_frames, other.num_frames):
                 return False  # they were seen at once
             return both > self.rules.least_overlap * smaller
@@ -525,8 +372,8 @@ class FurnitureMapper:
         for number, row in self.memory.layout.furniture.items():
             if row.box is None or number in self._by_id or number in self._spots:
                 continue
-            both, _ = _compute_overlap(row.box, sketch.box)
-            if both > self.rules.least_overlap * min(_get_area(row.box), _get_area(sketch.box)):
+            both, _ = compute_overlap(row.box, sketch.box)
+            if both > self.rules.least_overlap * min(get_area(row.box), get_area(sketch.box)):
                 return  # it is on the map already, as people have drawn it
         label, box = sketch.label, sketch.box
         number = sum(row.label == label for row in self.memory.layout.furniture.values()) + 1
@@ -545,11 +392,11 @@ class FurnitureMapper:
             return False
         new = replace(new, interior=row.box.interior)
         moved = math.dist(new.center, row.box.center)
-        both, _ = _compute_overlap(row.box, new)
+        both, _ = compute_overlap(row.box, new)
         change = max(moved, *(abs(a - b) for a, b in zip(new.size, row.box.size, strict=True)))
         if change < self.rules.least_change and row.label == sketch.label:
             return False
-        has_grown = both > _GROWN * _get_area(row.box)  # what was drawn is a part of it
+        has_grown = both > _GROWN * get_area(row.box)  # what was drawn is a part of it
         if moved > self.rules.most_change + max(row.box.size[:2]) / 2 and not has_grown:
             self._counts["furniture that jumped"] += 1
             return False
@@ -591,7 +438,7 @@ class FurnitureMapper:
         for number in self._spots:
             box = layout.furniture[number].box
             assert box is not None
-            if abs(box.top - top) < 0.1 and math.dist(box.center[:2], center[:2]) < _SPOT_REACH:
+            if abs(box.top - top) < 0.1 and math.dist(box.center[:2], center[:2]) < _SPOTREACH:
                 size = [
                     min(max(side, 2 * abs(float(at) - mid) + 0.2), _WIDEST_SPOT)
                     for side, at, mid in zip(box.size[:2], center, box.center, strict=False)
@@ -665,35 +512,3 @@ class FurnitureMapper:
             return False
         self.tell_interior(furniture, "open")
         return True
-
-
-def _count_beside(sketch: Sketch, other: Sketch) -> int:
-    """Return in how many frames two sketches were detected at once."""
-    return sketch.beside[id(other)] + other.beside[id(sketch)]
-
-
-def _get_area(box: Box) -> float:
-    return box.size[0] * box.size[1]
-
-
-def _compute_overlap(box: Box, other: Box) -> tuple[float, float]:
-    """Return the area of two footprints that is in both, and that in either, by points.
-
-    0 where one stands above the other.
-    """
-    low, high = max(box.bottom, other.bottom), min(box.top, other.top)
-    least = min(box.size[2], other.size[2])
-    whole = _get_area(box) + _get_area(other)
-    if (
-        high - low < 0.3 * least
-        or math.dist(box.center[:2], other.center[:2])
-        > (math.hypot(*box.size[:2]) + math.hypot(*other.size[:2])) / 2
-    ):
-        return 0.0, whole
-    small, large = sorted((box, other), key=_get_area)
-    steps = (np.arange(20) + 0.5) / 20 - 0.5
-    flat = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * small.size[:2]
-    points = small.to_map(np.column_stack([flat, np.zeros(len(flat))]))
-    points[:, 2] = large.center[2]
-    both = float(large.contains(points).mean()) * _get_area(small)
-    return both, whole - both

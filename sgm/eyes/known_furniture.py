@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from sgm.eyes.camera_view import CameraView
@@ -26,19 +28,30 @@ class KnownFurniture:
         self._labels, self._scene = labels, scene
         self._places: dict[str, np.ndarray] = {}  # that a name may be of, by the name
 
-    def find(self, view: CameraView, detection: Detection, dilation: float) -> int | None:
-        """Return the id of the furniture that a detection is of, None for none.
+    def find(
+        self, view: CameraView, detections: Sequence[Detection], dilation: float
+    ) -> list[int | None]:
+        """Return the ids of the furniture that detections are of, None for none.
 
         `dilation` is in metres.
         """
-        places = self._places.get(detection.name)
+        found: list[int | None] = [None] * len(detections)
+        rows = [row for row, one in enumerate(detections) if len(self._get_places(one.name))]
+        places = [self._get_places(detections[row].name) for row in rows]
+        own = [detections[row] for row in rows]
+        for row, at, share in zip(
+            rows, places, compute_shares(view, self._scene, own, places, dilation), strict=True
+        ):
+            best = int(share.argmax())
+            if share[best] >= _LEAST_SHARE:
+                found[row] = self._scene.ids[int(at[best])]
+        return found
+
+    def _get_places(self, name: str) -> np.ndarray:
+        places = self._places.get(name)
         if places is None:
-            places = self._places[detection.name] = self._list_places(detection.name)
-        if not len(places):
-            return None
-        share = compute_shares(view, self._scene, detection, places, dilation)
-        best = int(share.argmax())
-        return self._scene.ids[int(places[best])] if share[best] >= _LEAST_SHARE else None
+            places = self._places[name] = self._list_places(name)
+        return places
 
     def _list_places(self, name: str) -> np.ndarray:
         return np.array(
@@ -52,28 +65,61 @@ class KnownFurniture:
 
 
 def compute_shares(
-    view: CameraView, scene: Scene, detection: Detection, places: np.ndarray, dilation: float
-) -> np.ndarray:
-    """Return the share of the points of a detection that lie in places (k,), (k,).
+    view: CameraView,
+    scene: Scene,
+    detections: Sequence[Detection],
+    places: Sequence[np.ndarray],
+    dilation: float,
+) -> list[np.ndarray]:
+    """Return the share of the points of each detection that lie in its places (k,), (k,) each.
 
     Boxes are larger by `dilation` in metres, and twice the uncertainty of the pose. Without a depth
     image, it is the share of the rays through the detection that meet a place.
     """
-    if detection.center is None and not view.has_depth:
-        rays = list_rays(view, detection)
-        entry, leave, _ = compute_entries(scene, view.pose.position, rays, places)
-        return np.asarray(((entry < leave) & (leave > 0)).mean(axis=0))
-    if detection.center is not None:
-        points = np.array([detection.center])
-    else:
-        points = measure_points(view, detection)
-        if not len(points):
-            return np.zeros(len(places))
-    distance = np.linalg.norm(points - view.pose.position, axis=1)
-    allowed = dilation + 2 * view.pose.compute_sd(distance)
-    own = np.abs(scene.to_own(points, places)) - scene.half[places]  # (n, k, 3)
-    is_in = np.linalg.norm(np.maximum(own, 0), axis=2) <= allowed[:, None]
-    return np.asarray(is_in.mean(axis=0))
+    if not detections:
+        return []
+    if not view.has_depth and all(one.center is None for one in detections):
+        return [_meet(view, scene, one, own) for one, own in zip(detections, places, strict=True)]
+    points, is_known = _locate(view, detections)  # (n, p, 3), (n, p)
+    away = np.linalg.norm(points - view.pose.position, axis=2)
+    allowed = dilation + 2 * view.pose.compute_sd(away)
+    number = np.repeat(np.arange(len(places)), [len(own) for own in places])
+    place = np.concatenate(places)  # of each pair (q,)
+    offset = points[number] - scene.center[place][:, None]
+    own = np.abs(offset @ scene.rotation[place]) - scene.half[place][:, None]  # (q, p, 3)
+    is_in = (np.maximum(own, 0) ** 2).sum(axis=2) <= allowed[number] ** 2
+    count = (is_in & is_known[number]).sum(axis=1)
+    share = count / np.maximum(is_known.sum(axis=1), 1)[number]
+    shares = np.split(share, np.cumsum([len(own) for own in places])[:-1])
+    for row, one in enumerate(detections):
+        if one.center is None and not view.has_depth:
+            shares[row] = _meet(view, scene, one, places[row])
+    return shares
+
+
+def _meet(view: CameraView, scene: Scene, detection: Detection, places: np.ndarray) -> np.ndarray:
+    """Return the share of the rays through a detection that meet places (k,), (k,)."""
+    rays = list_rays(view, detection)
+    entry, leave, _ = compute_entries(scene, view.pose.position, rays, places)
+    return np.asarray(((entry < leave) & (leave > 0)).mean(axis=0))
+
+
+def _locate(view: CameraView, detections: Sequence[Detection]) -> tuple[np.ndarray, np.ndarray]:
+    """Return points of detections in the map (n, p, 3), and which of them are known, (n, p).
+
+    A detection with a center is at that alone.
+    """
+    pixels = np.stack(
+        [np.zeros((len(_GRID) ** 2, 2)) if one.center else list_pixels(one) for one in detections]
+    )
+    flat = pixels.reshape(-1, 2)
+    points, is_known, _ = view.measure_pixels(flat)
+    is_known &= view.intrinsics.contains(flat)
+    points, is_known = points.reshape(*pixels.shape[:2], 3), is_known.reshape(pixels.shape[:2])
+    for row, one in enumerate(detections):
+        if one.center is not None:
+            points[row], is_known[row] = one.center, True
+    return points, is_known
 
 
 def list_pixels(detection: Detection, steps: np.ndarray = _GRID) -> np.ndarray:
@@ -90,9 +136,3 @@ def list_rays(view: CameraView, detection: Detection) -> np.ndarray:
     pixels = list_pixels(detection)
     points = view.pose.to_map(view.intrinsics.unproject(pixels, np.ones(len(pixels))))
     return points - view.pose.position
-
-
-def measure_points(view: CameraView, detection: Detection) -> np.ndarray:
-    """Return the measured points over the box of a detection, in the map, (n, 3)."""
-    pixels = list_pixels(detection)
-    return view.measure_points(pixels[view.intrinsics.contains(pixels)])

@@ -218,7 +218,7 @@ class LookBuilder:
         self, view: CameraView, detections: list[Detection]
     ) -> tuple[list[Detection], bool]:
         """Return the detections that are not of furniture, and whether the pose is believed."""
-        known = [self._known.find(view, one, self._rules.dilation) for one in detections]
+        known = self._known.find(view, detections, self._rules.dilation)
         of_furniture = [one is not None for one in known]
         if self._mapper is not None:
             for row, one in enumerate(detections):

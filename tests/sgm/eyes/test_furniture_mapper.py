@@ -7,6 +7,10 @@ import pytest
 
 from sgm import SceneGraphMemory
 from sgm.eyes import Box, Detection, FurnitureLabels, FurnitureMapper, LookBuilder, MapRules, Pose
+from sgm.eyes.camera_view import CameraView, DepthImage
+from sgm.eyes.furniture_points import measure_furniture
+from sgm.eyes.scene import Scene
+from sgm.eyes.silhouettes import Silhouettes, compute_overlaps
 from sgm.layout.areas import Areas
 from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, detect, look_around, put_on, render
 
@@ -217,3 +221,122 @@ def test_bad_arguments_are_one_line():
         LookBuilder()
     with pytest.raises(ValueError, match="least_frames must be at least 1"):
         MapRules(least_frames=0)
+
+
+def test_furniture_that_was_seen_in_part_grows_to_all_of_it():
+    """Of a counter of 2.4 m its end was seen first: its middle moves by a metre, and that is no
+    jump.
+    """
+    counter = Box((2.0, 0.0, 0.45), (0.6, 2.4, 0.9))
+    end = Box((2.0, 1.0, 0.45), (0.6, 0.4, 0.9))
+    memory, mapper, walk = make()
+    walk.see(look_around(end.center, num=20), [("counter", end)])
+    walk.tell(memory)
+    (number,) = memory.furniture_ids
+    assert memory.boxes[number].center[1] == pytest.approx(1.0, abs=0.1)
+    walk.time += 100
+    for _ in range(2):
+        walk.time += 20
+        walk.see(look_around(counter.center, radius=2.4, num=40), [("counter", counter)])
+    walk.tell(memory)
+    assert "furniture that jumped" not in mapper.counts
+    assert memory.furniture_ids == (number,)
+    assert compute_overlap(memory.boxes[number], counter) > 0.6
+
+
+def test_furniture_that_is_carried_off_leaves_the_map():
+    memory, mapper, walk = make()
+    mug = put_on(TABLE, -0.2, 0.1)
+    walk.see(look_around(TABLE.center, num=20), [("table", TABLE)], [("mug", mug)])
+    walk.tell(memory)
+    walk.time += 20
+    assert [row.label for row in memory.layout.furniture.values()] == ["table"]
+    walk.see(look_around(TABLE.center, num=60), [])
+    walk.tell(memory)
+    assert mapper.counts["furniture gone"] == 1
+    assert "table" not in {row.label for row in memory.layout.furniture.values()}
+    walk.time += 20
+    walk.see(look_around(TABLE.center, num=60), [])
+    walk.tell(memory)  # nothing lies there: there is no spot either
+    assert not memory.layout.furniture
+    assert memory.last_seen("mug").furniture is None
+
+
+def test_furniture_that_is_not_there_leaves_a_spot_where_things_lie():
+    memory, mapper, walk = make()
+    mug = put_on(TABLE, -0.2, 0.1)
+    walk.see(look_around(TABLE.center, num=20), [("table", TABLE)], [("mug", mug)])
+    walk.tell(memory)
+    bench = Box(TABLE.center, TABLE.size)  # the detector has no name for it
+    for _ in range(3):
+        walk.time += 20
+        for pose in look_around(TABLE.center, num=30):
+            walk.see([pose], [], [("mug", mug), ("bench of marble", bench)])
+        walk.tell(memory)
+    assert mapper.counts["furniture gone"] == 1
+    seen = memory.last_seen("mug")
+    assert seen.is_there
+    assert memory.layout.furniture[seen.furniture].label == "spot"
+
+
+def make_view(solid, pose, farthest=4.0):
+    return CameraView(
+        Scene({}), pose, CAMERA, DepthImage(render(solid, pose), CAMERA), (0.2, farthest)
+    )
+
+
+def test_what_stands_before_furniture_that_is_out_of_reach_is_not_it():
+    pose = Pose.look_at((-2.0, 0.0, 1.2), (2.0, 0.0, 0.5))
+    far = Box((4.0, 0.0, 0.5), (0.8, 2.0, 1.0))
+    post = Box((0.0, 0.35, 0.5), (0.1, 0.3, 1.6))  # before a third of it
+    found = detect("sofa", far, pose)
+    ((points, _),) = measure_furniture(make_view([far, post], pose), [found], [], 0.0)
+    assert not len(points)
+    ((points, _),) = measure_furniture(make_view([far, post], pose, 9.0), [found], [], 0.0)
+    assert len(points)
+
+
+def test_points_are_of_furniture_and_not_of_what_lies_on_it():
+    pose = Pose.look_at((0.5, 0.0, 1.4), TABLE.center)
+    mug = put_on(TABLE, 0.0, 0.0, (0.3, 0.3, 0.3))
+    view = make_view([FLOOR, TABLE, mug], pose)
+    table, thing = detect("table", TABLE, pose), detect("mug", mug, pose)
+    ((points, is_within),) = measure_furniture(view, [table], [thing], 0.0)
+    assert (points[is_within][:, 2] < TABLE.top + 0.01).all()
+    ((points, is_within),) = measure_furniture(view, [table], [], 0.0)
+    assert (points[is_within][:, 2] > TABLE.top + 0.1).any()
+    sized = Detection("table", 0.9, center=TABLE.center, size=TABLE.size)
+    bare = Detection("table", 0.9, center=TABLE.center)
+    (points, is_within), (none, _) = measure_furniture(view, [sized, bare], [], 0.0)
+    assert is_within.all()
+    assert np.abs((points - TABLE.center) / TABLE.size).max(axis=1) == pytest.approx(0.5)
+    assert not len(none)
+
+
+def test_overlaps_of_many_boxes_are_those_of_each():
+    rng = np.random.default_rng(0)
+    pose = Pose.look_at((0.5, 0.3, 1.4), TABLE.center)
+    view = make_view([TABLE], pose)
+    boxes = [
+        Box(tuple(rng.uniform((1, -1, 0), (3, 1, 1))), tuple(rng.uniform(0.2, 1.2, 3)), turn)
+        for turn in rng.uniform(-3, 3, 20)
+    ]
+    seen = np.sort(rng.uniform(0, 120, (20, 2, 2)), axis=1).reshape(20, 4)
+    overlaps = compute_overlaps(view, boxes, seen)
+    assert (overlaps > 0).any()
+    for box, pixels, overlap in zip(boxes, seen, overlaps, strict=True):
+        one = Silhouettes()
+        one.add(view, tuple(pixels))
+        assert one.compute_overlap(box) == pytest.approx(overlap)
+
+
+def test_a_box_is_moved_to_where_it_explains_what_was_seen():
+    """From all round, with sides that are wrong by 10 cm."""
+    looks = Silhouettes()
+    for pose in look_around(TABLE.center, num=12, turn=6.0):
+        looks.add(make_view([TABLE], pose), detect("table", TABLE, pose).box)
+    wrong = Box((2.1, 0.05, 0.4), (0.7, 1.4, 0.8))
+    fitted = looks.fit(wrong, 0.0)
+    assert looks.compute_overlap(fitted) > looks.compute_overlap(wrong) + 0.05
+    assert np.abs(np.array(fitted.center) - TABLE.center).max() < 0.06
+    assert fitted.bottom >= -1e-6  # not in the floor

@@ -1,0 +1,117 @@
+"""Which of the furniture that was seen before the detections of a frame are of."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Sequence
+
+import numpy as np
+
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.detection import Detection
+from sgm.eyes.furniture_labels import FurnitureLabels
+from sgm.eyes.furniture_points import Points
+from sgm.eyes.silhouettes import compute_overlaps
+from sgm.eyes.sketch import Sketch
+from sgm.layout.box import Box
+
+REACH = 0.15  # metres around a box within which a detection of its label is of it
+_LEAST_ALIKE = 0.08  # of that share times the overlap with how the box looks, and a tenth
+_FAR = 1.5  # metres from a box at which none of its points are looked for
+_LEAST_SHARE = 0.3  # of the points of a detection that lie in the box of what it is of
+
+
+class SketchMatches:
+    """The furniture that each detection of a frame may be of, the likeliest first.
+
+    It is of the label, many of its points lie in the box of the furniture, and it looks as that
+    would. Who is asked about several detections computes all of them at once.
+    """
+
+    def __init__(
+        self, sketches: Sequence[Sketch], labels: FurnitureLabels, view: CameraView
+    ) -> None:
+        """Take the furniture that has a box, as it was before the frame."""
+        self._view, self._labels = view, labels
+        drawn = [(one, one.box) for one in sketches if one.box is not None]
+        self._sketches = [one for one, _ in drawn]
+        self._boxes: list[Box] = [box for _, box in drawn]
+        self._center = np.array([box.center for box in self._boxes]).reshape(-1, 3)
+        self._half = np.array([box.size for box in self._boxes]).reshape(-1, 3) / 2
+        self._yaw = np.array([box.yaw for box in self._boxes])
+        self._radius = np.linalg.norm(self._half, axis=1)
+        self._is_same: dict[str, np.ndarray] = {}  # by label
+        self._found: dict[int, list[Sketch]] = {}  # by number of the detection
+
+    def prepare(
+        self,
+        detections: Sequence[Detection],
+        labels: Sequence[str | None],
+        shown: Sequence[Points],
+        rows: Sequence[int],
+    ) -> None:
+        """Find what some detections may be of.
+
+        Args:
+            detections: of the frame.
+            labels: of furniture, of each of them.
+            shown: what each shows.
+            rows: numbers of those that are asked about.
+        """
+        reach = REACH + 2 * float(self._view.pose.compute_sd(np.array(2.0)))
+        pairs: list[tuple[int, int, float]] = []  # detection, sketch, share
+        for row in rows:
+            label, (points, is_within) = labels[row], shown[row]
+            self._found[row] = []
+            if label is None or not len(self._sketches):
+                continue
+            own = points[is_within]
+            away = np.linalg.norm(own.mean(axis=0) - self._center, axis=1)
+            near = np.flatnonzero(self._list_same(label) & (away <= self._radius + _FAR))
+            share = self._compute_shares(own, near, reach)
+            is_found = share >= _LEAST_SHARE
+            found = zip(near[is_found].tolist(), share[is_found].tolist(), strict=True)
+            pairs += [(row, sketch, part) for sketch, part in found]
+        self._order(detections, pairs)
+
+    def find(self, row: int, taken: Container[int]) -> Sketch | None:
+        """Return what a detection is of, of what was not taken by another one, by its number."""
+        return next((one for one in self._found[row] if one.number not in taken), None)
+
+    def _list_same(self, label: str) -> np.ndarray:
+        """Tell which sketches may be of a label, (S,)."""
+        known = self._is_same.get(label)
+        if known is None:
+            known = self._is_same[label] = np.array(
+                [
+                    any(self._labels.are_same(label, name) for name in one.names)
+                    for one in self._sketches
+                ],
+                dtype=bool,
+            )
+        return known
+
+    def _compute_shares(self, points: np.ndarray, near: np.ndarray, reach: float) -> np.ndarray:
+        """Return the share of points (n, 3) that lie within reach of boxes (k,), (k,)."""
+        offset = points - self._center[near][:, None]
+        cos, sin = np.cos(self._yaw[near])[:, None], np.sin(self._yaw[near])[:, None]
+        ahead = cos * offset[..., 0] + sin * offset[..., 1]
+        left = cos * offset[..., 1] - sin * offset[..., 0]
+        own = np.abs(np.stack([ahead, left, offset[..., 2]], axis=-1)) - self._half[near][:, None]
+        share: np.ndarray = (np.linalg.norm(np.maximum(own, 0), axis=2) <= reach).mean(axis=1)
+        return share
+
+    def _order(
+        self, detections: Sequence[Detection], pairs: Sequence[tuple[int, int, float]]
+    ) -> None:
+        """Put what each detection may be of in order, of pairs with what it may be."""
+        alike = np.array([share for *_, share in pairs])
+        seen = [detections[row].box for row, *_ in pairs]
+        is_seen = np.array([box is not None for box in seen], dtype=bool)
+        if is_seen.any():
+            boxes = [self._boxes[pairs[number][1]] for number in np.flatnonzero(is_seen)]
+            pixels = np.array([box for box in seen if box is not None])
+            alike[is_seen] *= 0.1 + compute_overlaps(self._view, boxes, pixels)
+        for number in np.argsort(-alike, kind="stable").tolist():
+            if alike[number] > _LEAST_ALIKE:
+                row, sketch, _ = pairs[number]
+                self._found[row].append(self._sketches[sketch])
