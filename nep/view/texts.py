@@ -39,6 +39,7 @@ def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
     first = bisect_left(story.looks, step, key=attrgetter("step"))
     end = bisect_right(story.looks, step, key=attrgetter("step"))
     said = [statement for statement in story.statements if statement.step == step]
+    names |= {one.merged: one.other for one in said if one.merged is not None}
     for number in range(first, end + 1):
         while said and (said[0].num_looks <= number or number == end):
             lines.append(tell_statement(said.pop(0)))
@@ -61,6 +62,8 @@ def tell_statement(said: PastStatement) -> str:
         "split_off": f"{thing} at {said.place} is another thing, {other}",
         "remove_object": f"there is no {thing}; it is forgotten",
         "remove_furniture": f"{said.place} is gone; it is forgotten",
+        "name": f"{said.place} is called {other}",
+        "merge_furniture": f"{said.place} and {other} are one piece of furniture",
     }[said.kind]
     if said.kind in ("picked_up", "put_down") or not said.by:
         return told
@@ -84,9 +87,8 @@ def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> li
         for row in rows[:MOST_THINGS]
     )
     more = f"and {len(rows) - MOST_THINGS} more" if len(rows) > MOST_THINGS else ""
-    looks = [
-        look for look in story.looks if look.furniture == furniture and look.step <= memory.time
-    ]
+    own = _list_merged(story, furniture, time)
+    looks = [look for look in story.looks if look.furniture in own and look.step <= time]
     told = tuple(
         (story.get_time(look.step), _tell_look(look)) for look in looks[: -MOST_LOOKS - 1 : -1]
     )
@@ -99,6 +101,15 @@ def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> li
         ),
         TextTable(f"{len(looks)} looks, the latest first", ("when", "what"), told),
     ]
+
+
+def _list_merged(story: Story, furniture: int, time: int) -> set[int]:
+    """Return the ids of what is one with a furniture node by a time step, its own too."""
+    own = {furniture}
+    for said in reversed(story.statements):
+        if said.merged is not None and said.step <= time and said.furniture in own:
+            own.add(said.merged)
+    return own
 
 
 def _tell_gone(story: Story, memory: SceneGraphMemory, node: int, edge: int) -> str:

@@ -189,7 +189,7 @@ def see(belief: Belief, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the probability of the places, (V, F), and of elsewhere, (V,), with what is seen now.
 
     `seen` says how likely each thing is where it was seen in this step, 0 where it was not, (V, F).
-    What is left over keeps its proportions.
+    What is left over keeps its proportions, and is elsewhere where there is no other place.
     """
     places, elsewhere = belief.places, belief.elsewhere
     if not seen.any():
@@ -200,9 +200,10 @@ def see(belief: Belief, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     share = np.divide(missing, left, out=np.zeros(len(left)), where=left > 0)
     is_seen = np.any(seen > 0, axis=1)
     shown = np.where(seen > 0, seen, rest * share[:, None])
+    nowhere_else = np.where(left > 0, elsewhere * share, missing)
     return (
         np.where(is_seen[:, None], shown, places),
-        np.where(is_seen, elsewhere * share, elsewhere),
+        np.where(is_seen, nowhere_else, elsewhere),
     )
 
 

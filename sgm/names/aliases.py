@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from sgm.messages import shorten
-from sgm.names.words import compute_singular, make_key, read_words, split_words
+from sgm.names.words import OWN_PLURALS, compute_singular, make_key, read_words, split_words
 
 # Rows of one's own: a CSV file, or {name: its aliases, or {"kind": ..., "aliases": ...}}.
 Aliases = str | Path | Mapping[str, Sequence[str] | Mapping[str, Any]]
@@ -142,7 +142,8 @@ class AliasTable:
         words = split_words(name)
         self.longest = max(self.longest, len(words))
         self._things.setdefault("".join(words), {})[thing] = None
-        self._singular.setdefault(make_key(words), {})[thing] = None
+        if words[-1] not in OWN_PLURALS:  # a "boxer" is no boxers
+            self._singular.setdefault(make_key(words), {})[thing] = None
         self.words.update(map(compute_singular, words))
 
     def _check_cycles(self) -> None:

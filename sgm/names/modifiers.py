@@ -92,7 +92,8 @@ _CHANGES = {
     "christmas": "tree stocking", "clay": "pigeon", "cold": "sore",
     "cotton": "ball bud candy pad swab wool", "cream": "cheese cracker jug pitcher maker",
     "crystal": "ball", "dark": "room", "deep": "fryer", "double": "bass decker",
-    "dry": "cleaner dock", "easter": "egg bunny", "electric": "chair eel", "family": "tree",
+    "dry": "cleaner dock", "dust": "jacket", "easter": "egg bunny", "electric": "chair eel",
+    "family": "tree",
     "flat": "bread fish iron car", "floor": "plan", "flower": "bed pot girl",
     "foam": "cutter roller", "garden": "egg", "gas": "mask station",
     "glass": "cleaner cutter case wiper", "gold": "fish", "green": "house", "half": "pipe",
@@ -151,7 +152,7 @@ _VESSELS = frozenset("mug cup glass bottle jug pitcher carafe tumbler".split())
 
 _USES = (_ROOMS, _DRINKS)
 # In what a thing is packed, or how it is shaped: a "soap bar" is no "soap bottle".
-PACKAGES = frozenset("bottle can box carton bag jar tube bar packet roll pouch sachet".split())
+PACKAGES = frozenset("bottle can box carton bag jar jug tube bar packet roll pouch sachet".split())
 _HOW = frozenset().union(*_CLASSES) | frozenset(
     "stripe dot check color flower plain enamel eaten favorite good nice used other spare "
     "extra broken bright heavy paperback hardcover fluffy cute beautiful bloody stupid "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -41,6 +42,7 @@ _NOBODY = frozenset(
 )
 
 _LONGEST_ENDING = 3
+_SHORTEST_VERB = 3  # letters: no "br" of "bring"
 _Word = tuple[str, bool]  # and whether it is a possessive
 
 # What is used up from a package, so that the package is the thing: a "cereal box", a "milk carton".
@@ -184,7 +186,7 @@ class NameReader:
         else:
             first = breaks[0]
             found += self._read_parts(words[:first], plain[first], words[first + 1 :], is_content)
-        said = frozenset(map(self._spell, list_plain(" ".join(plain)))) - BREAKS
+        said = self._spell_all(list_plain(" ".join(plain))) - BREAKS
         return list(dict.fromkeys(replace(reading, said=said) for reading in found))
 
     def _read_parts(
@@ -253,7 +255,7 @@ class NameReader:
         owned = max(
             (n + 1 for n in range(start) if words[n][1] and words[n][0] not in _NOBODY), default=0
         )
-        head = frozenset(map(self._spell, plain[start:]))
+        head = self._spell_all(plain[start:])
         before = [word for word in plain[owned:start] if word not in _NOBODY]
         last, whole = spell(plain[-1]), make_key(plain[start:])
         own_words = head | {whole} | {make_key(split_words(self._table.names[n])) for n in things}
@@ -285,7 +287,7 @@ class NameReader:
                 length -= 1
             phrase = words[at : at + length]
             at += length
-            spelled = self._spell(phrase[0]) if length == 1 else self._key_phrase(phrase)
+            spelled = self._spell_before(phrase[0]) if length == 1 else self._key_phrase(phrase)
             properties.add(spelled)
             if spelled in repeated:
                 continue
@@ -305,11 +307,29 @@ class NameReader:
         things = () if spelled in PROPERTIES else self._table.find([word])
         return self._key_phrase([word]) if len(things) == 1 else spelled
 
+    def _spell_before(self, word: str) -> str:
+        """Return a word before a thing as it is compared: "snorkelling" and "snorkel" are one."""
+        spelled = self._spell(word)
+        is_free = spelled not in PROPERTIES and not self._table.find([word])
+        return _drop_ing(spelled) if is_free else spelled
+
+    def _spell_all(self, words: Sequence[str]) -> frozenset[str]:
+        """Return words that end in a thing as they are compared."""
+        return frozenset((*map(self._spell_before, words[:-1]), *map(self._spell, words[-1:])))
+
 
 @lru_cache(maxsize=16)  # most memories have the same table
 def make_reader(table: AliasTable) -> NameReader:
     """Return the reader of a table, which remembers what it has read."""
     return NameReader(table)
+
+
+def _drop_ing(word: str) -> str:
+    """Return the verb of a word in "ing", itself if there is none."""
+    stem = word.removesuffix("ing")
+    if stem == word or len(stem) < _SHORTEST_VERB:
+        return word
+    return next(filter(is_word, (stem, f"{stem}e", stem[:-1] * (stem[-1] == stem[-2]))), word)
 
 
 def _add_kinds(reading: Reading, words: frozenset[str]) -> Reading:

@@ -8,7 +8,7 @@ from functools import lru_cache, partial
 
 from sgm.names.aliases import AliasTable, Row
 from sgm.names.known_words import is_word
-from sgm.names.modifiers import contradict, is_elsewhere, spell
+from sgm.names.modifiers import MATERIALS, contradict, is_elsewhere, is_property, spell
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import Reading, make_reader
@@ -347,18 +347,27 @@ class NameIndex:
         return [sorted(numbers)] if numbers else []
 
     def _find_above(self, reading: Reading) -> list[list[int]]:
-        groups = []
-        for thing in reading.things:
-            for kind in self._table.list_above(thing):
-                numbers = {
-                    number
-                    for number, one in self._things.get(kind, ())
-                    if _compare(reading, one) in (_ALL_SAID, _LESS_SAID) and not one.sorts
-                }
-                if numbers:
-                    groups.append(sorted(numbers))
-                    break
-        return groups
+        """Apply rule 3, to all that the name may be: no "medicine" for a tablet."""
+        nearest = [
+            next(filter(None, (self._find_kind(reading, kind) for kind in kinds)), None)
+            for kinds in map(self._table.list_above, reading.things)
+        ]
+        return [] if None in nearest else [numbers for numbers in nearest if numbers]
+
+    def _find_kind(self, reading: Reading, kind: int) -> list[int]:
+        """Find what is called a kind, and is no sort of it."""
+        return [
+            number
+            for number, one in self._things.get(kind, ())
+            if _compare(reading, one) in (_ALL_SAID, _LESS_SAID) and not self._is_sort_of(kind, one)
+        ]
+
+    def _is_sort_of(self, kind: int, said: Reading) -> bool:
+        """Tell whether a description says a sort of a kind: "wool coat", "necktie" of "tie"."""
+        name = self._table.names[kind].removesuffix("s")
+        word = said.head[-1].removesuffix("s")
+        is_longer = word != name and word.endswith(name)
+        return is_longer or bool(said.sorts or said.properties & MATERIALS)
 
     def _find_part(self, reading: Reading) -> list[list[int]]:
         """Apply rule 4: names that have its words, where these name nothing that is known."""
@@ -512,13 +521,30 @@ def _compare(asked: Reading, said: Reading) -> int | None:
         return None
     if (asked.kinds or said.kinds) and not is_alike:
         return None  # a "garlic bread" and a "garlic bagel"
-    is_of_sort = bool(asked.sorts - said.said)
-    if is_of_sort and (said.stem_sorts - asked.said or asked.endings[-1] not in said.endings):
-        return None  # a "wall clock" and a "digital clock"
-    if asked.instance and not said.instance:
+    if _is_other_sort(asked, said, is_written, is_same_thing):
+        return None
+    if _says_other_make(asked, said) or (asked.instance and not said.instance):
         return _DOUBTFUL
     is_owned = not asked.owner or said.owner or asked.owner in said.said
     return _ALL_SAID if not asked.properties - said.said and is_owned else _LESS_SAID
+
+
+def _is_other_sort(asked: Reading, said: Reading, is_written: bool, is_same_thing: bool) -> bool:
+    """Tell whether both say a sort of a thing, and not the same: a "wall" and a "digital clock"."""
+    if asked.sorts - said.said:
+        return bool(said.stem_sorts - asked.said) or asked.endings[-1] not in said.endings
+    if is_written:
+        return False
+    if asked.properties & MATERIALS - said.said and not is_same_thing:
+        return True  # a "silk hat" and a "baseball cap"
+    # A "digital camera" is a camera by the table, and a "television camera" another one.
+    is_own_sort = bool(asked.stem_sorts - said.said)
+    return is_own_sort and is_same_thing and not all(map(is_property, said.sorts - asked.said))
+
+
+def _says_other_make(asked: Reading, said: Reading) -> bool:
+    """Tell whether one says a material, the other a sort: a "silk hat" and a "cowboy hat"."""
+    return bool(asked.properties & MATERIALS - said.said and said.stem_sorts - asked.said)
 
 
 def _is_possible(asked: Reading, said: Reading) -> bool:

@@ -61,7 +61,7 @@ _IRREGULAR = {
     "wives": "wife", "wolves": "wolf", "women": "woman",
 }  # fmt: skip
 # Plurals that name another thing than their singular.
-_OWN_PLURALS = frozenset(
+OWN_PLURALS = frozenset(
     "glasses shades shorts briefs trunks tights braces boxers goods arms greens irons".split()
 )
 
@@ -224,7 +224,7 @@ def _read_name(name: str) -> tuple[str, ...]:
 @lru_cache(maxsize=10_000)
 def unify(word: str) -> str:
     """Return the one spelling of a word, singular where the plural names the same thing."""
-    if word not in _OWN_PLURALS:
+    if word not in OWN_PLURALS:
         word = compute_singular(word)
     return _VARIANTS.get(word, word)
 

@@ -23,6 +23,7 @@ _KEEP_EVERY = 64  # lines between memories that are kept, to go on from
 _EDGES_KEPT = 1_000_000  # of all memories that are kept, a hundred bytes each
 _FEWEST_KEPT, _MOST_KEPT = 8, 512  # memories
 _OF_THINGS = (*STATEMENTS, "rename", "merge", "split", "split_off", "remove_object")
+_OF_FURNITURE = ("name", "merge_furniture")
 
 
 class Replay(Story):
@@ -178,25 +179,38 @@ def _read_statement(line: LogLine, player: Replayer, num_looks: int) -> PastStat
     """Return what a line says that was said or done; None of another line."""
     values = line.values
     is_gone = line.kind == "remove_furniture" and "by" in values
-    if line.kind not in _OF_THINGS and not is_gone:
+    if line.kind not in (*_OF_THINGS, *_OF_FURNITURE) and not is_gone:
         return None
-    number = values.get("furniture")
+    furniture = _find_furniture(line, values.get("furniture"), player)
+    merged, other = None, values.get("name", "")
+    if line.kind == "merge":
+        other = values["other"].description
+    elif line.kind == "name":
+        other = values["description"]
+    elif line.kind == "merge_furniture":
+        merged = _find_furniture(line, values["other"], player)
+        other = player.memory.describe(merged)
+    return PastStatement(
+        step=line.time,
+        kind=line.kind,
+        thing="" if line.kind == "name" else values.get("description", ""),
+        by=values.get("by", ""),
+        furniture=furniture,
+        place="" if furniture is None else player.memory.describe(furniture),
+        other=other,
+        num_looks=num_looks,
+        merged=merged,
+    )
+
+
+def _find_furniture(line: LogLine, number: int | None, player: Replayer) -> int | None:
+    """Return the id in the replayed memory of furniture that a line names."""
     if number is not None and number not in player.furniture:
         raise ValueError(
             f"every {line.kind} of a log must be of what was added, got furniture {number} at time "
             f"step {line.time}. Mend the line, or take it out."
         )
-    furniture = None if number is None else player.furniture[number]
-    return PastStatement(
-        step=line.time,
-        kind=line.kind,
-        thing=values.get("description", ""),
-        by=values.get("by", ""),
-        furniture=furniture,
-        place="" if furniture is None else player.memory.describe(furniture),
-        other=values["other"].description if line.kind == "merge" else values.get("name", ""),
-        num_looks=num_looks,
-    )
+    return None if number is None else player.furniture[number]
 
 
 def _go_to(memory: SceneGraphMemory, step: int) -> None:

@@ -98,13 +98,14 @@ class PastStatement:
     Attributes:
         step: when.
         kind: as a log calls it: "moved", "picked_up", "put_down", "rename", "merge", "split",
-            "split_off", "remove_object" or "remove_furniture".
+            "split_off", "remove_object", "remove_furniture", "name" or "merge_furniture".
         thing: description of the thing; empty of furniture.
         by: who said so; "robot" for what it did itself, empty where it was not said.
         furniture: id of the place that it is about; None without one.
         place: name of that place, as it was then; empty without one.
-        other: the new name, or the thing that it is one with; empty without one.
+        other: the new name, or the thing or place that it is one with; empty without one.
         num_looks: looks of the story before it.
+        merged: id of the furniture that is one with `furniture` from then on; None without one.
     """
 
     step: int
@@ -115,6 +116,7 @@ class PastStatement:
     place: str = ""
     other: str = ""
     num_looks: int = 0
+    merged: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ import mutate
 import numpy as np
 import targets
 
+from nep.view.texts import tell_furniture, tell_step
 from sgm.memory.look_log import read_log
 from simulator import Clock, SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay
@@ -24,7 +25,7 @@ STEPS = (10**3, 10**6, 3 * 10**9, 2**53, 2**63 - 1, 10**30, -1)
 
 def make_seed(folder: Path) -> None:
     """Write the seed of the session that warms up, one in which something was seen."""
-    (folder / "plan").write_text("2 legal")
+    (folder / "plan").write_text("4 legal")
 
 
 def change(folder: Path, rng: Rng) -> None:
@@ -45,6 +46,7 @@ def use(folder: Path) -> None:
         lines = read_log(folder / "looks.jsonl")
         story = Replay(lines, "home")
         again = story.memory_at(story.num_steps)
+        _tell(story)
     except (ValueError, OSError) as error:
         raise AssertionError(f"a log of legal calls must replay, got: {error}") from error
     assert again.to_dict() == memory.to_dict()
@@ -52,6 +54,15 @@ def use(folder: Path) -> None:
     again.save(folder / "again.sgm")
     assert (folder / "live.sgm").read_bytes() == (folder / "again.sgm").read_bytes()
     make_trace(lines)  # refuses a home in which nothing was seen for sure
+
+
+def _tell(story: Replay) -> None:
+    """Say in words what happened, and what was known then."""
+    for step in story.choose_steps(20):
+        memory = story.memory_at(step)
+        assert all(tell_step(story, memory, step))
+        for furniture in memory.furniture_ids:
+            assert tell_furniture(story, memory, furniture)
 
 
 def live(folder: Path, rng: Rng) -> SceneGraphMemory:
@@ -73,7 +84,7 @@ def _act(memory: SceneGraphMemory, rng: Rng) -> None:
     def take(values: Any) -> Any:
         return values[int(rng.integers(len(values)))]
 
-    kind = rng.integers(12)
+    kind = rng.integers(14)
     if kind <= 1 or not rooms:
         memory.add_room(take(ROOMS))
     elif kind <= 3 or not furniture:
@@ -92,6 +103,10 @@ def _act(memory: SceneGraphMemory, rng: Rng) -> None:
         memory.remove_furniture(take(furniture)) if rng.random() < 0.5 else memory.remove_room(
             take(rooms)
         )
+    elif kind == 11:
+        memory.name_furniture(take(furniture), take(LABELS), take((None, "white one")))
+    elif kind == 12 and len(furniture) > 1:
+        memory.merge_furniture(*rng.permutation(furniture)[:2].tolist())
     elif memory.descriptions:
         memory.remove_object(take(memory.descriptions))
 

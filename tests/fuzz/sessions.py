@@ -87,6 +87,8 @@ def _act(memory: SceneGraphMemory, folder: Path, rng: Rng, log: Path | None) -> 
         (memory.add_room, (take(ROOMS),)),
         (memory.add_furniture, (take(LABELS), take(rooms), None, position)),
         (memory.move_furniture, (take(furniture), take(rooms), position)),
+        (memory.name_furniture, (take(furniture), take(LABELS), take((None, *LABELS)))),
+        (memory.merge_furniture, (take(furniture), take(furniture))),
         (memory.remove_furniture, (take(furniture),)),
         (memory.remove_room, (take(rooms),)),
         (memory.remove_object, (take(THINGS),)),
@@ -129,6 +131,10 @@ def _act(memory: SceneGraphMemory, folder: Path, rng: Rng, log: Path | None) -> 
         try:
             call(*arguments)
         except KeyError as error:  # nothing of that kind
+            _check_message(call.__name__, error)
+        except ValueError as error:
+            if call != memory.merge_furniture:  # a piece with itself
+                raise
             _check_message(call.__name__, error)
     return memory
 

@@ -182,6 +182,12 @@ def test_seen_now_is_known_now():
     assert doubtful[0] == pytest.approx(0.6)
 
 
+def test_a_doubtful_sighting_at_the_only_place_leaves_the_rest_elsewhere():
+    places, elsewhere = see(Belief(np.array([[0.0, -np.inf]])), np.array([[0.6]]))
+    assert places.tolist() == [[0.6]]
+    assert elsewhere.tolist() == pytest.approx([0.4])
+
+
 def test_weights_and_logits_by_hand():
     belief = Belief.of(np.array([[1.0, 3.0], [0.0, 0.0]]), np.array([0.2, 0.2]))
     assert belief.probabilities[0] == pytest.approx([0.2, 0.6, 0.2])

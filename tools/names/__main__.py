@@ -22,7 +22,7 @@ from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_matching import SYNONYM, NameIndex, Resolution, Similarity
 from sgm.text.vectors import compare
-from tools.names.label_lists import load_lists
+from tools.names.label_lists import ASKED_LAST, load_lists
 from tools.names.labels import OUTCOMES as LABEL_OUTCOMES
 from tools.names.labels import ask_labels
 from tools.names.labels import count_outcomes as count_labels
@@ -128,16 +128,21 @@ def make_labels_report(files: Mapping[str, Path]) -> str:
     lists = load_lists(files)
     head = " | ".join(["half", "asked", "names asked", *LABEL_OUTCOMES])
     lines = [f"| {head} |", f"| --- | --- | ---: {'| ---: ' * len(LABEL_OUTCOMES)}|"]
-    for half, what in ((0, "tuned on"), (1, "reported")):
+    known = [one for one in lists if one.name != ASKED_LAST]
+    last = [one for one in lists if one.name == ASKED_LAST]
+    for half, what, all_asked in (
+        (0, "tuned on", known), (1, "reported", known), (None, "asked last", last),
+    ):  # fmt: skip
         total: Counter[str] = Counter()
-        for asked in lists:
+        for asked in all_asked:
             counts: Counter[str] = Counter()
-            for seen in lists:
+            for seen in known:
                 if seen is not asked:
                     counts += count_labels(list(ask_labels(asked, seen, half)))
             total += counts
             lines.append(_make_labels_row(what, asked.name, counts))
-        lines.append(_make_labels_row(what, "all", total))
+        if len(all_asked) > 1:
+            lines.append(_make_labels_row(what, "all", total))
     return "\n".join([*lines, ""])
 
 

@@ -1,8 +1,8 @@
 """Lists of public labels: what detectors, data sets and simulators call things.
 
 Those of ScanNet (200 classes) stand in `data/scannet_labels.txt`. Others are read where they are
-installed: COCO, LVIS, Objects365, Open Images and ADE20K in the package `ultralytics`, BEHAVIOR in
-`bddl`. Any other is a file: one label a line, or YAML with `names`; "/" parts synonyms.
+installed: COCO, LVIS, Objects365, Open Images, ADE20K and ImageNet in the package `ultralytics`,
+BEHAVIOR in `bddl`. Any other is a file: one label a line, or YAML with `names`; "/" parts synonyms.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ _ULTRALYTICS = {
     "Objects365": "Objects365.yaml",
     "Open Images": "open-images-v7.yaml",
     "ADE20K": "ade20k.yaml",
+    "ImageNet": "ImageNet.yaml",
 }
+ASKED_LAST = "ImageNet"  # after all rules, and in no memory: results/names.md
 
 
 @dataclass(frozen=True)

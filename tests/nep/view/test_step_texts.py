@@ -107,3 +107,20 @@ def test_a_log_with_a_name_of_nothing_is_refused_when_it_is_opened(memory, log):
     log.write_text(changed, "utf-8")
     with pytest.raises(ValueError, match="every rename of a log must be of what was added, got"):
         open_source(str(log), HomeOptions())
+
+
+def test_furniture_that_is_named_and_merged_is_told_with_its_looks(memory, log):
+    memory.step()
+    memory.observe(TABLE, [Sighting("plate")])
+    memory.name_furniture(DRAWER, "desk", "white desk")
+    memory.merge_furniture(DRAWER, TABLE)
+    story = Replay(read_log(log), "home")
+    assert tell(story, 2) == [
+        "looked at table in bedroom: saw plate",
+        "drawer in bedroom is called white desk",
+        "white desk in bedroom and table in bedroom are one piece of furniture",
+    ]
+    _, looks = tell_furniture(story, story.memory_at(2), DRAWER)
+    assert looks.title.startswith("3 looks")  # fork, plate, and the first one at the table
+    _, before = tell_furniture(story, story.memory_at(1), DRAWER)
+    assert before.title.startswith("1 looks")

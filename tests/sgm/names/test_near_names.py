@@ -39,6 +39,23 @@ NO_FINDS = [
 ]  # fmt: skip
 
 
+# Seen, asked: two sorts of one thing, or a sort of what is more general.
+OTHER_SORTS = [
+    ("pepsi", "fanta"), ("spaghetti", "penne"), ("scrabble", "monopoly"), ("scotch", "bourbon"),
+    ("cat collar", "dog collar"), ("dog bowl", "cat bowl"), ("xbox", "playstation"),
+    ("security camera", "digital camera"), ("cowboy hat", "felt hat"), ("wool coat", "parka"),
+    ("necktie", "bow tie"), ("medicine", "tablet"), ("swimming trunks", "trunk"),
+    ("bottle of rum", "rum jug"), ("dust jacket", "jacket"), ("bus pass", "train ticket"),
+]  # fmt: skip
+# Seen, asked: the same thing, a kind of it, or what it is more generally.
+OTHER_WORDS = [
+    ("fanta", "soda"), ("soda", "fanta"), ("snorkel mask", "snorkelling mask"),
+    ("alexa", "smart speaker"), ("racing helmet", "race helmet"), ("leather sofa", "couch"),
+    ("airpods case", "earbuds case"), ("nintendo switch", "the switch"),
+    ("cupboard", "kitchen cabinet"), ("cell phone", "mobile phone"), ("sports ball", "football"),
+]  # fmt: skip
+
+
 @pytest.fixture
 def make_service():
     def make(*seen):
@@ -135,6 +152,16 @@ def test_another_word_before_it_is_another_thing(make_service, seen, asked):
     search = service.finder.search(service.memory, asked)
     search.next()
     assert not search.seen([Sighting(seen)])
+
+
+@pytest.mark.parametrize(("seen", "asked"), OTHER_SORTS)
+def test_one_sort_is_not_taken_for_another(make_service, seen, asked):
+    assert make_service(seen).memory.resolve(asked).matches == ()
+
+
+@pytest.mark.parametrize(("seen", "asked"), OTHER_WORDS)
+def test_other_words_for_a_thing_find_it(make_service, seen, asked):
+    assert make_service(seen).memory.resolve(asked).matches == (seen,)
 
 
 def test_a_doubtful_sighting_is_offered(make_service):

@@ -179,6 +179,18 @@ def test_furniture_removed_by_a_program_is_no_statement(memory, log):
     assert Replay(read_log(log), "home").statements == ()
 
 
+def test_furniture_that_is_named_and_merged_is_in_the_story(memory, log):
+    memory.observe(DRAWER, [Sighting("keys")])
+    memory.name_furniture(SHELF, "desk", "white desk")
+    memory.merge_furniture(SHELF, DRAWER)
+    story = Replay(read_log(log), "home")
+    told = [(s.kind, s.place, s.other, s.furniture, s.merged) for s in story.statements]
+    assert told == [
+        ("name", "shelf in kitchen", "white desk", SHELF, None),
+        ("merge_furniture", "white desk in kitchen", "drawer in kitchen", SHELF, DRAWER),
+    ]
+
+
 def test_things_without_statements_have_none(memory, log):
     memory.observe(TABLE, [Sighting("keys")])
     history = Replay(read_log(log), "home").trace_object("keys")
