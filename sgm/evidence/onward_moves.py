@@ -77,10 +77,13 @@ def _count_arrivals(
 
 def _count_by_label(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """Return `labels` of `Ways`."""
-    moves, label = memory.history.moves, memory.furniture_label  # (H, F, F), (H, F)
+    history, label = memory.history, memory.furniture_label  # (H, F)
     last = memory.objects["last_furniture"][queries.object]
     home = queries.home
+    if not history.counts_moves:
+        return np.zeros((len(home), memory.num_furniture))
     own_label = label[home, np.maximum(last, 0)]
     is_from = (label[home] == own_label[:, None]) & (last >= 0)[:, None]  # (Q, F)
-    onward = np.matmul(is_from[:, None].astype(float), moves[home])[:, 0]  # (Q, F), whole numbers
+    moves = history.moves[home] if memory.num_homes > 1 else history.moves[0]  # (Q, F, F) or (F, F)
+    onward = np.matmul(is_from[:, None].astype(float), moves)[:, 0]  # (Q, F), whole numbers
     return sum_equal(label[home], onward)

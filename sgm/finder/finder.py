@@ -23,6 +23,7 @@ from sgm.messages import shorten
 from sgm.names.name_matching import Resolution, Similarity
 from sgm.policies.policy import Policy
 
+_MOST_ROWS = 16_000  # things times places that a policy is asked for at once: 50 MB
 _USUAL_DETECTOR = Detector()
 _DETECTOR_HINT = "Give for example Detector(miss_rate=0.1)."
 
@@ -248,8 +249,17 @@ class Finder:
 
     def _believe(self, asked: Asked) -> Belief:
         """Return what the policy believes about each of the K things."""
-        self._policy.reset(asked.batch)
-        return self._policy.believe(asked.batch, asked.queries)
+        batch, queries = asked.batch, asked.queries
+        self._policy.reset(batch)
+        num_things = len(queries.object)
+        most = max(_MOST_ROWS // batch.num_furniture, 1)
+        if num_things <= most or not self._policy.answers_apart:
+            return self._policy.believe(batch, queries)
+        parts = [
+            np.arange(num_things)[first : first + most] for first in range(0, num_things, most)
+        ]
+        beliefs = [self._policy.believe(batch, queries.take(part)) for part in parts]
+        return Belief(np.concatenate([belief.log_weights for belief in beliefs]))
 
     def _get_similarity(self) -> Similarity | None:
         """Return how alike labels are; None without text vectors."""

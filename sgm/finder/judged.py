@@ -12,7 +12,8 @@ from sgm.belief import Belief
 from sgm.memory.asking import Asked
 from sgm.memory.queries import Queries
 
-MOST_TOGETHER = 16  # things in one pass: twice the time of one
+MOST_TOGETHER = 16  # things in one pass: twice the time of one in a home
+_MOST_ROWS = 2_000  # things times places in one pass: then each thing takes its own time
 _MOST_BELIEFS = 2000  # that are kept of a state
 _MOST_LATELY = 500  # things of a home, or asked for, among which is chosen what comes along
 
@@ -97,7 +98,8 @@ class JudgedBeliefs:
             )
 
         known = max(sum(map(len, self._beliefs)), self._least_together)
-        most = min(known, MOST_TOGETHER - len(things))
+        together = min(MOST_TOGETHER, _MOST_ROWS // len(asked.furniture_ids))
+        most = min(known, together - len(things))
         more, num_more = dict[_Things, None](), 0
         for own in chain(reversed(self._lately), _list_seen(asked)):
             if num_more >= most:

@@ -125,24 +125,25 @@ class ReadCalls:
         if room is not None and not rooms:
             unclear = ask_room(self.memory, room, [])
             return self._cut(PlaceList, [], k, self.memory.time, unclear)
-        home, layout = self.memory.to_dict(), self.memory.layout
-        now = home["time"]
+        now, layout, counts = self.memory.time, self.memory.layout, self.memory.count_things()
+        furniture = sorted(
+            number
+            for number in layout.furniture
+            if number in counts and (rooms is None or layout.furniture[number].room in rooms)
+        )
         rows = [
             PlaceRow(
-                place=node["id"],
-                name=layout.describe(node["id"]),
-                room=str(layout.rooms[layout.furniture[node["id"]].room]),
-                label=node["label"],
-                position=layout.furniture[node["id"]].position,
-                last_looked=self._tell_any(node["last_looked"], now),
-                things=sum(seen["is_there"] for seen in node["objects"]),
+                place=number,
+                name=layout.describe(number),
+                room=str(layout.rooms[layout.furniture[number].room]),
+                label=layout.furniture[number].label,
+                position=layout.furniture[number].position,
+                last_looked=self._tell_any(counts[number][1], now),
+                things=counts[number][0],
             )
-            for own in home["rooms"]
-            for node in own["furniture"]
-            if (rooms is None or own["id"] in rooms) and node["id"] in layout.furniture  # still
+            for number in furniture[:k]
         ]
-        rows.sort(key=lambda row: row.place)
-        return self._cut(PlaceList, rows, k, now)
+        return self._cut(PlaceList, rows, k, now, num_all=len(furniture))
 
     def list_things(
         self, place: int | str | None = None, kind: str | None = None, k: int = DEFAULT_ROWS
@@ -172,12 +173,23 @@ class ReadCalls:
                     raise unknown
         except Unclear as unclear:
             return self._cut(ThingList, [], k, self.memory.time, unclear)
-        rows = self._list_rows(matches)
-        if found is not None:
-            rows = [row for row in rows if row.place == found and row.is_there]
-        else:
-            rows = _keep_current(rows)
-        return self._cut(ThingList, rows, k, self.memory.time)
+        now = self.memory.time
+        seen, num_all = self.memory.list_seen(matches, found, k)
+        rows = [
+            ThingRow(
+                thing=thing,
+                place=at.furniture,
+                name=self._tell_name(at.furniture),
+                relation=at.relation or "",
+                is_there=at.is_there,
+                times_seen=at.times_seen,
+                times_looked=at.times_looked,
+                last_seen=self._tell_time(at.time, now),
+                position=at.position,
+            )
+            for thing, at in seen
+        ]
+        return self._cut(ThingList, rows, k, now, num_all=num_all)
 
     def history(self, thing: str, k: int = DEFAULT_ROWS) -> EventList:
         """List what is known of a thing over time, the latest first.
@@ -243,41 +255,14 @@ class ReadCalls:
         )
         return ChangeList("ok", rows, max(len(changes) - k, 0), self._tell_time(now, now))
 
-    def _list_rows(self, things: Sequence[str] | None) -> list[ThingRow]:
-        """List all places where things were ever seen, the latest first; None for all things."""
-        home = self.memory.to_dict()
-        now, wanted = home["time"], None if things is None else set(things)
-        rows = [
-            ThingRow(
-                thing=seen["description"],
-                place=node["id"],
-                name=self._tell_name(node["id"]),
-                relation=seen["relation"],
-                is_there=seen["is_there"],
-                times_seen=seen["times_seen"],
-                times_looked=seen["times_looked"],
-                last_seen=self._tell_time(seen["last_seen"], now),
-                position=tuple(seen["position"]) if "position" in seen else None,
-            )
-            for room in home["rooms"]
-            for node in room["furniture"]
-            for seen in node["objects"]
-            if wanted is None or seen["description"] in wanted
-        ]
-        for seen in home["unplaced"]:
-            if wanted is None or seen["description"] in wanted:
-                last = self._tell_time(seen["last_seen"], now)
-                rows.append(ThingRow(seen["description"], None, "", "", False, 0, 0, last))
-        return sorted(rows, key=lambda row: (-row.last_seen.step, row.thing))
-
     def _cut(
         self, kind: type[_List], rows: Sequence[object], k: int, now: int,
-        unclear: Unclear | None = None,
+        unclear: Unclear | None = None, num_all: int | None = None,
     ) -> _List:  # fmt: skip
-        """Return a list of k rows at most, or what to ask."""
+        """Return a list of k rows at most, of `num_all` or of those given, or what to ask."""
         return kind(
             rows=tuple(rows[:k]),  # type: ignore[arg-type]
-            left_out=max(len(rows) - k, 0),
+            left_out=max((len(rows) if num_all is None else num_all) - k, 0),
             at=self._tell_time(now, now),
             **tell_doubt(unclear),
         )
@@ -301,17 +286,6 @@ def _check_rows(k: int) -> None:
         raise ValueError(
             f"k must be a whole number from 1 to {MOST_ROWS}, got {shorten(k)}. Ask for fewer rows."
         )
-
-
-def _keep_current(rows: Sequence[ThingRow]) -> list[ThingRow]:
-    """Keep of each thing where it is, or if it is nowhere, where it was seen last."""
-    placed = {row.thing for row in rows if row.is_there}
-    kept, told = [], set()
-    for row in rows:  # the latest first
-        if row.is_there or (row.thing not in placed and row.thing not in told):
-            kept.append(row)
-            told.add(row.thing)
-    return kept
 
 
 def _choose_last_seen(ranking: Ranking) -> SeenAt | None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from sgm.memory.asking import Asked, Scorer, ask
 from sgm.memory.clock import count_steps
+from sgm.memory.columns import NEVER
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.queries import Queries
 from sgm.memory.seen_and_said import (
@@ -21,7 +22,9 @@ from sgm.memory.seen_and_said import (
     list_said_by,
     list_spoken_of,
 )
-from sgm.memory.sighting import SeenAt, read_embedding
+from sgm.memory.seen_positions import Told, tell_positions
+from sgm.memory.seen_rows import SeenRows
+from sgm.memory.sighting import RELATIONS, SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since
 from sgm.messages import shorten
@@ -291,8 +294,10 @@ class MemoryQuestions(MemoryLayout):
         with self._lock:
             state = self._state
             first = read_since(since, state.clock)
-            things = [get_statements(state, row) for row in range(len(state.things))]
-            return list_changes(state.fuse_batch(), things, state.furniture.ids, first)
+            return list_changes(
+                state.fuse_batch(), lambda row: get_statements(state, row), list_spoken_of(state),
+                state.furniture.ids, first,
+            )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Return rooms > furniture > objects as JSON values.
@@ -307,6 +312,74 @@ class MemoryQuestions(MemoryLayout):
             fused = state.fuse_batch()
             said_by = {row: list_said_by(state, row, fused) for row in list_spoken_of(state)}
             return list_home(fused, state.layout, state.things.descriptions, said_by)
+
+    def list_seen(
+        self, things: Sequence[str] | None = None, furniture: int | None = None, most: int = 20
+    ) -> tuple[list[tuple[str, SeenAt]], int]:
+        """List where things are by the last looks, or else were seen last, the latest seen first.
+
+        Args:
+            things: names; then every place where one was ever seen is looked at. None for all.
+            furniture: id of a place, to list what is there alone; None for all places.
+            most: rows to return.
+
+        Returns:
+            Descriptions and places, and how many there are in all.
+        """
+        with self._lock:
+            state = self._state
+            fused = state.fuse_batch()
+            asked = None
+            if things is not None:
+                wanted = set(things)
+                texts = enumerate(state.things.descriptions)
+                asked = np.array([row for row, text in texts if text in wanted], dtype=np.int64)
+            seen, ids = SeenRows.list(fused, asked), state.furniture.ids
+            if furniture is None:
+                number: dict[str, int] = {}
+                names = [number.setdefault(t, len(number)) for t in state.things.descriptions]
+                seen = seen.take(seen.find_current(np.array(names, dtype=np.int64)))
+            else:
+                place = state.furniture.position.get(furniture, -2)
+                seen = seen.take((seen.furniture == place) & seen.is_there)
+            num_all, seen = len(seen.time), seen.take(seen.choose_latest(most))
+            told: list[Told] = [(None, None, None)] * len(seen.time)
+            has_edge = np.flatnonzero(seen.edge >= 0)
+            positions = tell_positions(fused, seen.edge[has_edge])
+            for number, position in zip(has_edge.tolist(), positions, strict=True):
+                told[number] = position
+            columns = (getattr(seen, name).tolist() for name in SeenRows.__slots__[1:])
+            rows = [
+                (
+                    state.things[thing].description,
+                    SeenAt(
+                        time, fused.time - time, None if at < 0 else ids[at],
+                        None if at < 0 else RELATIONS[relation], is_there, *counts, "", *position,
+                    ),
+                )
+                for thing, at, relation, is_there, time, *counts, position in zip(
+                    *columns, told, strict=True
+                )
+            ]  # fmt: skip
+        rows.sort(key=lambda row: (-row[1].time, row[0]))
+        return rows[:most], num_all
+
+    def count_things(self) -> dict[int, tuple[int, int | None]]:
+        """Count what the last look showed at each place, by furniture id.
+
+        Returns:
+            How many things, and the time step of that look, None without one.
+        """
+        with self._lock:
+            state = self._state
+            fused = state.fuse_batch()
+            there = fused.edges["furniture"][fused.edges["is_true"]]
+            counts = np.bincount(there, minlength=fused.num_furniture).tolist()
+            last = fused.furniture_last_observed[0].tolist()
+            return {
+                number: (count, None if looked == NEVER else looked)
+                for number, count, looked in zip(state.furniture.ids, counts, last, strict=True)
+            }
 
     def to_frame(self) -> DataFrame:
         """Return a table of every object at every place where it was ever seen (needs pandas).

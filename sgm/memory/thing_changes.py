@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
 
+from sgm.arrays.grouped import compute_starts, join_groups
 from sgm.memory.clock import Clock
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
@@ -85,15 +86,30 @@ def read_since(since: datetime | int, clock: Clock | None) -> int:
 
 
 def list_changes(
-    batch: MemoryBatch, things: Sequence[Thing], furniture_ids: Sequence[int], since: int
+    batch: MemoryBatch,
+    get_thing: Callable[[int], Thing],
+    spoken_of: Sequence[int],
+    furniture_ids: Sequence[int],
+    since: int,
 ) -> list[ThingChange]:
-    """List what was noticed to have changed in a home from a time step on, the latest first."""
+    """List what was noticed to have changed in a home from a time step on, the latest first.
+
+    Args:
+        batch: the memory, what was merged as one.
+        get_thing: what an object is called, and what was said of it, by its row.
+        spoken_of: rows of the objects of which something was said.
+        furniture_ids: by position.
+        since: the time step.
+    """
     edges = batch.edges
-    by_thing = np.argsort(edges["object"], kind="stable")
-    bounds = np.searchsorted(edges["object"][by_thing], np.arange(len(things) + 1))
+    rows = _find_changed(batch, spoken_of, since)
+    asked, edge = join_groups(rows, edges["object"], len(batch.objects))
+    edge = edge[np.argsort(asked, kind="stable")]
+    bounds = compute_starts(np.bincount(asked, minlength=len(rows)))
     found: list[ThingChange] = []
-    for row, thing in enumerate(things):
-        own = by_thing[bounds[row] : bounds[row + 1]]
+    for number, row in enumerate(rows.tolist()):
+        thing = get_thing(row)
+        own = edge[bounds[number] : bounds[number + 1]]
         own = own[edges["num_true"][own] > 0]
         # The latest sighting first, of equal ones the one that is still there, then the one of
         # which was spoken last: within a step a thing may be taken from one place to another.
@@ -104,6 +120,17 @@ def list_changes(
         changes = _list_changes(batch, thing, row, own, furniture_ids)
         found += [change for change in changes if change.time >= since]
     return sorted(found, key=lambda change: -change.time)
+
+
+def _find_changed(batch: MemoryBatch, spoken_of: Sequence[int], since: int) -> np.ndarray:
+    """Return the rows of the objects that may have changed from a time step on, ascending, (n,)."""
+    objects, edges = batch.objects, batch.edges
+    times = ("first_observed", "carried_since", "last_moved")
+    has_changed = np.logical_or.reduce([objects[name] >= since for name in times])
+    left = ~edges["is_true"] & (edges["num_true"] > 0) & (edges["last_changed"] >= since)
+    has_changed[edges["object"][left]] = True
+    has_changed[list(spoken_of)] = True
+    return np.flatnonzero(has_changed)
 
 
 def _list_changes(

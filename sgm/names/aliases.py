@@ -103,10 +103,12 @@ class AliasTable:
         A plural is looked up as it is and in the singular: "glasses" are more than a "glass", and
         a "glass" is not a pair of glasses.
         """
-        found = dict(self._things.get("".join(words), {}))
         key = make_key(words)
-        found |= self._things.get(key, {}) or self._singular.get(key, {})
-        return tuple(found)
+        written = self._things.get("".join(words))
+        singular = self._things.get(key) or self._singular.get(key)
+        if not written or not singular:  # mostly neither
+            return tuple(written or singular or ())
+        return tuple(written | singular)
 
     def list_names(self, thing: int) -> list[str]:
         """List what a thing is called, its own name first."""

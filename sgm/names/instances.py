@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from functools import lru_cache
 
-from sgm.names.words import normalize
+from sgm.names.words import MOST_NAMES, normalize
 
 _SENSE = re.compile(r"\.[nvar]\.\d\d(?!\d)")  # of WordNet: "pizza.n.01"
 _LOCATED = re.compile(r"(?=.*\d)[^|]*[^|\s]\s*\|")  # "Mug|-01.23|+00.95|+01.34"
@@ -19,7 +19,7 @@ _CODE = re.compile(r"(?P<rest>.*[^\s])\s+(?P<code>[a-z]{6})$")  # "bottom cabine
 _UNSPEAKABLE = re.compile(r"[^aeiouy]{4}|^[^aeiou]+$")
 
 
-@lru_cache(maxsize=10_000)
+@lru_cache(maxsize=MOST_NAMES)
 def split_instance(name: str) -> tuple[str, str]:
     """Split the counter or hash at the end of a name from its words: ("mug", "2") of "Mug_002".
 

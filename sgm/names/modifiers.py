@@ -7,6 +7,8 @@ no "lion". So such a word narrows only where a table says so: one of these, or `
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from sgm.names.words import unify
 
 # Words that are compared as one, as singulars; other spellings of one word are in `words`.
@@ -162,6 +164,7 @@ _HOW = frozenset().union(*_CLASSES) | frozenset(
 )
 
 
+@lru_cache(maxsize=10_000)
 def spell(word: str) -> str:
     """Return a word as it is compared: singular, and words that say the same as one."""
     word = _ALIKE.get(word, word)

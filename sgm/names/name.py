@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from sgm.names.instances import split_instance
-from sgm.names.words import list_plain, order_words, read_words, unify
+from sgm.names.words import MOST_NAMES, list_plain, order_words, read_words, unify
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +44,14 @@ class Name:
         )
 
 
-@lru_cache(maxsize=20_000)
+@lru_cache(maxsize=MOST_NAMES)
 def _read(words: str, text: str) -> Name:
     base, instance = split_instance(text)
+    return Name(words, base, instance, *_order(base))
+
+
+@lru_cache(maxsize=MOST_NAMES)
+def _order(base: str) -> tuple[tuple[str, ...], str]:
+    """Return `Name.ordered` and `Name.joined` of a base."""
     plain = [unify(word) for word in list_plain(base)]
-    return Name(words, base, instance, order_words(plain), "".join(plain))
+    return order_words(plain), "".join(plain)

@@ -14,6 +14,7 @@ from sgm.names.modifiers import COLOURS, MATERIALS, PACKAGES, PROPERTIES, narrow
 from sgm.names.words import (
     BREAKS,
     DETERMINERS,
+    MOST_NAMES,
     WITH,
     compute_singular,
     list_plain,
@@ -122,6 +123,12 @@ class Reading:
         """In what it is packed, or how it is shaped, where that is not its name: "soap bottle"."""
         return (self.said & PACKAGES) - (self.head_words & self.main_words)
 
+    def number(self, instance: str) -> Reading:
+        """Return the reading of the name with a number; what follows from its words is shared."""
+        numbered = object.__new__(type(self))
+        numbered.__dict__.update(self.__dict__, endings=self.endings, instance=instance)
+        return numbered
+
     @cached_property
     def key(self) -> str:
         """The head, written together in the singular."""
@@ -147,7 +154,9 @@ class NameReader:
     def __init__(self, table: AliasTable) -> None:
         """Read by the names of a table."""
         self._table = table
-        self.read = lru_cache(maxsize=20_000)(self._read)
+        self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
+        self.read_things = lru_cache(maxsize=MOST_NAMES)(self._read_things)
+        self._read_text = lru_cache(maxsize=MOST_NAMES)(self._read_words_of)
         self._spell = lru_cache(maxsize=20_000)(self._spell_by_table)
 
     def _read(self, name: str) -> tuple[Reading, ...]:
@@ -155,6 +164,38 @@ class NameReader:
         text, instance = split_instance(name)
         if not instance:
             text, instance = split_written_on(text, self._is_known)
+        readings = self._read_text(text)
+        if instance:
+            readings = tuple(reading.number(instance) for reading in readings)
+        return readings
+
+    def _read_things(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+        """Return the words and things of the first reading of a name, without the others.
+
+        Of plain words these are the longest name of the table that they end in, found for a tenth
+        of the work.
+        """
+        text, instance = split_instance(name)
+        if not instance:
+            text, _ = split_written_on(text, self._is_known)
+        words = split_possessives(text)
+        plain = [word for word, _ in words]
+        is_plain = text.replace(" ", "").isalnum() and BREAKS.isdisjoint(plain)
+        if not is_plain or compute_singular(plain[-1]) in _AFTER_THING:
+            reading = self.read(name)[0]
+            return reading.words, reading.things
+        start = self._find_start(plain)
+        return tuple(plain), self._table.find(plain[start:])
+
+    def _find_start(self, plain: list[str]) -> int:
+        """Return where the longest name of the table begins that words end in."""
+        start = max(len(plain) - self._table.longest, 0)
+        while start < len(plain) - 1 and not self._table.find(plain[start:]):
+            start += 1
+        return start
+
+    def _read_words_of(self, text: str) -> tuple[Reading, ...]:
+        """Return the readings of a name without its number."""
         remarks = re.findall(r"\(([^()]*)\)", text)
         rest = re.sub(r"\([^()]*\)", " ", text)
         if not rest.strip(" ?!.,;:/"):
@@ -168,7 +209,7 @@ class NameReader:
         if all(reading.is_content for reading in readings):  # nothing but remarks, or no words
             readings = dict.fromkeys(self._read_phrase(split_possessives(text), False))
         said = frozenset(word for reading in readings for word in reading.said)
-        whole = [replace(reading, said=said, instance=instance) for reading in readings]
+        whole = [replace(reading, said=said) for reading in readings]
         return tuple(sorted(whole, key=lambda reading: reading.is_content))
 
     def _is_known(self, word: str) -> bool:
@@ -218,9 +259,7 @@ class NameReader:
     def _read_compound(self, words: list[_Word], is_content: bool) -> list[Reading]:
         """Read words without "of" and the like: the longest name of the table that they end in."""
         plain = [word for word, _ in words]
-        start = max(len(words) - self._table.longest, 0)
-        while start < len(words) - 1 and not self._table.find(plain[start:]):
-            start += 1
+        start = self._find_start(plain)
         main = self._make(words, len(words) - start, self._table.find(plain[start:]), is_content)
         found = [main]
         if len(words) > 1 and compute_singular(plain[-1]) in _AFTER_THING:

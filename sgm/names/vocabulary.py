@@ -78,11 +78,10 @@ class Vocabulary:
 
     def _read_type(self, description: str, table: AliasTable) -> tuple[int, int]:
         """Find the type by the grammar of names and the table of aliases."""
-        reading = make_reader(table).read(description)[0]
-        starts = range(len(reading.words))
-        names = [" ".join(reading.words[start:]) for start in starts]
-        for thing in reading.things:
+        words, things = make_reader(table).read_things(description)
+        names = [" ".join(words[start:]) for start in range(len(words))]
+        for thing in things:
             kinds = [table.names[kind] for kind in table.list_above(thing)]
             names += [*table.list_names(thing), *kinds]
-        known = next((name for name in names if name in self._known_objects), reading.words[-1])
+        known = next((name for name in names if name in self._known_objects), words[-1])
         return self._number_type(known)

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 from sgm.messages import shorten
 
+MOST_NAMES = 50_000  # that are kept as they were read: 15 MB
 MAX_LENGTH = 200
 # Characters that show nothing, besides those of Unicode's category Cf.
 _INVISIBLE = frozenset(
@@ -131,7 +132,7 @@ def read_words(what: str, text: str) -> str:
     return _read_words(what, text)
 
 
-@lru_cache(maxsize=10_000)
+@lru_cache(maxsize=MOST_NAMES)
 def _read_words(what: str, text: str) -> str:
     if len(text) > MAX_LENGTH:
         raise ValueError(
@@ -143,7 +144,8 @@ def _read_words(what: str, text: str) -> str:
     words = normalize(text)
     if not words:
         raise ValueError(f"{what} must be a non-empty text, got {shorten(text)}. Name it in words.")
-    if any(unicodedata.category(letter) in ("Cc", "Cs") for letter in words):
+    is_plain = words.isascii() and words.isprintable()  # as most names are
+    if not is_plain and any(unicodedata.category(letter) in ("Cc", "Cs") for letter in words):
         raise ValueError(
             f"{what} must not hold control characters or half a character, got {shorten(text)}. "
             "Decode it as UTF-8 and leave them out."
@@ -151,18 +153,20 @@ def _read_words(what: str, text: str) -> str:
     return words
 
 
-@lru_cache(maxsize=10_000)
+@lru_cache(maxsize=MOST_NAMES)
 def normalize(text: str) -> str:
     """Return a text as names are compared: lower case, without what makes no difference.
 
     Full-width letters and ligatures are plain ones (as by NFKC), what shows nothing and accents of
     Latin letters are left out, "_" is a space, and "SoapBottle" is two words.
     """
-    shown = "".join(
-        letter
-        for letter in text
-        if unicodedata.category(letter) != "Cf" and letter not in _INVISIBLE
-    )
+    shown = text
+    if not text.isascii():
+        shown = "".join(
+            letter
+            for letter in text
+            if unicodedata.category(letter) != "Cf" and letter not in _INVISIBLE
+        )
     words = _compare_form(shown, is_full=True)
     # Two hundred ligatures, or words written together, would be longer than a name may be.
     return words if len(words) <= MAX_LENGTH else _compare_form(shown, is_full=False)
@@ -231,7 +235,10 @@ def unify(word: str) -> str:
 
 def list_plain(name: str) -> list[str]:
     """List the words of a name without possessive endings, and without articles before a part."""
-    words = [_POSSESSIVE.sub("", word.rstrip(_APOSTROPHES)) for word in _find_words(name)]
+    words = [
+        word if word.isalnum() else _POSSESSIVE.sub("", word.rstrip(_APOSTROPHES))
+        for word in _find_words(name)
+    ]
     kept: list[str] = []
     for word in words:
         skipped = _ARTICLES if kept else _SKIPPED
@@ -280,7 +287,12 @@ def split_words(name: str) -> tuple[str, ...]:
 def split_possessives(name: str) -> list[tuple[str, bool]]:
     """Return the words as `split_words` does, and whether each of them is a possessive."""
     found = _find_words(name)
-    words = [(_POSSESSIVE.sub("", word), bool(_POSSESSIVE.search(word))) for word in found]
+    words = [
+        (word, False)
+        if word.isalnum()  # most of them
+        else (_POSSESSIVE.sub("", word), bool(_POSSESSIVE.search(word)))
+        for word in found
+    ]
     start = 0
     while start < len(words) - 1 and words[start][0] in DETERMINERS:
         start += 1
@@ -290,7 +302,10 @@ def split_possessives(name: str) -> list[tuple[str, bool]]:
 def make_key(words: Sequence[str]) -> str:
     """Return what names are compared by: words written together, the last one in the singular."""
     last = compute_singular(words[-1])
-    return "".join(_VARIANTS.get(word, word) for word in (*words[:-1], last))
+    last = _VARIANTS.get(last, last)
+    if len(words) == 1:
+        return last
+    return "".join([_VARIANTS.get(word, word) for word in words[:-1]]) + last
 
 
 @lru_cache(maxsize=10_000)

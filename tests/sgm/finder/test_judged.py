@@ -5,6 +5,7 @@ from datetime import datetime
 import pytest
 
 from sgm.belief import Detector
+from sgm.finder import finder as finders
 from sgm.finder import judged
 from sgm.finder.finder import Finder
 from sgm.finder.object_finder import ObjectFinder
@@ -156,3 +157,18 @@ def test_what_is_kept_is_bounded(make_home, network, monkeypatch):
             finder.rank(home.memory, name)
             assert len(finder._judged._lately) <= 3
             assert len(finder._judged._beliefs) <= 5
+
+
+def test_many_things_are_judged_a_few_at_a_time(make_home, network, monkeypatch):
+    home = make_home()
+    memory = home.memory
+    for number, furniture in enumerate(home.furniture[:7]):
+        memory.observe(furniture, [Sighting("teapot", id=f"teapot {number}")])
+    memory.step()
+    expected = ObjectFinder(network).rank(memory, "teapot")
+    finder = ObjectFinder(network)
+    passes = count_passes(finder, monkeypatch)
+    monkeypatch.setattr(finders, "_MOST_ROWS", 3 * memory.num_furniture)
+    assert finder.rank(memory, "teapot") == expected
+    assert len(passes) > 1
+    assert max(passes) == 3

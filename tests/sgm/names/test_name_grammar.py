@@ -1,13 +1,14 @@
 """How names are read, and what a question is taken for with the shipped aliases."""
 
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
 from sgm.names.aliases import AliasTable
-from sgm.names.name_grammar import make_reader
+from sgm.names.name_grammar import NameReader, make_reader
 from sgm.names.words import strip_question
 from simulator import Bayesian, SceneGraphMemory, Sighting
 
@@ -181,3 +182,24 @@ def test_an_encoder_that_gives_something_else():
     broken.observe(table, [Sighting("glimmer"), Sighting("zorg")])
     with pytest.raises(ValueError, match=r"encoder must give .* finite vectors"):
         broken.resolve("blarf")
+
+
+def test_words_and_things_are_those_of_the_first_reading():
+    table = AliasTable.household(None)
+    reader = make_reader(table)
+    rng = np.random.default_rng(0)
+    names = [name for row in table.rows for name in (row[0], *row[2])]
+    words = [*names, *"red the dad's box of with in set mug3 ps5 10 case / (old) one".split()]
+    mixed = [" ".join(rng.choice(words, rng.integers(1, 5))) for _ in range(1000)]
+    for name in [*names, *mixed]:
+        reading = reader.read(name)[0]
+        assert reader.read_things(name) == (reading.words, reading.things), name
+
+
+def test_names_that_differ_in_their_number_alone_are_read_once():
+    reader = NameReader(AliasTable.household(None))
+    one, two = reader.read("red coffee mug 17")[0], reader.read("red coffee mug 18")[0]
+    assert (one.instance, two.instance) == ("17", "18")
+    assert replace(one, instance="18") == two
+    assert one.endings is two.endings
+    assert reader._read_text.cache_info().misses == 1
