@@ -29,6 +29,12 @@ class NodeRows:
     kind: Literal["furniture", "object"]
     rows: np.ndarray
 
+    @property
+    def _counters(self) -> Mapping[str, np.ndarray]:
+        snapshots = self.snapshots
+        is_furniture = self.kind == "furniture"
+        return snapshots.furniture_counters if is_furniture else snapshots.object_counters
+
     @cached_property
     def snapshot(self) -> np.ndarray:
         """The snapshot of each, (n,)."""
@@ -42,7 +48,7 @@ class NodeRows:
 
     def take(self, name: str) -> np.ndarray | int:
         """Return a counter, (n,), such as "num_observed"; 0 if nodes of the type have none."""
-        counter = getattr(self.snapshots, f"{self.kind}_{name}", None)
+        counter = self._counters.get(name)
         return 0 if counter is None else counter[self.rows]
 
     def since(self, name: str) -> np.ndarray | int:
@@ -50,7 +56,7 @@ class NodeRows:
 
         Of nodes whose type has no such stamp it is 0: furniture does not move.
         """
-        stamp = getattr(self.snapshots, f"{self.kind}_{name}", None)
+        stamp = self._counters.get(name)
         return 0 if stamp is None else _count_since(self.time, stamp[self.rows])
 
     def extra(self, name: str) -> np.ndarray:
@@ -103,12 +109,14 @@ class EdgeRows:
     def prior(self) -> np.ndarray:
         """Prior weight, (n,)."""
         asked = self.snapshots.query_prior[self.furniture, self.is_on_top.astype(np.int64)]
-        return np.where(self.edge < 0, asked, self.take("prior"))
+        return np.where(self.edge < 0, asked, self._take(self.snapshots.edge_prior, 0))
 
     def take(self, name: str, default: int = 0) -> np.ndarray:
         """Return a counter, (n,), such as "num_observed"; `default` of hypothetical edges."""
-        counter = getattr(self.snapshots, f"edge_{name}")
-        return np.append(counter, counter.dtype.type(default))[self.edge]  # -1 is the last
+        return self._take(self.snapshots.edge_counters[name], default)
+
+    def _take(self, column: np.ndarray, default: int) -> np.ndarray:
+        return np.append(column, column.dtype.type(default))[self.edge]  # -1 is the last
 
     def since(self, name: str) -> np.ndarray:
         """Return the steps since a time stamp; since the start for what has never happened."""

@@ -136,9 +136,9 @@ class SnapshotDataset(Dataset[Batch]):
             extras=_get_extras(of_furniture, EXTRA),
             question_extras=_get_extras(asked, QUESTION_EXTRA),
             clock=None if np.isnan(clock).all() else clock,
-            **{f"furniture_{name}": furniture[name] for name in FURNITURE_COUNTERS},
-            **{f"object_{name}": objects[name] for name in OBJECT_COUNTERS},
-            **{f"edge_{name}": version[name] for name in EDGE_COUNTERS},
+            furniture_counters=furniture,
+            object_counters=objects,
+            edge_counters={name: version[name] for name in EDGE_COUNTERS},
         )
 
 

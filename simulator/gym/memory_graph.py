@@ -90,12 +90,13 @@ def _make_nodes(snapshots: Snapshots, graph: SnapshotGraph, description: np.ndar
     for name in ("description", "steps_since_observed", "steps_since_moved"):
         column[name][:] = NEVER
     column["description"][objects] = description
-    for kind, rows, name in (
-        ("furniture", furniture, "observed"), ("object", objects, "observed"),
-        ("object", objects, "moved"),
-    ):  # fmt: skip
-        last = getattr(snapshots, f"{kind}_last_{name}")
-        column[f"num_{name}"][rows] = getattr(snapshots, f"{kind}_num_{name}")
+    for counters, rows, name in (
+        (snapshots.furniture_counters, furniture, "observed"),
+        (snapshots.object_counters, objects, "observed"),
+        (snapshots.object_counters, objects, "moved"),
+    ):
+        last = counters[f"last_{name}"]
+        column[f"num_{name}"][rows] = counters[f"num_{name}"]
         column[f"steps_since_{name}"][rows] = _count_since(time[rows], last)
     column["is_query"][objects.start + snapshots.query_object] = 1
     return nodes
@@ -130,11 +131,12 @@ def _make_edges(
     of_joined["relation"][:] = 1 + is_on_top
     of_joined["prior"][:] = snapshots.query_prior[graph.furniture, is_on_top]
     of_joined["is_remembered"][known] = 1
-    for name in ("num_observed", "num_true", "num_changed", "is_true", "prior"):
-        of_joined[name][known] = getattr(snapshots, f"edge_{name}")[edge]
+    of_joined["prior"][known] = snapshots.edge_prior[edge]
+    for name in ("num_observed", "num_true", "num_changed", "is_true"):
+        of_joined[name][known] = snapshots.edge_counters[name][edge]
     time = snapshots.time[snapshots.object_snapshot[snapshots.edge_object[edge]]]
     for name in ("observed", "changed"):
-        last = getattr(snapshots, f"edge_last_{name}")[edge]
+        last = snapshots.edge_counters[f"last_{name}"][edge]
         of_joined[f"steps_since_{name}"][known] = _count_since(time, last)
     is_known = graph.remembered >= 0
     rank = np.where(is_known, graph.remembered, 2 * graph.furniture + is_on_top)

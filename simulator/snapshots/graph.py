@@ -188,7 +188,7 @@ def _join_objects(
         own = np.flatnonzero(is_own)
         is_hypothetical.reshape(-1, 2)[snapshots.edge_furniture[own]] = False
         num_true = np.full(proposed.shape, -1)
-        num_true.ravel()[places[own]] = snapshots.edge_num_true[own]
+        num_true.ravel()[places[own]] = snapshots.edge_counters["num_true"][own]
         best = num_true.argmax(axis=1)[snapshots.edge_furniture[own]]
         is_asked = is_own.copy()
         is_asked[own] = snapshots.edge_relation[own] == best

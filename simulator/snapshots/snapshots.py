@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from sgm.memory.clock import compute_week_seconds
 from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
+
+# Counters and time stamps by name, as `sgm.memory.columns` declares them.
+Counters = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,16 +30,15 @@ class Snapshots:
         room_label: (NR,).
         furniture_label, furniture_prob: label and P(furniture | room), (NF,).
         furniture_room: row of the room among the NR, (NF,).
-        furniture_num_observed, furniture_last_observed: looks so far, the last one, (NF,).
+        furniture_counters: columns of `FURNITURE_COUNTERS` by name, (NF,).
         object_snapshot: the snapshot that each object node belongs to, ascending, (N,).
-        object_label, object_num_observed, object_last_observed, object_num_moved,
-            object_last_moved: (N,).
+        object_label: (N,).
+        object_counters: columns of `OBJECT_COUNTERS` by name, (N,).
         edge_object: row of the object node among the N, (E,); their snapshots ascend.
         edge_furniture: row of the furniture node among the NF, (E,).
         edge_relation: 0 "in", 1 "onTop", (E,).
         edge_prior: prior weight, (E,).
-        edge_num_observed, edge_num_true, edge_num_changed, edge_last_observed,
-            edge_last_changed, edge_last_true, edge_is_true: (E,).
+        edge_counters: columns of `EDGE_COUNTERS` by name, (E,).
         query_object: row of the query object among the N, (B,).
         query_prior: prior weight of every place for the query object, (NF, 2).
         answers: furniture that truly holds the query object, bool (NF,); None if unknown.
@@ -56,25 +57,15 @@ class Snapshots:
     furniture_label: np.ndarray
     furniture_room: np.ndarray
     furniture_prob: np.ndarray
-    furniture_num_observed: np.ndarray
-    furniture_last_observed: np.ndarray
+    furniture_counters: Counters
     object_snapshot: np.ndarray
     object_label: np.ndarray
-    object_num_observed: np.ndarray
-    object_last_observed: np.ndarray
-    object_num_moved: np.ndarray
-    object_last_moved: np.ndarray
+    object_counters: Counters
     edge_object: np.ndarray
     edge_furniture: np.ndarray
     edge_relation: np.ndarray
     edge_prior: np.ndarray
-    edge_num_observed: np.ndarray
-    edge_num_true: np.ndarray
-    edge_num_changed: np.ndarray
-    edge_last_observed: np.ndarray
-    edge_last_changed: np.ndarray
-    edge_last_true: np.ndarray
-    edge_is_true: np.ndarray
+    edge_counters: Counters
     query_object: np.ndarray
     query_prior: np.ndarray
     answers: np.ndarray | None = None
@@ -117,15 +108,6 @@ def forget(snapshots: Snapshots) -> Snapshots:
         now = compute_week_seconds(clock, snapshots.time)
         clock = np.stack([now, clock[:, 1]], axis=1)
     no_edges = np.zeros(0, dtype=np.int32)
-    counters: dict[str, Any] = {
-        f"{kind}_{name}": column
-        for kind, names, count in (
-            ("furniture", FURNITURE_COUNTERS, len(snapshots.furniture_label)),
-            ("object", OBJECT_COUNTERS, batch),
-            ("edge", EDGE_COUNTERS, 0),
-        )
-        for name, column in make_counters(names, count).items()
-    }
     return replace(
         snapshots,
         time=np.zeros(batch, dtype=np.int32),
@@ -137,7 +119,9 @@ def forget(snapshots: Snapshots) -> Snapshots:
         edge_furniture=no_edges,
         edge_relation=no_edges,
         edge_prior=np.zeros(0, dtype=np.float32),
-        **counters,
+        furniture_counters=make_counters(FURNITURE_COUNTERS, len(snapshots.furniture_label)),
+        object_counters=make_counters(OBJECT_COUNTERS, batch),
+        edge_counters=make_counters(EDGE_COUNTERS, 0),
     )
 
 
@@ -147,18 +131,22 @@ def forget_absence(snapshots: Snapshots) -> Snapshots:
     Edges that were never seen true are left out. Of the others only sightings are counted: observed
     as often as seen, last observed when last seen, never changed.
     """
-    was_true = snapshots.edge_num_true > 0
-    kept = {
-        f"edge_{name}": getattr(snapshots, f"edge_{name}")[was_true]
-        for name in ("object", "furniture", "relation", "prior", "num_true", "last_true")
-    }
-    num_true, last_true = kept["edge_num_true"], kept["edge_last_true"]
+    counters = snapshots.edge_counters
+    was_true = counters["num_true"] > 0
+    num_true, last_true = counters["num_true"][was_true], counters["last_true"][was_true]
     return replace(
         snapshots,
-        **kept,
-        edge_num_observed=num_true,
-        edge_last_observed=last_true,
-        edge_num_changed=np.zeros_like(num_true),
-        edge_last_changed=np.full_like(last_true, NEVER),
-        edge_is_true=np.ones_like(snapshots.edge_is_true[was_true]),
+        edge_object=snapshots.edge_object[was_true],
+        edge_furniture=snapshots.edge_furniture[was_true],
+        edge_relation=snapshots.edge_relation[was_true],
+        edge_prior=snapshots.edge_prior[was_true],
+        edge_counters={
+            "num_observed": num_true,
+            "num_true": num_true,
+            "num_changed": np.zeros_like(num_true),
+            "last_observed": last_true,
+            "last_changed": np.full_like(last_true, NEVER),
+            "last_true": last_true,
+            "is_true": np.ones_like(counters["is_true"][was_true]),
+        },
     )

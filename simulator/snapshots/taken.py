@@ -71,10 +71,9 @@ def take_snapshots(
         extras={name: array[is_furniture] for name, array in (extras or {}).items()},
         question_extras=question_extras or {},
         clock=None if memory.clock is None else memory.clock[home],
-        **{
-            f"furniture_{name}": memory.furniture[name][home][is_furniture]
-            for name in FURNITURE_COUNTERS
+        furniture_counters={
+            name: memory.furniture[name][home][is_furniture] for name in FURNITURE_COUNTERS
         },
-        **{f"object_{name}": objects[name][row] for name in OBJECT_COUNTERS},
-        **{f"edge_{name}": edges[name][edge] for name in EDGE_COUNTERS},
+        object_counters={name: objects[name][row] for name in OBJECT_COUNTERS},
+        edge_counters={name: edges[name][edge] for name in EDGE_COUNTERS},
     )

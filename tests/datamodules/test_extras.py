@@ -17,6 +17,7 @@ from simulator.tasks.registry import TASKS
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
+from tests.snapshot_columns import assert_equal_snapshots
 
 HOUSE = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
 
@@ -65,10 +66,7 @@ def test_a_collection_without_belief_is_what_it_was(tmp_path):
         for name in ("with", "without")
     )
     assert (list(with_belief.extras), list(without.extras)) == (["belief"], [])
-    for field in dataclasses.fields(without):
-        if field.name != "extras":
-            found = getattr(with_belief, field.name)
-            np.testing.assert_array_equal(found, getattr(without, field.name))
+    assert_equal_snapshots(dataclasses.replace(with_belief, extras={}), without)
     builder = GraphBuilder(FeatureConfig(belief=True))
     with pytest.raises(ValueError, match=r"must hold belief .* got none. .*`--belief true`"):
         builder.build(without)

@@ -130,6 +130,11 @@ def test_without_absence_edges_count_sightings_alone(hand_written):
             f"edge_{name}": np.append(getattr(hand_written, f"edge_{name}"), value)
             for name, value in {
                 "object": 0, "furniture": 1, "relation": 0, "prior": np.float32(0.2),
+            }.items()
+        },
+        edge_counters={
+            name: np.append(hand_written.edge_counters[name], value)
+            for name, value in {
                 "num_observed": 1, "num_true": 0, "num_changed": 0, "last_observed": 4,
                 "last_changed": -1, "last_true": -1, "is_true": False,
             }.items()
@@ -231,7 +236,9 @@ def test_without_memory_there_is_the_layout_and_the_question(hand_written):
     for ntype in ("furniture", "object"):
         assert not graph[ntype]["temporal"].any()
     later = dataclasses.replace(
-        hand_written, time=hand_written.time + 50, furniture_num_observed=np.array([9, 9])
+        hand_written,
+        time=hand_written.time + 50,
+        furniture_counters={**hand_written.furniture_counters, "num_observed": np.array([9, 9])},
     )
     again = GraphBuilder(config).build(later).to_pyg()
     for etype in EDGE_TYPES:

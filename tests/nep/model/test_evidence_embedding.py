@@ -72,9 +72,8 @@ def test_of_two_remembered_relations_the_truer_one_is_asked(dataset):
     own = snapshots.query_object[snapshots.object_snapshot[snapshots.edge_object]]
     own = np.flatnonzero(own == snapshots.edge_object)
     num_true = np.full((len(snapshots.furniture_label), 2), -1)
-    num_true[snapshots.edge_furniture[own], snapshots.edge_relation[own]] = snapshots.edge_num_true[
-        own
-    ]
+    sightings = snapshots.edge_counters["num_true"][own]
+    num_true[snapshots.edge_furniture[own], snapshots.edge_relation[own]] = sightings
     row = snapshots.first_furniture[batch.query_snapshot] + batch.query_furniture.numpy()
     is_seen = num_true[row].max(axis=1) >= 0
     best = num_true[row].argmax(axis=1)

@@ -180,11 +180,7 @@ class MemoryMachine(RuleBasedStateMachine):
 def assert_equal_snapshots(one, other):
     for field in fields(one):
         mine, theirs = getattr(one, field.name), getattr(other, field.name)
-        if isinstance(mine, np.ndarray):
-            assert mine.shape == theirs.shape, field.name
-            assert (mine == theirs).all(), field.name
-        else:
-            assert mine == theirs, field.name
+        np.testing.assert_equal(mine, theirs, field.name)
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ from simulator.policies import make_policy
 from simulator.snapshots.taken import take_snapshots
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
+from tests.snapshot_columns import list_columns
 
 
 @pytest.fixture
@@ -149,10 +150,11 @@ def test_equal_to_the_memory_of_a_simulated_home():
         for names in (
             ("query_prior",),
             ("furniture_prob",),
-            ("furniture_num_observed",),
-            ("object_label", "object_num_observed", "object_last_observed", "object_num_moved"),
-            ("edge_furniture", "edge_relation", "edge_prior", "edge_num_observed",
-             "edge_num_true", "edge_last_changed", "edge_is_true"),
+            ("furniture_counters.num_observed",),
+            ("object_label", "object_counters.num_observed", "object_counters.last_observed",
+             "object_counters.num_moved"),
+            ("edge_furniture", "edge_relation", "edge_prior", "edge_counters.num_observed",
+             "edge_counters.num_true", "edge_counters.last_changed", "edge_counters.is_true"),
         ):  # fmt: skip
             np.testing.assert_array_equal(_sort_rows(single, names), _sort_rows(batched, names))
         # What the rollout is about to see, sighted again by hand.
@@ -165,7 +167,8 @@ def test_equal_to_the_memory_of_a_simulated_home():
 
 def _sort_rows(snapshots, names) -> np.ndarray:
     """Columns side by side, rows in an order of their own: nodes may be numbered differently."""
-    columns = [getattr(snapshots, name).ravel() for name in names]
+    known = list_columns(snapshots)
+    columns = [known[name].ravel() for name in names]
     columns = [
         np.array(snapshots.labels)[column] if name.endswith("label") else column
         for name, column in zip(names, columns, strict=True)

@@ -52,18 +52,18 @@ def read_live(live: Snapshots, home: int, answers: np.ndarray):
     """Read one home of snapshots that were taken live, in the same form."""
     nodes = {}
     for node in np.flatnonzero(live.object_snapshot == home).tolist():
-        values = (int(getattr(live, f"object_{name}")[node]) for name in OBJECT_COUNTERS)
+        values = (int(live.object_counters[name][node]) for name in OBJECT_COUNTERS)
         nodes[node] = (int(live.object_label[node]), *values)
     edges = []
     for edge in range(len(live.edge_object)):
         if int(live.edge_object[edge]) in nodes:
             column = int(live.edge_furniture[edge] - live.first_furniture[home])
             place = (column, int(live.edge_relation[edge]))
-            values = (int(getattr(live, f"edge_{name}")[edge]) for name in EDGE_COUNTERS)
+            values = (int(live.edge_counters[name][edge]) for name in EDGE_COUNTERS)
             prior = float(live.edge_prior[edge])
             edges.append((int(live.edge_object[edge]), *place, prior, *values))
     rows = slice(*live.first_furniture[home : home + 2])
-    columns = [getattr(live, f"furniture_{name}")[rows].tolist() for name in FURNITURE_COUNTERS]
+    columns = [live.furniture_counters[name][rows].tolist() for name in FURNITURE_COUNTERS]
     return {
         "time": int(live.time[home]),
         "furniture": list(zip(*columns, strict=True)),
@@ -141,12 +141,12 @@ def test_a_snapshot_by_hand(make_tiny_memory):
     assert snapshot.first_furniture.tolist() == [0, 6]
     assert snapshot.time.tolist() == [2]
     assert snapshot.object_label.tolist() == [mug, milk]
-    assert snapshot.object_last_observed.tolist() == [1, -1]
+    assert snapshot.object_counters["last_observed"].tolist() == [1, -1]
     assert snapshot.query_object.tolist() == [1]
     assert snapshot.edge_object.tolist() == [0]
     assert (snapshot.edge_furniture.tolist(), snapshot.edge_relation.tolist()) == ([2], [1])
     assert snapshot.edge_prior.tolist() == pytest.approx([0.4])
-    assert snapshot.furniture_num_observed.tolist() == [0, 0, 1, 0, 0, 0]
+    assert snapshot.furniture_counters["num_observed"].tolist() == [0, 0, 1, 0, 0, 0]
     np.testing.assert_allclose(snapshot.query_prior[[0, 2]], [[0.8, 0], [0, 0.2]])
     assert snapshot.answers is None
 
@@ -182,8 +182,11 @@ def test_objects_asked_for_can_be_taken_alone(make_tiny_memory):
     assert alone.edge_object.tolist() == [0, 0, 1]
     assert alone.edge_furniture.tolist() == [3, 4, 6 + 2]
     is_asked = whole.query_object[whole.object_snapshot[whole.edge_object]] == whole.edge_object
-    for name in (*(f"edge_{name}" for name in EDGE_COUNTERS), "edge_furniture", "edge_prior"):
+    for name in ("edge_furniture", "edge_prior"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(whole, name)[is_asked])
+    for name in EDGE_COUNTERS:
+        of_asked = whole.edge_counters[name][is_asked]
+        np.testing.assert_array_equal(alone.edge_counters[name], of_asked)
 
 
 def test_snapshots_do_not_change_with_the_memory(make_tiny_homes):
