@@ -132,7 +132,9 @@ def export_model(
     if source.is_dir():
         notes = _read_notes(source)
     else:
-        training = model.training if model.training.keys() >= _TRAINING else None
+        training = model.training
+        if training is not None and not training.keys() >= _TRAINING:
+            training = None
         notes = {"checkpoint_sha256": compute_checksum(source), "training": training}
     notes |= {
         "command": command,
