@@ -2,7 +2,8 @@
 
 from sgm.belief.belief import Belief
 from sgm.belief.detector import SEEN_NOW, Detector, compute_miss
-from sgm.belief.posterior import Posterior, compute_posterior, compute_stay
+from sgm.belief.posterior import Posterior, compute_posterior
+from sgm.belief.stay import compute_stay
 
 __all__ = [
     "SEEN_NOW",

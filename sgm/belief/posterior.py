@@ -7,6 +7,7 @@ With p one of F places or elsewhere, for each thing that is meant:
            P(looks | p)                     of this step, and of looks for this thing alone
 
 and of several, at least one is at a place with 1 - Π (1 - P(p)), all of them elsewhere with Π P.
+One that may be another of them, seen since where it was (`compute_same`), counts by so much less.
 Nothing else changes what a policy believes. The numbers are those of the `Detector`.
 """
 
@@ -18,6 +19,8 @@ import numpy as np
 
 from sgm.belief.belief import Belief
 from sgm.belief.detector import Detector
+from sgm.belief.same_spot import compute_same
+from sgm.belief.stay import compute_stay
 from sgm.memory.asking import Asked, Looks
 from sgm.memory.memory_batch import MemoryBatch
 
@@ -47,6 +50,9 @@ def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Poster
     belief = belief.look(compute_log_likelihood(looks, asked.batch, detector))
     places, elsewhere = see(belief, detector.weigh_seen(looks))
     places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
+    same = compute_same(asked)
+    if same.any() and len(same) == len(places):  # what is another one of them is at no place more
+        places, elsewhere = places * (1 - same)[:, None], same + elsewhere * (1 - same)
     shown = detector.compute_detection(looks.negative)
     if len(places) == 1:
         return Posterior(places=places[0], elsewhere=float(elsewhere[0]), detection=shown[0])
@@ -205,15 +211,3 @@ def see(belief: Belief, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         np.where(is_seen[:, None], shown, places),
         np.where(is_seen, nowhere_else, elsewhere),
     )
-
-
-def compute_stay(memory: MemoryBatch, steps: np.ndarray) -> np.ndarray:
-    """Return how likely a thing of a home stays where it is for some time steps, of any shape.
-
-    At the rate at which things were found moved there (`HomeHistory.compute_move_rate`).
-    """
-    seconds = np.nan if memory.clock is None else float(memory.clock[0, 1])
-    hours = 1.0 if np.isnan(seconds) else seconds / 3600
-    rate = float(memory.history.compute_move_rate(hours)[0])
-    stay: np.ndarray = np.exp(-rate * hours * steps)
-    return stay

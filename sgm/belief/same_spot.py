@@ -1,0 +1,56 @@
+"""Whether two things of one name, which a tracker told apart, are one that lost its number."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sgm.arrays.relations import NUM_RELATIONS
+from sgm.belief.stay import compute_stay
+from sgm.memory.asking import Asked
+from sgm.memory.columns import NEVER
+from sgm.memory.seen_positions import find_positions
+from sgm.names.words import read_name
+
+_SAME_SPOT = 0.3  # metres from where a thing was, within which it was not moved
+_LOST = 0.5  # probability that a tracker gives a thing another number after a time out of view
+_BY_CHANCE = 0.3  # that what is put at a place lies so near to a spot: tables have a square metre
+
+
+def compute_same(asked: Asked) -> np.ndarray:
+    """Return how likely each of K things is another one of them, which was seen since, (K,).
+
+    So it may be if it was at a place, at a position, where the last look did not find it; if the
+    other one has its name, was seen first after it was seen last, and lies within 30 cm of there.
+    With s, the probability that a thing stays for as long as that took (`compute_stay`):
+
+        P(same) = .5 s / (.5 s + .3 (1 - s))
+    """
+    memory, rows = asked.current, asked.rows
+    same = np.zeros(len(rows))
+    table, edges, objects = memory.positions, memory.edges, memory.objects
+    if len(rows) < 2 or not len(table):
+        return same
+    own = asked.edges[edges["num_true"][asked.edges] > 0]
+    at = np.array(find_positions(memory, own))
+    own, at = own[at >= 0], at[at >= 0]
+    thing, time = edges["object"][own], table["time"][at]
+    last, first = objects["last_observed"][thing], objects["first_observed"][thing]
+    is_there = edges["is_true"][own]
+    has_left = ~is_there & (time == last) & (objects["carried_since"][thing] == NEVER)
+    gone, there = np.flatnonzero(has_left), np.flatnonzero(is_there & (time != NEVER))
+    if not len(gone) or not len(there):
+        return same
+    words = [read_name(asked.descriptions[row]) for row in thing.tolist()]
+    name = np.array([words.index(one) for one in words])
+    place = edges["furniture"][own] * NUM_RELATIONS + edges["relation"][own]
+    point = np.column_stack([table[axis][at] for axis in ("x", "y", "z")])
+    is_one = np.linalg.norm(point[gone, None] - point[there], axis=2) <= _SAME_SPOT
+    for column in (name, place):
+        is_one &= column[gone, None] == column[there]
+    is_one &= last[gone, None] < first[there]
+    for left, came in zip(*np.nonzero(is_one), strict=True):
+        stay = float(compute_stay(memory, first[there[came]] - last[gone[left]]))
+        likely = _LOST * stay / (_LOST * stay + _BY_CHANCE * (1 - stay))
+        row = rows == thing[gone[left]]
+        same[row] = np.maximum(same[row], likely)
+    return same
