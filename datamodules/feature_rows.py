@@ -21,24 +21,24 @@ class NodeRows:
 
     Attributes:
         snapshots: the snapshots.
-        kind: their type.
+        ntype: their type.
         rows: which of those of `Snapshots`, (n,).
     """
 
     snapshots: Snapshots
-    kind: Literal["furniture", "object"]
+    ntype: Literal["furniture", "object"]
     rows: np.ndarray
 
     @property
     def _counters(self) -> Mapping[str, np.ndarray]:
         snapshots = self.snapshots
-        is_furniture = self.kind == "furniture"
+        is_furniture = self.ntype == "furniture"
         return snapshots.furniture_counters if is_furniture else snapshots.object_counters
 
     @cached_property
     def snapshot(self) -> np.ndarray:
         """The snapshot of each, (n,)."""
-        owner: np.ndarray = getattr(self.snapshots, f"{self.kind}_snapshot")
+        owner: np.ndarray = getattr(self.snapshots, f"{self.ntype}_snapshot")
         return owner[self.rows]
 
     @cached_property

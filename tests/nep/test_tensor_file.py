@@ -192,6 +192,7 @@ def test_a_file_that_copies_a_value_again_and_again_is_refused(tmp_path):
         read_tensors(path)
 
 
+@pytest.mark.slow
 def test_any_changed_byte_is_an_answer(tmp_path):
     """Of a small file every byte in turn is set to others: a value, or one kind of error."""
     torch.save({"x": torch.arange(3.0), "y": [1, "a", (2, 3)]}, tmp_path / "file.pt")

@@ -153,6 +153,7 @@ def read_about(path: Path) -> dict[str, Any]:
         return json.loads(file.metadata()[METADATA])
 
 
+@pytest.mark.slow
 def test_shipped_file_is_what_the_command_makes(nlp: Language, tmp_path: Path) -> None:
     again = tmp_path / ENCODER_FILE
     again.write_bytes(convert(nlp, train.list_words()))

@@ -111,6 +111,7 @@ def test_errors_of_the_known_position_have_their_size_and_last(make_world):
     assert abs(errors[:, :2].std() - 0.1) < 4 * 0.1 / np.sqrt(64)
 
 
+@pytest.mark.slow
 def test_two_robots_live_in_the_same_home(source):
     week = Week(source, 0, 2, WeekRules(steps=3), BodyRules(frames_per_aim=1))
     for _ in week.live():
