@@ -36,10 +36,10 @@ class Solids(NamedTuple):
         rows = [[*box.center, *box.size, math.cos(box.yaw), math.sin(box.yaw)] for box in boxes]
         numbers = np.array(rows, dtype=float).reshape(-1, 8)
         return cls(
-            np.ascontiguousarray(numbers[:, :3]),
-            np.ascontiguousarray(numbers[:, 3:6] / 2),
-            np.ascontiguousarray(numbers[:, 6:]),
-            np.full(len(rows), owner, dtype=np.int32),
+            center=np.ascontiguousarray(numbers[:, :3]),
+            half=np.ascontiguousarray(numbers[:, 3:6] / 2),
+            turn=np.ascontiguousarray(numbers[:, 6:]),
+            owner=np.full(len(rows), owner, dtype=np.int32),
         )
 
     @classmethod

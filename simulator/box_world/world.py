@@ -58,7 +58,9 @@ class ThingBoxes:
         """The boxes of what is there; the owner is the slot."""
         own = np.flatnonzero(self.place >= 0)
         turn = np.column_stack([np.cos(self.yaw[own]), np.sin(self.yaw[own])])
-        return Solids(self.center[own], self.half[own], turn, own.astype(np.int32))
+        return Solids(
+            center=self.center[own], half=self.half[own], turn=turn, owner=own.astype(np.int32)
+        )
 
     def get_box(self, slot: int) -> tuple[np.ndarray, np.ndarray, float]:
         """Return the middle (3,), half the sides (3,) and the yaw of a thing, as they are now."""

@@ -102,9 +102,11 @@ class PlaceFilter(Policy):
         self._cut_log(memory)
         self._log.add_questions(memory.time, queries.object)
         subjects = Subjects(
-            queries.home.astype(np.int64), queries.object.astype(np.int64),
-            memory.objects["type"][queries.object], self.read_moves(memory, queries),
-        )  # fmt: skip
+            home=queries.home.astype(np.int64),
+            object=queries.object.astype(np.int64),
+            type=memory.objects["type"][queries.object],
+            moves=self.read_moves(memory, queries),
+        )
         rules = self.compute_rules(subjects)
         basis = self.compute_basis(memory, subjects)
         belief, since = self._resume(memory, subjects, rules, basis)
@@ -179,8 +181,16 @@ class PlaceFilter(Policy):
         home, types = subjects.home, np.maximum(subjects.type, 0)
         sameness = self._inventory.sameness[types]
         initial = self._inventory.expected[home, types] * sameness[:, None]
-        rates = self._inventory.compute_rates(home, types)
-        return Rules(subjects.moves, initial, *rates, self._miss_rate[home])
+        move, asked, remove, add = self._inventory.compute_rates(home, types)
+        return Rules(
+            moves=subjects.moves,
+            initial=initial,
+            move_rate=move,
+            asked_move_rate=asked,
+            remove_rate=remove,
+            add_rate=add,
+            miss_rate=self._miss_rate[home],
+        )
 
     def _number_types(self, home: np.ndarray, types: np.ndarray) -> np.ndarray:
         """Number pairs of home and type, unknown types last, (n,)."""
@@ -215,10 +225,10 @@ class PlaceFilter(Policy):
             self.read_moves(memory, queries), self.read_type_moves(memory, more_homes, more_types)
         )  # fmt: skip
         subjects = Subjects(
-            np.concatenate([home, more_homes]).astype(np.int64),
-            np.concatenate([objects, np.full(len(more_homes), -1)]),
-            np.concatenate([types, more_types]),
-            np.concatenate(moves),
+            home=np.concatenate([home, more_homes]).astype(np.int64),
+            object=np.concatenate([objects, np.full(len(more_homes), -1)]),
+            type=np.concatenate([types, more_types]),
+            moves=np.concatenate(moves),
         )
         rules = self.compute_rules(subjects)
         belief = self.start(subjects, rules, self.compute_basis(memory, subjects))

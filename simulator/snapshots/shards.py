@@ -6,8 +6,9 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from safetensors import SafetensorError
@@ -111,7 +112,8 @@ _MAX_NUMBER = 2**31 - 2  # of time steps, counters and snapshots
 _MAX_WIDTH = 10_000  # columns of an extra
 
 
-class _Rule(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _Rule:
     """What an array must be: its axes by letter, its kinds, and the range of its numbers."""
 
     axes: str

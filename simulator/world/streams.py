@@ -163,7 +163,7 @@ class UniformStream:
         """Return one fresh row per entry of `homes`, (n,), or one of every home."""
         homes = self._homes if homes is None else homes
         starts = claim_rows(self._state, self._jumps, self._widths, homes)
-        return UniformRows(starts, self._jumps, self._widths[homes])
+        return UniformRows(starts=starts, jumps=self._jumps, widths=self._widths[homes])
 
     def take(self, homes: np.ndarray | None = None) -> np.ndarray:
         """Claim rows and return their numbers, (n, width); see `UniformRows.fill`."""
