@@ -31,6 +31,8 @@ REFERENCES = ("bayesian", "last_seen_prior")
 FLOOR, TOP = "bayesian", "ceiling"
 # What `TOP` bounds: it orders places by where a thing is now. NDCG asks where it usually goes.
 BOUNDED = ("accuracy", "looks")
+# Homes from which on intervals are shown: of two, an interval is 13 standard errors wide each way.
+FEWEST_HOMES = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +81,7 @@ class Row:
         gap_closed: share of the way from Bayesian to the ceiling, None unless both played and the
             ceiling bounds the score.
         metrics: what was computed of its answers, by name in `METRICS`.
+        num_homes: homes or households that it played in.
     """
 
     policy: str
@@ -87,6 +90,7 @@ class Row:
     differences: Mapping[str, Difference | None]
     gap_closed: float | None
     metrics: Mapping[str, float]
+    num_homes: int
 
 
 def compute_difference(summary: ScoreSummary, other: ScoreSummary) -> Difference:
@@ -135,6 +139,7 @@ def compute_rows(
                 differences=differences,
                 gap_closed=gap,
                 metrics=summary.metrics,
+                num_homes=len(set(summary.units)) if summary.units else len(values),
             )
         )
     is_higher_better = STEP_METRICS[task.metric].is_higher_better
@@ -144,26 +149,45 @@ def compute_rows(
 def format_table(
     task: type[Task], rows: list[Row], more: Mapping[str, Metric] | None = None
 ) -> tuple[list[str], list[list[str]]]:
-    """Return the header and the cells of a table; `more` are metrics besides `METRICS`."""
+    """Return the header and the cells of a table; `more` are metrics besides `METRICS`.
+
+    What a few homes do not tell is left out; `tell_few_homes` says so.
+    """
+    num_homes = min((row.num_homes for row in rows), default=0)
+    has_std, has_intervals = num_homes > 1, num_homes >= FEWEST_HOMES
     references = list(rows[0].differences) if rows else []
     has_gap = any(row.gap_closed is not None for row in rows)
     metric = STEP_METRICS[task.metric]
-    header = ["policy", metric.title, "std"]
-    header += [f"minus {name} [95 %]" for name in references]
+    header = ["policy", metric.title, *["std"] * has_std]
+    header += [f"minus {name}{' [95 %]' * has_intervals}" for name in references]
     header += ["gap closed"] * has_gap
     columns = [*METRICS.values(), *(more or {}).values()]
     header += [column.title for column in columns]
     cells = []
     for row in rows:
-        line = [row.policy, *(format_number(x, metric.format) for x in (row.mean, row.std))]
+        numbers = (row.mean, row.std) if has_std else (row.mean,)
+        line = [row.policy, *(format_number(x, metric.format) for x in numbers)]
         for name in references:
             delta = row.differences.get(name)
-            line.append(format_difference(delta, metric.format))
+            if delta is None or has_intervals:
+                line.append(format_difference(delta, metric.format))
+            else:
+                line.append(format_number(delta.mean, f"+{metric.format}"))
         if has_gap:
             line.append("" if row.gap_closed is None else format_number(row.gap_closed, ".0%"))
         line += [format_number(row.metrics[metric.name], metric.format) for metric in columns]
         cells.append(line)
     return header, cells
+
+
+def tell_few_homes(rows: Sequence[Row]) -> str:
+    """Say that there are too few homes for intervals; empty where there are enough."""
+    num_homes = min((row.num_homes for row in rows), default=FEWEST_HOMES)
+    if num_homes >= FEWEST_HOMES:
+        return ""
+    lacks = "intervals" if num_homes > 1 else "spread and intervals"
+    homes = "One home is" if num_homes == 1 else f"{num_homes} homes are"
+    return f"{homes} too few for {lacks}. Play in {FEWEST_HOMES} or more."
 
 
 def format_number(value: float, form: str) -> str:
@@ -194,7 +218,8 @@ def make_rich_table(
     header, cells = format_table(task, rows, more)
     last = len(header) - len(more or {})
     shown = [*range(last - len(METRICS)), *range(last, len(header))]
-    table = Table(title=escape(title), box=SIMPLE_HEAD, pad_edge=False, padding=0)
+    few = tell_few_homes(rows) or None
+    table = Table(title=escape(title), caption=few, box=SIMPLE_HEAD, pad_edge=False, padding=0)
     for position in shown:
         name = header[position]
         # Only intervals may take two lines where the terminal is narrow.
@@ -209,6 +234,9 @@ def make_markdown(
 ) -> str:
     """Make the table as Markdown, under a heading, with what its comparisons could detect."""
     text = f"## {title}\n\n{join_table(*format_table(task, rows, more))}"
+    few = tell_few_homes(rows)
+    if few:
+        return f"{text}\n{few}\n"
     form, parts = STEP_METRICS[task.metric].format, []
     for name in rows[0].differences if rows else ():
         known = [row.differences[name] for row in rows]

@@ -2,12 +2,20 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from nep.report.results import ScoreSummary
-from nep.report.tables import compute_rows, format_table, make_csv, make_markdown
+from nep.report.tables import (
+    compute_rows,
+    format_table,
+    make_csv,
+    make_markdown,
+    make_rich_table,
+    tell_few_homes,
+)
 from simulator.tasks.metrics import METRICS, Metric
 from simulator.tasks.registry import TASKS
 from simulator.tasks.scores import TaskScores
@@ -87,16 +95,34 @@ def test_without_the_policies_to_compare_with_there_are_no_such_columns(looks):
 
 def test_markdown_and_csv_say_the_same(looks):
     rows = compute_rows(TASKS["find_object"], looks)
-    markdown = make_markdown(TASKS["find_object"], rows, "Find Object")
+    three = [replace(row, num_homes=3) for row in rows]
+    markdown = make_markdown(TASKS["find_object"], three, "Find Object")
     assert markdown.startswith("## Find Object\n\n| policy | looks | std | minus bayesian [95 %] |")
     assert "| NEP | 3.50 | 1.50 | -0.50 [-19.56, +18.56] |" in markdown
     assert "Would be found with 80 % power, if true: minus bayesian 0.00 to 21.12, " in markdown
+    assert "too few" not in markdown
     assert "| 25% |" in markdown
     read = list(csv.DictReader(io.StringIO(make_csv({"find_object": rows}))))
     assert [line["policy"] for line in read] == [row.policy for row in rows]
     assert float(read[1]["minus_bayesian_low"]) == pytest.approx(-19.559, abs=1e-3)
     assert float(read[1]["gap_closed"]) == 0.25
     assert read[0]["minus_bayesian"] == ""
+
+
+def test_two_homes_are_said_to_be_too_few_for_intervals(looks):
+    rows = compute_rows(TASKS["find_object"], looks)
+    markdown = make_markdown(TASKS["find_object"], rows, "Find Object")
+    assert "| policy | looks | std | minus bayesian | minus last_seen_prior |" in markdown
+    assert "| NEP | 3.50 | 1.50 | -0.50 | +0.50 |" in markdown
+    assert markdown.endswith("\n2 homes are too few for intervals. Play in 3 or more.\n")
+    table = make_rich_table(TASKS["find_object"], rows, "Find Object")
+    assert table.caption == "2 homes are too few for intervals. Play in 3 or more."
+
+
+def test_replays_of_one_recording_are_one_home(looks):
+    played = {name: replace(summary, units=("ann", "ann")) for name, summary in looks.items()}
+    rows = compute_rows(TASKS["find_object"], played)
+    assert tell_few_homes(rows).startswith("One home is too few for spread and intervals")
 
 
 def test_one_entry_makes_a_column_everywhere(monkeypatch):
@@ -122,8 +148,10 @@ def test_a_single_home_has_neither_interval_nor_spread():
     header, cells = format_table(TASKS["find_object"], rows)
     of_nep = dict(zip(header, cells[1], strict=True))
     assert of_nep["looks"] == "3.00"
-    assert of_nep["std"] == "n/a"
-    assert of_nep["minus bayesian [95 %]"] == "-1.00 [n/a]"
+    assert "std" not in of_nep
+    assert of_nep["minus bayesian"] == "-1.00"
+    told = make_markdown(TASKS["find_object"], rows, "Find Object")
+    assert told.endswith("\nOne home is too few for spread and intervals. Play in 3 or more.\n")
     assert of_nep["right if away"] == "n/a"  # it was not away
 
     (row,) = [row for row in csv.DictReader(io.StringIO(make_csv({"find_object": rows})))][1:]
