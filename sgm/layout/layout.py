@@ -144,9 +144,9 @@ class Layout:
         rows = self.furniture.items()
         return {number: row.box for number, row in rows if row.box is not None}
 
-    def compute_positions(self) -> dict[int, tuple[float, float] | None]:
-        """Return where one stands to look at each furniture node, given or found, by id."""
-        return compute_positions(self.furniture)
+    def compute_positions(self, only: int | None = None) -> dict[int, tuple[float, float] | None]:
+        """Return where one stands to look at each furniture node, or one, given or found, by id."""
+        return compute_positions(self.furniture, only)
 
     def compute_pose(
         self, furniture: int, at: tuple[float, float, float] | None = None

@@ -247,7 +247,7 @@ class MemoryLayout(MemoryFiles):
         with self._lock:
             self._state.layout.check_furniture(furniture)
             position = self._state.layout.furniture[furniture].position
-            return position or self._state.layout.compute_positions()[furniture]
+            return position or self._state.layout.compute_positions(furniture)[furniture]
 
     def get_pose(
         self, furniture: int, at: tuple[float, float, float] | None = None

@@ -220,6 +220,8 @@ class MappingRobot(HomeRobot):
         super().__init__(body, memory, finder, most_looks)
         nearest, farthest = body.rules.reach
         self.mapper = FurnitureMapper(memory)
+        # Where one stands before furniture, as long as the map is the same.
+        self._stands: dict[int, tuple[float, float] | None] | None = None
         self.builder = LookBuilder(
             discover=self.mapper, gate=Gate(nearest=nearest, farthest=farthest)
         )
@@ -259,9 +261,9 @@ class MappingRobot(HomeRobot):
         return own
 
     def _compute_distance(self, start: Any, furniture: int) -> float:
-        places = [
-            self.memory.get_position(one) for one in (start, furniture) if isinstance(one, int)
-        ]
+        if self._stands is None:
+            self._stands = self.memory.layout.compute_positions()
+        places = [self._stands[one] for one in (start, furniture) if isinstance(one, int)]
         if any(place is None for place in places):
             return 0.0
         begin = places[0] if isinstance(start, int) else start
@@ -285,6 +287,7 @@ class MappingRobot(HomeRobot):
         ]
 
     def _watch(self, frames: Iterable[RobotFrame]) -> None:
+        self._stands = None  # the map may change
         for frame in frames:
             found = [one.detection for one in frame.detected]
             found += [one.detection for one in frame.furniture]
