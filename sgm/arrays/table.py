@@ -97,7 +97,7 @@ class Table:
     def __deepcopy__(self, memo: object) -> Table:
         return self.copy()  # the columns stay views of the blocks
 
-    def append(self, num_rows: int, **values: np.ndarray | int) -> np.ndarray:
+    def append(self, num_rows: int, **values: np.ndarray | float) -> np.ndarray:
         """Add rows; columns that are not given are as by default. Returns the new row numbers."""
         start, end = self._num_rows, self._num_rows + num_rows
         if end > self._capacity:

@@ -108,7 +108,7 @@ class SketchMatches:
         seen = [detections[row].box for row, *_ in pairs]
         is_seen = np.array([box is not None for box in seen], dtype=bool)
         if is_seen.any():
-            boxes = [self._boxes[pairs[number][1]] for number in np.flatnonzero(is_seen)]
+            boxes = [self._boxes[pairs[number][1]] for number in np.flatnonzero(is_seen).tolist()]
             pixels = np.array([box for box in seen if box is not None])
             alike[is_seen] *= 0.1 + compute_overlaps(self._view, boxes, pixels)
         for number in np.argsort(-alike, kind="stable").tolist():
