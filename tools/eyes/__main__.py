@@ -44,9 +44,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.set_defaults(USUAL_HOMES)
     parser.add_class_arguments(MeasureRules)
     parser.add_argument(
-        "--parts", type=list[Literal["looks", "maps"]], default=list(PARTS),
+        "--parts",
+        type=list[Literal["looks", "maps"]],
+        default=list(PARTS),
         help="looks at furniture on a map, the maps of robots without one, or both",
-    )  # fmt: skip
+    )
     parser.add_argument("--seed", type=int, default=0, help="of homes, cameras and errands")
     parser.add_argument(
         "--work", type=Path, default=Path("runs/eyes"), help="folder with a file for each home"
@@ -74,9 +76,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if options.out is not None:
             parts = options.parts
             text = _HEADING.format(
-                **asdict(rules), seed=options.seed, out=options.out, part='","'.join(parts),
+                **asdict(rules),
+                seed=options.seed,
+                out=options.out,
+                part='","'.join(parts),
                 title=_TITLES[parts[0]],
-            )  # fmt: skip
+            )
             write_whole(options.out, f"{text}\n{table}\n".encode())
 
 

@@ -131,8 +131,10 @@ def make_labels_report(files: Mapping[str, Path]) -> str:
     known = [one for one in lists if one.name != ASKED_LAST]
     last = [one for one in lists if one.name == ASKED_LAST]
     for half, what, all_asked in (
-        (0, "tuned on", known), (1, "reported", known), (None, "asked last", last),
-    ):  # fmt: skip
+        (0, "tuned on", known),
+        (1, "reported", known),
+        (None, "asked last", last),
+    ):
         total: Counter[str] = Counter()
         for asked in all_asked:
             counts: Counter[str] = Counter()
