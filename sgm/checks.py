@@ -10,6 +10,7 @@ from typing import Any, TypeGuard, TypeVar
 from sgm.messages import shorten
 
 Kind = TypeVar("Kind")
+MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
 
 
 def is_number(value: object) -> TypeGuard[float]:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.checks import MOST_METRES
 from sgm.eyes.tracks import Track
-from sgm.layout.box import MOST_METRES
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS, Sighting

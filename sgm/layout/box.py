@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.checks import read_optional
+from sgm.checks import MOST_METRES, read_optional
 from sgm.layout.outline import (
     Outline,
     compute_area,
@@ -24,7 +24,6 @@ from sgm.messages import shorten
 INTERIORS = ("none", "open", "door")
 BELOW_TOP, ABOVE_TOP = 0.03, 0.40  # metres around the top within which things are on top
 _WALL = 0.02  # metres of wall, board and door around what is inside
-MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
 FLOOR_THICKNESS = 0.1  # metres downwards: the top of a floor's box is the floor
 _LEAST_SHARE = 0.01  # of its rectangle that an outline fills
 LEAST_METRES = 1e-3  # of any side

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.table import Table
-from sgm.layout.box import MOST_METRES
+from sgm.checks import MOST_METRES
 from sgm.memory.clock import MAX_TIME
 from sgm.messages import shorten
 

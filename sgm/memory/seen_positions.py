@@ -9,7 +9,8 @@ from typing import TypeAlias
 import numpy as np
 
 from sgm.arrays.table import Table
-from sgm.layout.box import MOST_METRES, Box
+from sgm.checks import MOST_METRES
+from sgm.layout.box import Box
 from sgm.memory.columns import NEVER, Columns
 from sgm.memory.look_weights import SURE
 from sgm.memory.remembered import Remembered

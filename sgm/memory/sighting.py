@@ -10,8 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.checks import is_number, read_all
-from sgm.layout.box import MOST_METRES
+from sgm.checks import MOST_METRES, is_number, read_all
 from sgm.messages import shorten
 from sgm.names.words import MAX_LENGTH, read_words
 

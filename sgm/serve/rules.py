@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from sgm.checks import is_finite
+from sgm.checks import MOST_METRES, is_finite
 from sgm.files import parse_json
-from sgm.layout.box import MOST_METRES
 from sgm.memory.clock import MAX_TIME
 from sgm.memory.sighting import MOST_NUMBERS, SPELLINGS, Sighting, read_relation
 from sgm.messages import shorten, shorten_text
