@@ -55,7 +55,7 @@ class LivedInSource(MixtureSource):
     def __init__(
         self, prior: PriorGraph | None = None, home: HomeConfig | None = None,
         mixture: Mixture | None = None, pace: Literal["minutes", "hours"] = "minutes",
-        session_share: float = 0.8, hidden_share: float = 0.25, round_share: float = 0.3,
+        session_share: float = 0.7, hidden_share: float = 0.25, round_share: float = 0.3,
     ) -> None:  # fmt: skip
         """Keep the distribution.
 
@@ -140,7 +140,7 @@ def draw_sessions(
 
     Ranges are wide, so that they hold what was measured of recorded homes (`results/realism.md`).
     """
-    busy_hours = _WAKING_HOURS * float(rng.uniform(0.03, 1.5))  # of all residents
+    busy_hours = _WAKING_HOURS * float(rng.uniform(0.03, 0.9))  # with a resident about
     minutes = max(draw_rate(rng, 5, 90), 60 * busy_hours / _MOST_SESSIONS)
     most_moves = min(_MOST_MOVES / busy_hours, _MOST_USES * num_objects)
     moves = min(draw_rate(rng, 5, 2500), most_moves)
