@@ -24,7 +24,6 @@ _SETTINGS = {
     "minutes": ((30, 60, 120, 300), (30, 100, 300)),
     "hours": ((600, 1200, 1800, 3600, 7200), (30, 100, 300, 1000)),
 }
-_MOST_OBJECTS = 450
 _PAUSES = 400  # that are drawn; then the same again
 _ROUND = 12  # places of a home that a robot may look at all in one step, ...
 _ROUND_STEPS = 100  # ... where the home is not lived in for longer: more is costly to simulate
@@ -129,7 +128,7 @@ def make_mixture(
     """Return the distribution of sizes, looks and people for `LivedInSource`, by lengths."""
     return Mixture(
         routine_share=1.0, carrying_share=0.5, resettling_share=0.3, step_seconds=step_seconds,
-        lives=lives, max_objects=_MOST_OBJECTS,
+        lives=lives,
     )  # fmt: skip
 
 
@@ -144,7 +143,7 @@ def draw_sessions(
     minutes = max(draw_rate(rng, 5, 90), 60 * busy_hours / _MOST_SESSIONS)
     most_moves = min(_MOST_MOVES / busy_hours, _MOST_USES * num_objects)
     moves = min(draw_rate(rng, 5, 2500), most_moves)
-    back, stay, handed = rng.dirichlet([0.5, 1.5, 1.5]).tolist()
+    back, stay, handed = rng.dirichlet([0.7, 1.5, 1.5]).tolist()
     is_consuming, is_resettling, works = rng.random(3) < 0.5
     return SessionDynamics(
         start_time=start_time,
@@ -161,8 +160,8 @@ def draw_sessions(
         work_hour=float(rng.normal(8.5, 1.5)),
         work_hours=float(rng.uniform(4, 11)),
         work_spread=draw_rate(rng, 0.05, 1),
-        tidy_share=0.5 * float(rng.uniform()) ** 2,
-        again_share=0.5 * float(rng.uniform()) ** 3,
+        tidy_share=0.7 * float(rng.uniform()) ** 2,
+        again_share=0.6 * float(rng.uniform()) ** 2,
         back_share=back,
         stay_share=stay,
         handed_share=handed,
