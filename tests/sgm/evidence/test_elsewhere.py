@@ -7,6 +7,7 @@ import pytest
 
 from sgm.evidence.elsewhere import compute_elsewhere, compute_out
 from sgm.finder.finder import Finder
+from sgm.finder.object_finder import ObjectFinder
 from sgm.memory.clock import Clock
 from sgm.policies import Adaptive, Bayesian
 from sgm.prior.prior_graph import PriorGraph
@@ -63,6 +64,19 @@ def test_keys_are_out_on_working_mornings_and_back_in_the_evening(memory, make):
     assert say(finder, memory, "car keys", 20, 0) < 0.1
     assert say(finder, memory, "car keys", 9, 50, day=21) < 0.3  # a Saturday
     assert finder.rank(memory, "car keys").elsewhere < 0.1  # seen an hour ago, at six
+    for thing in ("kettle", "mug", "book"):
+        assert say(finder, memory, thing, 9, 50) < 0.05
+
+
+def test_the_network_knows_working_mornings_too(memory):
+    """Less surely than the rule: that is at least .75 sure in the morning."""
+    finder = ObjectFinder.load()
+    morning, noon, evening, saturday = (
+        say(finder, memory, "car keys", *when)
+        for when in ((9, 50), (13, 0), (20, 0), (9, 50, 21))
+    )  # fmt: skip
+    assert min(morning, noon) > 0.5
+    assert max(evening, saturday) < 0.3
     for thing in ("kettle", "mug", "book"):
         assert say(finder, memory, thing, 9, 50) < 0.05
 

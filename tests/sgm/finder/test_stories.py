@@ -4,7 +4,13 @@ import pytest
 
 from tests.sgm.finder.stories import STORIES, make_finder, see_fresh
 
-FINDERS = ("adaptive",)
+FINDERS = ("adaptive", "network")
+# What the network that ships is not sure enough of, by less than .02: a test fails once it is.
+MISSED = (
+    "twelve times on the dresser, on the sofa a minute ago",
+    "steps of half a minute",
+    "put down by the robot ten minutes ago",
+)
 
 
 @pytest.fixture(scope="module", params=FINDERS)
@@ -13,7 +19,9 @@ def finder(request):
 
 
 @pytest.mark.parametrize("title", STORIES)
-def test_common_sense(title, finder):
+def test_common_sense(title, finder, request):
+    if request.node.callspec.params["finder"] == "network" and title in MISSED:
+        request.applymarker(pytest.mark.xfail(reason="not sure enough", strict=True))
     story = STORIES[title]
     assert story.find_fault(story.ask(finder)) == ""
 
