@@ -15,7 +15,7 @@ from sgm.finder.judged import JudgedBeliefs
 from sgm.finder.ranking import Place, Ranking, gather_evidence, rank_place
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import SearchPlan, plan_search
-from sgm.finder.travel_costs import Distance, find_distance
+from sgm.finder.travel_costs import Distance, check_start, find_distance
 from sgm.memory.asking import Asked
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import RELATIONS
@@ -235,6 +235,7 @@ class Finder:
         """
         check_ids(exclude)
         distance = find_distance(memory, start, distance)
+        check_start(start, distance)
         rules = SearchRules(look_cost, frozenset(exclude), give_up_at, budget)
         return ObjectSearch(self, memory, description, start, distance, rules)
 

@@ -16,7 +16,7 @@ from sgm.finder.tour import (
     order_greedily,
     plan_tour,
 )
-from sgm.finder.travel_costs import Distance, TravelCosts
+from sgm.finder.travel_costs import Distance, TravelCosts, check_start
 from sgm.messages import shorten
 
 MOST_ROUNDS = 3  # looks at one place: a detector that misses a quarter misses 2 % thrice
@@ -145,11 +145,7 @@ def plan_search(
     Source: Kadane (1968), "Discrete search and the Neyman-Pearson lemma": without ways between the
     places, the best gain per cost first is the optimum, since gains of a place fall.
     """
-    if distance is None and start is not None:
-        raise ValueError(
-            f"start must come with distances, got start={shorten(start)} alone. Give distance=, a "
-            "function of (start or furniture id, furniture id)."
-        )
+    check_start(start, distance)
     if not is_number(look_cost) or not 0 <= look_cost < np.inf:
         raise ValueError(
             f"look_cost must be a finite number, 0 or more, got {shorten(look_cost)}. Give the "

@@ -100,6 +100,15 @@ def is_at(start: Any, furniture: int) -> bool:
     return isinstance(start, (int, np.integer)) and int(start) == furniture
 
 
+def check_start(start: Any, distance: object) -> None:
+    """Raise ValueError for a start without distances."""
+    if distance is None and start is not None:
+        raise ValueError(
+            f"start must come with distances, got start={shorten(start)} alone. Give distance=, a "
+            "function of (start or furniture id, furniture id)."
+        )
+
+
 def find_distance(
     memory: SceneGraphMemory, start: Any, distance: Distance | None = None
 ) -> Distance | None:

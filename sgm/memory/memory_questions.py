@@ -336,8 +336,8 @@ class MemoryQuestions(MemoryLayout):
                 asked = np.array([row for row, text in texts if text in wanted], dtype=np.int64)
             seen, ids = SeenRows.list(fused, asked), state.furniture.ids
             if furniture is None:
-                number: dict[str, int] = {}
-                names = [number.setdefault(t, len(number)) for t in state.things.descriptions]
+                first: dict[str, int] = {}
+                names = [first.setdefault(t, len(first)) for t in state.things.descriptions]
                 seen = seen.take(seen.find_current(np.array(names, dtype=np.int64)))
             else:
                 place = state.furniture.position.get(furniture, -2)
@@ -353,14 +353,24 @@ class MemoryQuestions(MemoryLayout):
                 (
                     state.things[thing].description,
                     SeenAt(
-                        time, fused.time - time, None if at < 0 else ids[at],
-                        None if at < 0 else RELATIONS[relation], is_there, *counts, "", *position,
+                        time,
+                        fused.time - time,
+                        None if at < 0 else ids[at],
+                        None if at < 0 else RELATIONS[relation],
+                        is_there,
+                        times_seen,
+                        times_looked,
+                        position=position,
+                        position_sd=position_sd,
+                        usual_position=usual,
                     ),
                 )
-                for thing, at, relation, is_there, time, *counts, position in zip(
-                    *columns, told, strict=True
-                )
-            ]  # fmt: skip
+                for thing, at, relation, is_there, time, times_seen, times_looked, (
+                    position,
+                    position_sd,
+                    usual,
+                ) in zip(*columns, told, strict=True)
+            ]
         rows.sort(key=lambda row: (-row[1].time, row[0]))
         return rows[:most], num_all
 

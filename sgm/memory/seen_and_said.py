@@ -35,9 +35,22 @@ def list_places_of_edges(
         positions = tell_positions(memory, seen)
     places = [
         SeenAt(
-            time, memory.time - time, furniture_ids[place], RELATIONS[relation], *counts, "", *at
+            time,
+            memory.time - time,
+            furniture_ids[place],
+            RELATIONS[relation],
+            is_there,
+            times_seen,
+            times_looked,
+            position=position,
+            position_sd=position_sd,
+            usual_position=usual,
         )
-        for time, place, relation, *counts, at in zip(*columns, positions, strict=True)
+        for time, place, relation, is_there, times_seen, times_looked, (
+            position,
+            position_sd,
+            usual,
+        ) in zip(*columns, positions, strict=True)
     ]
     last = int(memory.objects["last_observed"][row])
     if last != NEVER and all(place.time < last for place in places):

@@ -189,7 +189,7 @@ def _read_statement(line: LogLine, player: Replayer, num_looks: int) -> PastStat
         other = values["description"]
     elif line.kind == "merge_furniture":
         merged = _find_furniture(line, values["other"], player)
-        other = player.memory.describe(merged)
+        other = "" if merged is None else player.memory.describe(merged)
     return PastStatement(
         step=line.time,
         kind=line.kind,
