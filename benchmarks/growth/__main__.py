@@ -14,6 +14,7 @@ from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
+from building import measure_building
 from curves import (
     Point,
     measure_home,
@@ -25,7 +26,7 @@ from curves import (
 from life import measure_life
 from matplotlib.figure import Figure
 
-PARTS = ("objects", "homes", "memory", "home", "reading", "life")
+PARTS = ("objects", "homes", "memory", "home", "reading", "life", "building")
 FOLDER = Path(__file__).resolve().parent
 
 
@@ -79,6 +80,10 @@ def main() -> None:
     # 300,000 as well: from there on, pages are given back
     snapshots = [100, 1_000] if options.tiny else [100, 1_000, 10_000, 100_000, 300_000, 1_000_000]
     lives = [100, 300] if options.tiny else [100, 300, 1_000, 3_000, 10_000, 30_000, 100_000]
+    places = [(10, 50), (50, 500), (200, 2_000), (500, 5_000), (2_000, 20_000)]
+    things = [(100, 50), (100, 500), (100, 5_000), (100, 20_000)]
+    if options.tiny:
+        places, things = places[:2], things[:2]
     table = options.out / "growth.csv"
     found = read_curves(table) if options.only else defaultdict(list)
     for part, points in {
@@ -90,6 +95,7 @@ def main() -> None:
         "home": measure_home(objects, min(repeats, 3)),
         "reading": measure_reading(snapshots, 20 * repeats),
         "life": measure_life(lives, 10 * repeats),
+        "building": measure_building(places, things),
     }.items():
         if options.only in (None, part):
             fresh = defaultdict(list)

@@ -79,7 +79,7 @@ class MemoryState:
         batch.positions.append(len(content.tables["positions"]["object"]))
         fill_tables(batch.tables, content.tables)
         self.has_merged = bool((batch.objects["same_as"] >= 0).any())
-        self.update_layout()  # the batch looks up the prior of every edge
+        batch.look_up_prior()  # of every edge
         self.asked = content.asked
         if content.asked is not None:
             self.query_row(content.asked)

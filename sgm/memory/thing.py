@@ -257,6 +257,6 @@ def read_things(data: Mapping[str, Any]) -> tuple[Thing, ...]:
     things = []
     for number, description in enumerate(data["descriptions"]):
         own = read_id(ids[number]) if number in ids else ""
-        embedding = read_embedding(embeddings.get(number, ()))
+        embedding = read_embedding(embeddings[number]) if number in embeddings else ()
         things.append(Thing(description, own, statements.get(number, ()), embedding))
     return tuple(things)

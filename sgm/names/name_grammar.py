@@ -156,6 +156,7 @@ class NameReader:
         self._table = table
         self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
         self.read_things = lru_cache(maxsize=MOST_NAMES)(self._read_things)
+        self._find_things = lru_cache(maxsize=MOST_NAMES)(self._find_things_of)
         self._read_text = lru_cache(maxsize=MOST_NAMES)(self._read_words_of)
         self._spell = lru_cache(maxsize=20_000)(self._spell_by_table)
 
@@ -178,14 +179,19 @@ class NameReader:
         text, instance = split_instance(name)
         if not instance:
             text, _ = split_written_on(text, self._is_known)
-        words = split_possessives(text)
-        plain = [word for word, _ in words]
-        is_plain = text.replace(" ", "").isalnum() and BREAKS.isdisjoint(plain)
-        if not is_plain or compute_singular(plain[-1]) in _AFTER_THING:
+        found = self._find_things(text)
+        if found is None:
             reading = self.read(name)[0]
             return reading.words, reading.things
-        start = self._find_start(plain)
-        return tuple(plain), self._table.find(plain[start:])
+        return found
+
+    def _find_things_of(self, text: str) -> tuple[tuple[str, ...], tuple[int, ...]] | None:
+        """Return words and things of a name of plain words; None for any other."""
+        plain = [word for word, _ in split_possessives(text)]
+        is_plain = text.replace(" ", "").isalnum() and BREAKS.isdisjoint(plain)
+        if not is_plain or compute_singular(plain[-1]) in _AFTER_THING:
+            return None
+        return tuple(plain), self._table.find(plain[self._find_start(plain) :])
 
     def _find_start(self, plain: list[str]) -> int:
         """Return where the longest name of the table begins that words end in."""

@@ -220,7 +220,7 @@ def read_name(description: str) -> tuple[str, ...]:
     return _read_name(read_words("description", description))
 
 
-@lru_cache(maxsize=10_000)
+@lru_cache(maxsize=MOST_NAMES)
 def _read_name(name: str) -> tuple[str, ...]:
     return order_words(list_plain(name))
 
