@@ -87,17 +87,17 @@ def test_written_scores_are_those_of_the_checkpoint(run):
 
 
 def test_table_is_sorted_and_paired(capsys):
-    evaluation = OnlineEvaluation(OnlineConfig(num_homes=2, steps=10, name="NEP"))
+    evaluation = OnlineEvaluation(OnlineConfig(num_homes=3, steps=10, name="NEP"))
 
-    def make_scores(first: int, second: int) -> ScoreSummary:
-        right = np.arange(10) < np.array([[first], [second]])
+    def make_scores(*first: int) -> ScoreSummary:
+        right = np.arange(10) < np.array(first)[:, None]
         return ScoreSummary(right.astype(float), dict.fromkeys(METRICS, 1.0))
 
     evaluation.scores = {
-        "bayesian": make_scores(2, 4),  # accuracy 0.3
-        "oracle": make_scores(6, 8),  # 0.7
-        "ceiling": make_scores(8, 8),  # 0.8
-        "NEP": make_scores(4, 6),  # 0.5: half of 0.3 -> 0.7, two fifths of 0.3 -> 0.8
+        "bayesian": make_scores(2, 4, 3),  # accuracy 0.3
+        "oracle": make_scores(6, 8, 7),  # 0.7
+        "ceiling": make_scores(8, 8, 8),  # 0.8
+        "NEP": make_scores(4, 6, 5),  # 0.5: half of 0.3 -> 0.7, two fifths of 0.3 -> 0.8
     }
     evaluation.print_table()
     out = capsys.readouterr().out
@@ -105,9 +105,9 @@ def test_table_is_sorted_and_paired(capsys):
     assert [line[0] for line in lines if line and line[0] in evaluation.scores] == [
         "bayesian", "NEP", "oracle", "ceiling"
     ]  # fmt: skip
-    assert "-0.200 [-0.200, -0.200]" in out  # Bayesian: both homes differ by exactly 0.2
-    # the ceiling: homes differ by 0.4 and 0.2; of two, t = 12.706 standard errors of 0.1
-    assert "+0.300 [-0.971, +1.571]" in out
+    assert "-0.200 [-0.200, -0.200]" in out  # Bayesian: all homes differ by exactly 0.2
+    # the ceiling: homes differ by 0.4, 0.2 and 0.3; of three, t = 4.303 standard errors of 0.0577
+    assert "+0.300 [+0.052, +0.548]" in out
     flat = " ".join(out.split())
     assert "gap closed 50%" in flat
     assert "gap closed 40%" in flat
