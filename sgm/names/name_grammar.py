@@ -162,9 +162,7 @@ class NameReader:
 
     def _read(self, name: str) -> tuple[Reading, ...]:
         """Return the readings of a name, the main ones first."""
-        text, instance = split_instance(name)
-        if not instance:
-            text, instance = split_written_on(text, self._is_known)
+        text, instance = self._split_number(name)
         readings = self._read_text(text)
         if instance:
             readings = tuple(reading.number(instance) for reading in readings)
@@ -176,14 +174,17 @@ class NameReader:
         Of plain words these are the longest name of the table that they end in, found for a tenth
         of the work.
         """
-        text, instance = split_instance(name)
-        if not instance:
-            text, _ = split_written_on(text, self._is_known)
+        text, _ = self._split_number(name)
         found = self._find_things(text)
         if found is None:
             reading = self.read(name)[0]
             return reading.words, reading.things
         return found
+
+    def _split_number(self, name: str) -> tuple[str, str]:
+        """Split a counter, or else what is written on a thing, from the words of a name."""
+        text, instance = split_instance(name)
+        return (text, instance) if instance else split_written_on(text, self._is_known)
 
     def _find_things_of(self, text: str) -> tuple[tuple[str, ...], tuple[int, ...]] | None:
         """Return words and things of a name of plain words; None for any other."""
