@@ -167,11 +167,11 @@ class Caller:
 
     async def answer(self, call: Call, arguments: Mapping[str, Any]) -> bytes:
         """Make a call as `call` does, and return its answer as it is sent."""
-        if self.reader is not None and self.reader.is_ready and call.only_reads:
+        if self.reader is not None and call.only_reads:
             self._check_waiting()
             try:
                 return await self.reader.ask(call.name, arguments, self.timeout)
-            except ReaderFailed:  # this process has the same answer, or raises what that did
+            except ReaderFailed:  # or not ready: this process has the same answer, or error
                 pass
             except asyncio.TimeoutError:
                 raise self._refuse_slow() from None

@@ -29,6 +29,7 @@ class Reader:
     so an answer knows all that was answered before.
 
     Attributes:
+        is_ready: whether it has read what the memory held when it began.
         processor_seconds: of the process.
         num_waiting: questions that are not answered yet.
     """
@@ -43,9 +44,10 @@ class Reader:
         self._listening: asyncio.Task[None] | None = None
         self._waiting: dict[int, asyncio.Future[bytes]] = {}
         self._number = 0
-        self._has_begun, self._is_closing = False, False
-        self._begun: list[bytes] = []  # lines that came before the first one was written
-        self.is_ready = False  # it has read what the memory held when it began
+        self._is_closing = False
+        # Lines that came before the first one was sent; None from then on.
+        self._early: list[bytes] | None = []
+        self.is_ready = False
         self.processor_seconds = 0.0
 
     @property
@@ -71,9 +73,9 @@ class Reader:
 
         write_start = memory.follow(listen)
         first = await asyncio.to_thread(write_start)
-        for line in (first, *self._begun):
-            self._send(pack(Kind.LINE, 0, line))
-        self._has_begun, self._begun = True, []
+        early, self._early = self._early or [], None
+        for line in (first, *early):
+            self._follow(line)
         assert process.stdout is not None
         self._listening = asyncio.create_task(self._listen(process.stdout, memory))
 
@@ -113,10 +115,10 @@ class Reader:
             await self._listening
 
     def _follow(self, line: bytes) -> None:
-        if self._has_begun:
+        if self._early is None:
             self._send(pack(Kind.LINE, 0, line))
         else:
-            self._begun.append(line)
+            self._early.append(line)
 
     def _send(self, frame: bytes) -> None:
         assert self._process is not None

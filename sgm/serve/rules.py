@@ -15,7 +15,7 @@ from sgm.messages import shorten, shorten_text
 from sgm.names.words import MAX_LENGTH
 
 MOST_SEEN = 500  # sightings of a look
-_MOST_METRES = 1e9  # and most that a number of an embedding may be
+_LARGEST = 1e9  # number of an embedding, or of a start in metres
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,11 +119,11 @@ def _read_place(name: str, value: Any) -> str | int | None:
 
 
 def _read_numbers(
-    value: Any, least: int, most: int, farthest: float = _MOST_METRES
+    value: Any, least: int, most: int, largest: float = _LARGEST
 ) -> tuple[float, ...] | None:
     if not isinstance(value, list) or not least <= len(value) <= most:
         return None
-    fits = all(is_finite(number) and abs(number) <= farthest for number in value)
+    fits = all(is_finite(number) and abs(number) <= largest for number in value)
     return tuple(map(float, value)) if fits else None
 
 
