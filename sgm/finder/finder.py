@@ -256,9 +256,7 @@ class Finder:
         most = max(_MOST_ROWS // batch.num_furniture, 1)
         if num_things <= most or not self._policy.answers_apart:
             return self._policy.believe(batch, queries)
-        parts = [
-            np.arange(num_things)[first : first + most] for first in range(0, num_things, most)
-        ]
+        parts = np.split(np.arange(num_things), range(most, num_things, most))
         beliefs = [self._policy.believe(batch, queries.take(part)) for part in parts]
         return Belief(np.concatenate([belief.log_weights for belief in beliefs]))
 

@@ -12,6 +12,7 @@ from sgm.checks import is_number
 from sgm.finder.ranking import Place, tell_point
 from sgm.finder.tour import (
     compute_expected_cost,
+    compute_prob_needed,
     improve_begin,
     order_greedily,
     plan_tour,
@@ -21,10 +22,10 @@ from sgm.messages import shorten
 
 MOST_ROUNDS = 3  # looks at one place: a detector that misses a quarter misses 2 % thrice
 EXACT_PLACES = 12  # looks planned exactly: 12 ms; each further one takes twice as long
-MOST_TOGETHER = 96  # looks planned together, thrice at 32 places; further ones go on from there
-LITTLE = 1e-3  # share of what looks can find that a plan of more looks than these leaves out
+MOST_PLANNED = 96  # looks planned together: three at each of 32 places
+LITTLE = 1e-3  # share of what looks can find that a plan of more than MOST_PLANNED leaves out
 
-_EXACT_BEGIN = 9  # looks at the begin of more than these
+_EXACT_BEGIN = 9  # first looks planned exactly where there are more than EXACT_PLACES
 _MOST_STARTS = 6  # first looks that are tried
 _MOST_STOPS = 8  # likely places near which a way leads
 
@@ -112,15 +113,15 @@ def plan_search(
     Up to `EXACT_PLACES` looks are in the order that costs least, and so are all of them without
     distances. For more, some orders are made, and the cheapest one is taken: the best gain per cost
     of the next leg first, from each promising first look on; and the optimum over the most
-    promising looks, followed by the others in the first manner. The begin of each is improved
-    (`improve_begin`). For 14 places that costs .1 % more than the least on average, and less than
-    1 % more in 49 of 50 cases (`tests/sgm/finder/test_tour_costs.py`).
+    promising looks, followed by the others in the first manner. The first looks of each are then
+    improved (`improve_begin`). For 14 places that costs .1 % more than the least on average, and
+    less than 1 % more in 49 of 50 cases (`tests/sgm/finder/test_tour_costs.py`).
 
-    With more than `MOST_TOGETHER` looks, what is planned so are as many as gain most for the way
-    from here, or from the likeliest places: what lies on the way. The others follow from where that
-    ends, the best gain per cost of the next leg first. Left out are then the least likely places
-    that hold `LITTLE` of what looks can find, all of them together. Ways are asked for between what
-    is planned together.
+    Of more than `MOST_PLANNED` looks, that many are planned so: those with the best gain per cost
+    of the way from here, or from one of the likeliest places. The others follow, the best gain per
+    cost of the next leg first. The least likely places are then left out, as long as looks at all
+    of them would find no more than the share `LITTLE`. `distance` is asked for ways between looks
+    that are planned together.
 
     What must be opened (`Place.open_cost`) is shut again when one leaves: it costs to be opened
     with every way that leads to it, and not for another look on the spot.
@@ -162,7 +163,7 @@ def plan_search(
     weight = prob if miss_again is None else prob / max(float(prob.sum()), 1e-300)
     order = _order_looks(legs, at, prob, weight, most)
     cost, own = legs.compute_costs(at[order]), prob[order]
-    prob_needed = np.maximum(1 - np.cumsum(own) + own, 0)
+    prob_needed = compute_prob_needed(own)
     before = [opened, *(places[place].furniture for place in at[order])]
     looks = [
         Look(
@@ -178,7 +179,7 @@ def _choose_places(
     places: Sequence[Place], start: Any, ways: TravelCosts, rounds: int
 ) -> list[tuple[Place, float]]:
     """Return the places that matter and can be reached, with the ways there, as they were given."""
-    least = MOST_TOGETHER // rounds
+    least = MOST_PLANNED // rounds
     gain = np.array([place.probability * place.detection for place in places])
     left, held = float(gain.sum()), 0.0
     chosen: dict[int, float] = {}
@@ -200,6 +201,7 @@ class _Legs:
     Attributes:
         places: F.
         first: of the first leg, (F,).
+        has_ways: whether ways cost anything, or only looks do.
     """
 
     def __init__(
@@ -255,10 +257,10 @@ def _order_looks(
         else:
             first = legs.first[at[left]]
         together = np.arange(len(left))
-        if len(left) > MOST_TOGETHER:
+        if len(left) > MOST_PLANNED:
             nearest = first if len(order) else _find_nearest(legs, at, prob, first)
             promise = prob[left] / np.maximum(nearest, 1e-9)
-            together = np.sort(np.argsort(-promise, kind="stable")[:MOST_TOGETHER])
+            together = np.sort(np.argsort(-promise, kind="stable")[:MOST_PLANNED])
         next_ones = left[together]
         between = legs.compute_all(at[next_ones])
         part = prob[next_ones], weight[next_ones], first[together], between

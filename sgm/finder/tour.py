@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-MOST_IMPROVED = 24  # looks at the begin of a tour that may change places
-_LONGEST = 3  # looks that change places with as many others as there are
+MOST_IMPROVED = 24  # first looks of a tour whose order may be changed
+_LONGEST = 3  # looks of the shorter of two runs that are exchanged
 
 
 def plan_tour(
@@ -59,7 +59,7 @@ def plan_tour(
 def compute_tour_costs(
     prob: np.ndarray, first_leg: np.ndarray, legs: np.ndarray, order: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cost of each leg of tours, and the probability that it is gone, (..., k) each.
+    """Return the cost of each leg of tours, and the probability that it is needed, (..., k) each.
 
     Their product summed up is the expected cost. `order` has the places of the tours, (..., k); the
     rest is as in `plan_tour`, for one tour.
@@ -67,8 +67,13 @@ def compute_tour_costs(
     cost = np.concatenate(
         [first_leg[order[..., :1]], legs[order[..., :-1], order[..., 1:]]], axis=-1
     )
-    own = prob[order]
-    return cost, np.maximum(1 - np.cumsum(own, axis=-1) + own, 0)
+    return cost, compute_prob_needed(prob[order])
+
+
+def compute_prob_needed(found: np.ndarray) -> np.ndarray:
+    """Return how likely each look is needed, of looks that find it first with `found`, (..., k)."""
+    prob_needed: np.ndarray = np.maximum(1 - np.cumsum(found, axis=-1) + found, 0)
+    return prob_needed
 
 
 def compute_expected_cost(
@@ -104,8 +109,8 @@ def improve_begin(
     each as it is or turned round; one of them may be empty. The best is made, until none is.
 
     With m missing before a run of legs l_1, l_2, ..., it costs m D - E, where D is the sum of the
-    legs and E that of each by what the run holds before it: sums over ranges, known for all runs
-    from those over all begins of the tour.
+    legs and E that of each times what the run holds before it. Both are differences of two
+    cumulative sums over the tour.
     """
     order = order.copy()
     num = min(len(order), MOST_IMPROVED)
@@ -139,7 +144,7 @@ def _compute_changes(
     legs, own = first, np.append(own, -1) if len(own) == num else own
 
     def sum_up(leg: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sums of legs to the looks 1, 2, ..., and of each by what is held before."""
+        """Sums of legs to the looks 1, 2, ..., and of each times what is held before."""
         return (
             np.concatenate([[0.0, 0.0], np.cumsum(leg)]),
             np.concatenate([[0.0, 0.0], np.cumsum(leg * before)]),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.ranking import Evidence, Place
-from sgm.finder.search_plan import MOST_TOGETHER, plan_search
+from sgm.finder.search_plan import MOST_PLANNED, plan_search
 from sgm.finder.travel_costs import TravelCosts
 
 START = "start"
@@ -46,11 +46,14 @@ def sample_case(rng, kind, num_places):
     return prob, cost, float(rng.choice([0.0, 1.0, 3.0]))
 
 
-def plan(prob, cost, look_cost):
+def list_places(prob):
     nothing = Evidence(None, 0, (), 0.0)
-    places = [Place(n, f"place {n}", "in", float(one), nothing) for n, one in enumerate(prob)]
+    return [Place(n, f"place {n}", "in", float(one), nothing) for n, one in enumerate(prob)]
+
+
+def plan(prob, cost, look_cost):
     return plan_search(
-        "mug", places, START, lambda a, b: cost[-1 if a == START else a, b], look_cost
+        "mug", list_places(prob), START, lambda a, b: cost[-1 if a == START else a, b], look_cost
     )
 
 
@@ -89,16 +92,20 @@ def make_building(seed, num_places):
     return prob, rng.uniform(0, 300, (num_places + 1, 2))
 
 
-def test_what_holds_next_to_nothing_is_left_out_and_its_ways_are_not_asked_for():
-    prob, at = make_building(0, 1000)
-    nothing = Evidence(None, 0, (), 0.0)
-    places = [Place(n, f"place {n}", "in", float(one), nothing) for n, one in enumerate(prob)]
+def note_ways(at):
+    """Straight lines between points, the last one the start, and a list of those asked for."""
     asked = []
 
     def distance(here, there):
         asked.append((here, there))
         return float(np.linalg.norm(at[-1 if here == START else here] - at[there]))
 
+    return distance, asked
+
+
+def test_what_holds_next_to_nothing_is_left_out_and_its_ways_are_not_asked_for():
+    prob, at = make_building(0, 1000)
+    places, (distance, asked) = list_places(prob), note_ways(at)
     whole = plan_search("mug", places, START, distance)
     assert whole.found == pytest.approx(prob.sum(), rel=1e-3)
     assert len(whole) < 200  # 96 at least
@@ -112,14 +119,7 @@ def test_what_holds_next_to_nothing_is_left_out_and_its_ways_are_not_asked_for()
 
 def test_ways_that_are_kept_are_asked_for_once():
     prob, at = make_building(1, 200)
-    nothing = Evidence(None, 0, (), 0.0)
-    places = [Place(n, f"place {n}", "in", float(one), nothing) for n, one in enumerate(prob)]
-    asked = []
-
-    def distance(here, there):
-        asked.append((here, there))
-        return float(np.linalg.norm(at[-1 if here == START else here] - at[there]))
-
+    places, (distance, asked) = list_places(prob), note_ways(at)
     ways = TravelCosts(distance)
     first = plan_search("mug", places, START, ways, miss_again=0.2, most=1)
     assert len(set(asked)) == len(asked)
@@ -133,7 +133,7 @@ def test_ways_that_are_kept_are_asked_for_once():
 
 def test_more_looks_than_are_planned_together_follow_one_another():
     """All places are alike: each is looked at once, and the way is no salesman's nightmare."""
-    num_places = 3 * MOST_TOGETHER
+    num_places = 3 * MOST_PLANNED
     rng = np.random.default_rng(2)
     at = rng.uniform(0, 100, (num_places + 1, 2))
     cost = np.linalg.norm(at[:, None] - at, axis=2)
