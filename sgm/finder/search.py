@@ -159,16 +159,16 @@ class ObjectSearch:
         if within and self._compute_prospect(within) <= 1 - self._rules.give_up_at:
             self._reason = self._tell_too_small(places, within)
             return None
-        looks = self._plan(places)
-        if not looks:
+        look = self._plan(places)
+        if look is None:
             ended = "given up"
             if self._rules.budget is not None:
                 how = "spent" if self.cost else "too small for any look"
                 ended = f"budget of {self._rules.budget:g} {how}"
             self._reason = _tell_why_given_up(ranking.elsewhere, cut_off, ended)
             return None
-        self.going, self._reason = looks[0], ""
-        return self.going
+        self.going, self._reason = look, ""
+        return look
 
     def found(self) -> None:
         """Say that it was found at the place that `next` gave; nothing is said of other things."""
@@ -237,8 +237,8 @@ class ObjectSearch:
         resolution = self._finder.resolve(self.memory, self.description)
         return resolution.matches or (self.description,)
 
-    def _plan(self, places: Sequence[Place]) -> Sequence[Look]:
-        """Plan the next look; none where the budget allows none."""
+    def _plan(self, places: Sequence[Place]) -> Look | None:
+        """Plan the next look; None where the budget allows none."""
         budget = self._rules.budget
         if budget is None:
             left = MOST_ROUNDS * len(places) - self.num_looks
@@ -247,17 +247,18 @@ class ObjectSearch:
                 places = new[: max(left, 0)]
         if self._in_a_row >= MOST_ROUNDS and not self._rules.look_cost:  # looks that cost nothing
             places = [place for place in places if not is_at(self._at, place.furniture)] or places
-        looks = self._order(places)
-        if budget is None or not looks or looks[0].cost <= budget - self.cost:
-            return looks
-        return self._order(self._list_affordable(places))
+        look = self._choose_first(places)
+        if budget is None or look is None or look.cost <= budget - self.cost:
+            return look
+        return self._choose_first(self._list_affordable(places))
 
-    def _order(self, places: Sequence[Place]) -> Sequence[Look]:
+    def _choose_first(self, places: Sequence[Place]) -> Look | None:
         miss_again = self._finder.detector.miss_again
-        return plan_search(
+        plan = plan_search(
             self.description, places, self._at, self._ways, self._rules.look_cost, miss_again,
             self._opened, most=1,
-        ).looks  # fmt: skip
+        )  # fmt: skip
+        return next(iter(plan), None)
 
     def _list_affordable(self, places: Sequence[Place]) -> list[Place]:
         """List the places for which the rest of the budget is enough."""
