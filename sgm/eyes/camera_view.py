@@ -208,10 +208,11 @@ class CameraView:
         return self._depth.measure_boxes(boxes, self._reach[1])
 
     def measure_pixels(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the point in the map of each pixel (n, 2), and how far that is to be believed.
+        """Return the point in the map that each pixel (n, 2) shows, and which pixels measured one.
 
         Returns:
-            (n, 3). Which pixels measured one in reach, (n,). Which show what is out of reach, (n,).
+            Points (n, 3). Which pixels measured one in reach, (n,). Which show what is out of reach,
+            (n,).
         """
         if self._depth is None:
             nowhere = np.zeros(len(pixels), dtype=bool)

@@ -34,7 +34,7 @@ _INSIDE = 0.05  # metres below the upper side, and from all others, of what lies
 _SPOT = "spot"
 _SPOT_SIDE = 0.5  # metres of a new spot
 _WIDEST_SPOT = 1.2
-_SPOTREACH = 0.6  # metres from the middle of a spot at which a thing is at it, or widens it
+_SPOT_REACH = 0.6  # metres from the middle of a spot at which a thing is at it, or widens it
 _NEAR = 1.5  # metres at which furniture is named as what a spot is by
 
 
@@ -173,7 +173,7 @@ class FurnitureMapper:
             if furniture is None and labels[row] is not None and shown[row][1].any()
         ]
         matches.prepare(detections, labels, shown, wanted)
-        taken: dict[int, Sketch] = {}
+        taken: set[int] = set()  # numbers of sketches
         for row, (detection, furniture) in enumerate(zip(detections, known, strict=True)):
             sketch = None if furniture is None else self._by_id.get(furniture)
             if furniture is not None and sketch is None:
@@ -192,8 +192,8 @@ class FurnitureMapper:
                 sketch = Sketch(self._num_sketches)
                 self._num_sketches += 1
                 self._sketches.append(sketch)
-            sketch.beside.update(list(taken))
-            taken[sketch.number] = sketch
+            sketch.beside.update(taken)
+            taken.add(sketch.number)
             if sketch.num_frames < self.rules.most_frames:
                 pose = view.pose
                 sketch.add(label, pose.position, pose.position_sd, points, is_within)
@@ -206,16 +206,16 @@ class FurnitureMapper:
 
     def _note_shown(self, view: CameraView, taken: Container[int]) -> None:
         """Count for furniture that was found whether a frame shows it, and whether it was seen."""
-        rows = [one for one in self._by_id.values() if one.box is not None]
-        if not rows or not view.has_depth:
+        drawn = [(one, one.box) for one in self._by_id.values() if one.box is not None]
+        if not drawn or not view.has_depth:
             return
-        center = np.array([one.box.center for one in rows if one.box is not None])
-        front = np.array([math.hypot(*one.box.size[:2]) / 2 for one in rows if one.box is not None])
-        behind = view.measure_behind(center, np.zeros(len(rows), dtype=np.int64))
+        center = np.array([box.center for _, box in drawn])
+        front = np.array([math.hypot(*box.size[:2]) / 2 for _, box in drawn])
+        behind = view.measure_behind(center, np.zeros(len(drawn), dtype=np.int64))
         is_shown = behind > -front - REACH
         is_shown &= np.linalg.norm(center - view.pose.position, axis=1) < _SEEN_SURELY
         for row in np.flatnonzero(is_shown).tolist():
-            sketch = rows[row]
+            sketch, _ = drawn[row]
             if sketch.num_shown >= _MOST_SHOWN:
                 sketch.num_shown, sketch.num_named = sketch.num_shown / 2, sketch.num_named / 2
             sketch.num_shown += 1
@@ -251,11 +251,11 @@ class FurnitureMapper:
             if sketch.box is None or number not in self.memory.layout.furniture:
                 continue
             whole = [
-                other.furniture
-                for other in self._by_id.values()
-                if self._is_part_of(sketch, other) and 2 * sketch.num_frames <= other.num_frames
+                other
+                for other, one in self._by_id.items()
+                if self._is_part_of(sketch, one) and 2 * sketch.num_frames <= one.num_frames
             ]
-            if whole and whole[0] is not None:
+            if whole:
                 self._merge(whole[0], number)
                 gone.append(sketch)
             elif (
@@ -282,45 +282,41 @@ class FurnitureMapper:
 
         What was seen there since is in the memory by now.
         """
-        ids, num_gone = self.memory.furniture_ids, len(self.gone)
+        ids = self.memory.furniture_ids
         self._left &= self._spots & {*ids}
         if not self._left:
             return False
-        batch = self.memory.batch
-        for spot in self._left:
-            is_there = batch.edges["is_true"] & (batch.edges["furniture"] == ids.index(spot))
-            if not is_there.any():
-                self.gone.add(spot)
-        for spot in self._spots & self.gone:
+        edges = self.memory.batch.edges
+        occupied = {ids[index] for index in edges["furniture"][edges["is_true"]].tolist()}
+        empty = self._left - occupied
+        for spot in empty:
             self._spots.discard(spot)
             self.memory.remove_furniture(spot)
-        return len(self.gone) > num_gone
+        self.gone |= empty
+        return bool(empty)
 
     def _is_believed(self, sketch: Sketch) -> bool:
         if sketch.box is None or sketch.num_frames < self.rules.least_frames:
             return False
-        if sketch.likeness < self.rules.least_likeness or self._is_part(sketch):
+        if sketch.likeness < self.rules.least_likeness:
+            return False
+        if any(self._is_part_of(sketch, other) for other in self._by_id.values()):
             return False
         return float(np.linalg.norm(sketch.high - sketch.low)) >= self.rules.least_apart
 
-    def _is_part(self, sketch: Sketch) -> bool:
-        """Tell whether a sketch may be a part of furniture of its label that stands right there.
-
-        So it seems while that was seen in more frames, and seldom beside it: of two that stand side
-        by side a camera shows both.
-        """
-        assert sketch.box is not None
-        return any(self._is_part_of(sketch, other) for other in self._by_id.values())
-
     def _is_part_of(self, sketch: Sketch, other: Sketch) -> bool:
-        """Tell whether a sketch may be a part of other furniture, as `_is_part` says."""
+        """Tell whether a sketch may be a part of other furniture of its label that is near it.
+
+        So it is while the other one was seen in at least as many frames, and seldom in the same
+        ones: of two that stand side by side a camera shows both.
+        """
         if sketch.box is None or other.box is None or other is sketch:
             return False
         if sketch.num_frames > other.num_frames or not self.labels.are_same(
             sketch.label, other.label
         ):
             return False
-        corners = np.column_stack([sketch.box.corners, np.full(len(sketch.box.corners), 0.0)])
+        corners = np.column_stack([sketch.box.corners, np.zeros(len(sketch.box.corners))])
         corners[:, 2] = other.box.center[2]
         is_near = other.box.contains(corners, _BESIDE).any()
         return bool(is_near) and count_beside(sketch, other) < self.rules.least_frames
@@ -438,7 +434,7 @@ class FurnitureMapper:
         for number in self._spots:
             box = layout.furniture[number].box
             assert box is not None
-            if abs(box.top - top) < 0.1 and math.dist(box.center[:2], center[:2]) < _SPOTREACH:
+            if abs(box.top - top) < 0.1 and math.dist(box.center[:2], center[:2]) < _SPOT_REACH:
                 size = [
                     min(max(side, 2 * abs(float(at) - mid) + 0.2), _WIDEST_SPOT)
                     for side, at, mid in zip(box.size[:2], center, box.center, strict=False)

@@ -122,12 +122,12 @@ def _locate(view: CameraView, detections: Sequence[Detection]) -> tuple[np.ndarr
     return points, is_known
 
 
-def list_pixels(detection: Detection, steps: np.ndarray = _GRID) -> np.ndarray:
+def list_pixels(detection: Detection) -> np.ndarray:
     """Return pixels over the box of a detection, columns and rows, (n, 2)."""
     assert detection.box is not None
     left, top, right, bottom = detection.box
-    columns = (left + right) / 2 + (right - left) * steps
-    rows = (top + bottom) / 2 + (bottom - top) * steps
+    columns = (left + right) / 2 + (right - left) * _GRID
+    rows = (top + bottom) / 2 + (bottom - top) * _GRID
     return np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
 
 

@@ -62,10 +62,10 @@ class Silhouettes:
         low, high = _get_ends(box)
         return float(_Views(self._rows, box.yaw).score(low[None], high[None])[0])
 
-    def fit(self, box: Box, ground: float = -np.inf) -> Box:
+    def fit(self, box: Box, ground: float) -> Box:
         """Return the box with its sides moved so that it explains best what was seen.
 
-        None lies below the height `ground` of the floor.
+        No side is moved below the floor, whose height is `ground`.
         """
         if not self._rows:
             return box

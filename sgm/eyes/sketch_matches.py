@@ -23,8 +23,9 @@ _LEAST_SHARE = 0.3  # of the points of a detection that lie in the box of what i
 class SketchMatches:
     """The furniture that each detection of a frame may be of, the likeliest first.
 
-    It is of the label, many of its points lie in the box of the furniture, and it looks as that
-    would. Who is asked about several detections computes all of them at once.
+    Furniture matches a detection of its label if many points of the detection lie in its box, and
+    its box would look much like that of the detection. `prepare` compares many detections at once;
+    `find` then answers for each.
     """
 
     def __init__(
