@@ -11,7 +11,6 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, time, timedelta
-from itertools import count
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -290,7 +289,7 @@ def _make_trace(participant: str, videos: Sequence[_Video], gap_minutes: float |
 def _name_things(video: _Video) -> Iterator[tuple[str, str, Sequence[_Move]]]:
     """Yield description, name and moves of every thing; those of one name are numbered."""
     for name, several in video.things.items():
-        for number, moves in zip(count(1), several):
+        for number, moves in enumerate(several, start=1):
             yield name, name if number == 1 else f"{name} {number}", moves
 
 
