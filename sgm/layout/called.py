@@ -27,7 +27,7 @@ class CalledFurniture:
         """Take the furniture of a layout as it is now."""
         rows = layout.furniture.items()
         self._rows = [(number, row, str(layout.rooms[row.room])) for number, row in rows]
-        # For each way, ids by what two names that are the same share.
+        # For each way, ids by `Name.keys`.
         self._tables: list[dict[tuple[object, str], list[int]]] = []
 
     def find(self, name: Name) -> list[int]:
@@ -40,7 +40,7 @@ class CalledFurniture:
             if way == len(self._tables):
                 self._tables.append(self._read(call))
             table = self._tables[way]
-            found = {number for key in _list_keys(name) for number in table.get(key, ())}
+            found = {number for key in name.keys for number in table.get(key, ())}
             if found:
                 return [number for number, *_ in self._rows if number in found]
         return []
@@ -50,11 +50,6 @@ class CalledFurniture:
         for number, row, room in self._rows:
             words = call(row, room)
             if len(words) <= MAX_LENGTH:
-                for key in _list_keys(Name.read(words)):
+                for key in Name.read(words).keys:
                     table.setdefault(key, []).append(number)
         return table
-
-
-def _list_keys(name: Name) -> tuple[tuple[object, str], tuple[object, str]]:
-    """List by what a name is the same as another one (`Name.is_same`)."""
-    return (name.ordered, name.instance), (name.joined, name.instance)

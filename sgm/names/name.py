@@ -33,6 +33,11 @@ class Name:
         """Read a name; raises ValueError if it is none (`read_words`)."""
         return _read(read_words(what, text), text)
 
+    @property
+    def keys(self) -> tuple[tuple[object, str], ...]:
+        """What tables of names are indexed by: two names are the same if they share one key."""
+        return (self.ordered, self.instance), (self.joined, self.instance)
+
     def is_same(self, other: Name) -> bool:
         """Tell whether two names are one but for case, articles, plural, spelling and accents.
 

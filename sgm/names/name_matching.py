@@ -177,7 +177,7 @@ class NameIndex:
     def _list_keys(self, name: Name) -> list[tuple[object, str]]:
         """List by what names are exactly the same: one of these is."""
         aliases = self._declared.list_things(name)
-        return [(key, name.instance) for key in (name.ordered, name.joined, *aliases)]
+        return [*name.keys, *((number, name.instance) for number in aliases)]
 
     def resolve_exact(self, name: str) -> Resolution:
         """Say which description is exactly of a name, for what acts on it.
