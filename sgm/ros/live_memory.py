@@ -141,13 +141,15 @@ class LiveMemory:
     ) -> tuple[tuple[float, float], float]:
         """Return where to stand before furniture, x, y, and the yaw with which one looks at it.
 
-        Or at a target there, x, y, z in the map.
+        With a target, x, y, z in the map, one looks at that. Where it is not known which way to
+        look, the yaw is 0; where it is not known where to stand, it is the middle of the furniture.
         """
         pose = self.memory.get_pose(furniture, target)
         if pose is not None:
             return pose[:2], pose[2]
         box = self.memory.boxes.get(furniture)
-        return (0.0, 0.0) if box is None else box.center[:2], 0.0
+        middle = (0.0, 0.0) if box is None else box.center[:2]
+        return self.memory.get_position(furniture) or middle, 0.0
 
     def list_markers(self, description: str) -> list[BeliefMarker]:
         """Return the likeliest places of a thing that have a box."""

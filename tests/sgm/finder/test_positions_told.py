@@ -94,3 +94,5 @@ def test_a_robot_is_sent_before_the_thing():
     live = LiveMemory(make_home(position=None), FINDER)
     look = live.find_next("mug")
     assert (look.target, look.position) == (None, pytest.approx((3.0, 3.0)))
+    sofa = live.memory.add_furniture("sofa", 0, position=(7.0, 1.0))  # without a box
+    assert live.find_stand(sofa) == ((7.0, 1.0), 0.0)
