@@ -211,8 +211,8 @@ class CameraView:
         """Return the point in the map that each pixel (n, 2) shows, and which pixels measured one.
 
         Returns:
-            Points (n, 3). Which pixels measured one in reach, (n,). Which show what is out of reach,
-            (n,).
+            Points (n, 3). Which pixels measured one in reach, (n,). Which show what is out of
+            reach, (n,).
         """
         if self._depth is None:
             nowhere = np.zeros(len(pixels), dtype=bool)
