@@ -141,8 +141,6 @@ _FLOOR = "floor"
 
 def compute_positions(
     furniture: Mapping[int, Furniture],
-    only: int | None = None,
-    at: tuple[float, float, float] | None = None,
 ) -> dict[int, tuple[float, float] | None]:
     """Return where one stands to look at each furniture node, by id, as given or found.
 
@@ -150,52 +148,69 @@ def compute_positions(
     side: outside all boxes, and on the floor of its room where that has a box. A floor is looked at
     from its middle, or from the free point that is nearest to it.
 
-    Args:
-        furniture: by id.
-        only: the one furniture node that is asked for; None for all.
-        at: x, y, z in the map, metres: what is looked at there, so that one stands before that.
-
     Returns:
         None for furniture with neither a position nor a box, or with no free side.
     """
-    boxes = {number: row.box for number, row in furniture.items() if row.box is not None}
-    floors = {number: boxes[number] for number in boxes if furniture[number].label == _FLOOR}
-    found: dict[int, tuple[float, float] | None] = {}
-    for number, row in furniture.items():
-        if only not in (None, number):
-            continue
-        found[number] = row.position
-        if row.position is not None or row.box is None:
-            continue
-        of_room = [floors[other] for other in floors if furniture[other].room == row.room]
-        # Of a floor without a box: the lowest side of the furniture of its room.
-        bottoms = [box.bottom for other, box in boxes.items() if furniture[other].room == row.room]
-        ground = of_room[0].top if of_room else min(bottoms)
-        in_the_way = [
-            box
-            for other, box in boxes.items()
-            if other not in floors
-            and box.top > ground + _STEP
-            and box.bottom < ground + _TALLEST
-            and math.dist(box.center[:2], row.box.center[:2])
-            < _get_reach(box) + _get_reach(row.box)
-        ]
-        points = _list_points(row.box, is_floor=number in floors, at=at)
-        is_free = np.ones(len(points), dtype=bool)
-        flat = np.column_stack([points, np.zeros(len(points))])
-        for box in in_the_way:
+    boxes = _get_boxes(furniture)
+    return {number: _find_position(furniture, boxes, number) for number in furniture}
+
+
+def compute_position(
+    furniture: Mapping[int, Furniture],
+    number: int,
+    at: tuple[float, float, float] | None = None,
+) -> tuple[float, float] | None:
+    """Return where one stands to look at one furniture node, as `compute_positions` does for all.
+
+    Args:
+        furniture: by id.
+        number: id of the one.
+        at: x, y, z in the map, metres: what is looked at there, so that one stands before that.
+    """
+    return _find_position(furniture, _get_boxes(furniture), number, at)
+
+
+def _get_boxes(furniture: Mapping[int, Furniture]) -> dict[int, Box]:
+    return {number: row.box for number, row in furniture.items() if row.box is not None}
+
+
+def _find_position(
+    furniture: Mapping[int, Furniture],
+    boxes: Mapping[int, Box],
+    number: int,
+    at: tuple[float, float, float] | None = None,
+) -> tuple[float, float] | None:
+    row = furniture[number]
+    if row.position is not None or row.box is None:
+        return row.position
+    in_room = [other for other in boxes if furniture[other].room == row.room]
+    floors = [boxes[other] for other in in_room if furniture[other].label == _FLOOR]
+    # Of a floor without a box: the lowest side of the furniture of its room.
+    ground = floors[0].top if floors else min(boxes[other].bottom for other in in_room)
+    in_the_way = [
+        box
+        for other, box in boxes.items()
+        if furniture[other].label != _FLOOR
+        and box.top > ground + _STEP
+        and box.bottom < ground + _TALLEST
+        and math.dist(box.center[:2], row.box.center[:2]) < _get_reach(box) + _get_reach(row.box)
+    ]
+    points = _list_points(row.box, is_floor=row.label == _FLOOR, at=at)
+    is_free = np.ones(len(points), dtype=bool)
+    flat = np.column_stack([points, np.zeros(len(points))])
+    for box in in_the_way:
+        flat[:, 2] = box.center[2]
+        is_free &= ~box.contains(flat, _CLEARANCE)
+    if floors:
+        on_floor = np.zeros(len(points), dtype=bool)
+        for box in floors:
             flat[:, 2] = box.center[2]
-            is_free &= ~box.contains(flat, _CLEARANCE)
-        if of_room:
-            on_floor = np.zeros(len(points), dtype=bool)
-            for box in of_room:
-                flat[:, 2] = box.center[2]
-                on_floor |= box.contains(flat)
-            is_free &= on_floor
-        if is_free.any():
-            x, y = points[int(is_free.argmax())].tolist()
-            found[number] = (x, y)
-    return found
+            on_floor |= box.contains(flat)
+        is_free &= on_floor
+    if not is_free.any():
+        return None
+    x, y = points[int(is_free.argmax())].tolist()
+    return x, y
 
 
 def compute_pose(
@@ -214,7 +229,7 @@ def compute_pose(
         Metres and radians; None where it is not known where it stands.
     """
     box = furniture[number].box
-    stand = compute_positions(furniture, number, at)[number]
+    stand = compute_position(furniture, number, at)
     target = at if at is not None or box is None else box.center
     if stand is None or target is None:
         return None

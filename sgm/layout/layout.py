@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.layout.box import Box
-from sgm.layout.furniture import Furniture, Room, compute_pose, compute_positions
+from sgm.layout.furniture import Furniture, Room, compute_pose, compute_position, compute_positions
 from sgm.messages import shorten
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import MAX_LENGTH
@@ -144,9 +144,13 @@ class Layout:
         rows = self.furniture.items()
         return {number: row.box for number, row in rows if row.box is not None}
 
-    def compute_positions(self, only: int | None = None) -> dict[int, tuple[float, float] | None]:
-        """Return where one stands to look at each furniture node, or one, given or found, by id."""
-        return compute_positions(self.furniture, only)
+    def compute_positions(self) -> dict[int, tuple[float, float] | None]:
+        """Return where one stands to look at each furniture node, given or found, by id."""
+        return compute_positions(self.furniture)
+
+    def compute_position(self, furniture: int) -> tuple[float, float] | None:
+        """Return where one stands to look at a furniture node, given or found."""
+        return compute_position(self.furniture, furniture)
 
     def compute_pose(
         self, furniture: int, at: tuple[float, float, float] | None = None

@@ -246,8 +246,7 @@ class MemoryLayout(MemoryFiles):
         """
         with self._lock:
             self._state.layout.check_furniture(furniture)
-            position = self._state.layout.furniture[furniture].position
-            return position or self._state.layout.compute_positions(furniture)[furniture]
+            return self._state.layout.compute_position(furniture)
 
     def get_pose(
         self, furniture: int, at: tuple[float, float, float] | None = None

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sgm.layout.box import Box
-from sgm.layout.furniture import Furniture, compute_positions
+from sgm.layout.furniture import Furniture, compute_position, compute_positions
 
 FLOOR = Furniture("floor", 0, "floor", box=Box.of_floor((0, 0), (4, 4)))
 # Its front looks along y, at y = .6.
@@ -26,6 +26,7 @@ def test_outside_all_boxes_and_on_the_floor_of_the_room():
     wall = Furniture("shelf", 0, "shelf", box=Box((3.7, 2, 1), (0.3, 4, 2)))
     furniture = {1: FLOOR, 5: FRIDGE, 6: table, 7: lamp, 8: wall}
     found = compute_positions(furniture)
+    assert found == {number: compute_position(furniture, number) for number in furniture}
     points = np.array([found[number] for number in furniture])
     for number in (5, 6, 8):
         box = furniture[number].box
