@@ -6,7 +6,6 @@ import os
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from importlib import import_module
 from typing import Any, TypeVar
 
 from sgm.checks import check_at_least, check_choice
@@ -19,13 +18,13 @@ Result = TypeVar("Result")
 
 
 def fan_out(
-    function: Callable[..., Result] | str, jobs: Sequence[tuple[Any, ...]], workers: int,
+    function: Callable[..., Result], jobs: Sequence[tuple[Any, ...]], workers: int,
     backend: str = "processes",
 ) -> Iterator[tuple[int, Result]]:  # fmt: skip
     """Call a function once per job, several at a time.
 
     Args:
-        function: what to do; or its import path, which is then imported where it is done alone.
+        function: what to do.
         jobs: its arguments, job by job.
         workers: jobs at a time; one works in this process.
         backend: "processes" of this machine, unless a `joblib.parallel_config` around the call
@@ -79,15 +78,9 @@ def check_workers(workers: int, backend: str) -> None:
 
 
 def _call(
-    function: Callable[..., Result] | str, number: int, arguments: tuple[Any, ...]
+    function: Callable[..., Result], number: int, arguments: tuple[Any, ...]
 ) -> tuple[int, Result]:
-    return number, (_import(function) if isinstance(function, str) else function)(*arguments)
-
-
-def _import(path: str) -> Callable[..., Any]:
-    module, _, name = path.rpartition(".")
-    found: Callable[..., Any] = getattr(import_module(module), name)
-    return found
+    return number, function(*arguments)
 
 
 def _choose_backend(backend: str) -> AbstractContextManager[Any]:

@@ -21,8 +21,6 @@ from simulator.snapshots.shards import (
     save_manifest,
 )
 
-# Imported by the processes that do it: here it is only handed on.
-_COLLECT_HOMES = "simulator.collect.homes.collect_homes"
 _HOMES_PER_JOB = 100  # in lockstep, at most; also what a killed worker loses at most
 _SNAPSHOTS_PER_JOB = 30_000  # at most, where homes have many steps: 0.8 GB until they are written
 _MANIFEST_SHARE = 0.02  # the manifest is written when so many more homes are finished
@@ -77,7 +75,6 @@ def _collect_missing(
         for first in range(0, len(group.homes), size)
     ]
     num_listed = len(shards)
-    done: dict[str, str]
     with tqdm(
         total=config.num_homes * config.steps,
         initial=num_listed * config.steps,
@@ -86,7 +83,7 @@ def _collect_missing(
         disable=not progress or not jobs,
     ) as bar:
         try:
-            for _, done in fan_out(_COLLECT_HOMES, jobs, workers, backend) if jobs else ():
+            for _, done in fan_out(_collect_homes, jobs, workers, backend) if jobs else ():
                 shards.update(done)
                 if len(shards) >= num_listed * (1 + _MANIFEST_SHARE):
                     save_manifest(out, settings, dict(sorted(shards.items())))
@@ -95,6 +92,13 @@ def _collect_missing(
         finally:
             if len(shards) > num_listed:
                 save_manifest(out, settings, dict(sorted(shards.items())))
+
+
+def _collect_homes(*arguments: Any) -> dict[str, str]:
+    """Collect the homes of one job; what plays them is imported only where that is done."""
+    from simulator.collect.homes import collect_homes
+
+    return collect_homes(*arguments)
 
 
 def make_folder(out: Path) -> None:
