@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 
 from sgm.prior.prior_graph import PriorGraph, load_prior
 from simulator.world.config import HomeConfig
+from simulator.world.parts import import_class
 from simulator.world.source import HomeSource, SampledSource
 
 # Sources by the name that command lines use; one of your own is named by its import path.
@@ -25,8 +25,8 @@ MakeSource = Callable[[PriorGraph, HomeConfig], HomeSource]
 
 def import_source(name: str) -> MakeSource:
     """Return the class of a source by its name in `SOURCES`."""
-    module, _, class_name = SOURCES[name].rpartition(".")
-    return getattr(import_module(module), class_name)
+    found: MakeSource = import_class(SOURCES[name])
+    return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -109,7 +109,7 @@ class ClassesByName(Mapping[str, type[AnyClass]]):
 
     def __getitem__(self, name: str) -> type[AnyClass]:
         """Return the class of a known name."""
-        found: type[AnyClass] = _import_class(self._paths[name])
+        found: type[AnyClass] = import_class(self._paths[name])
         return found
 
     def __iter__(self) -> Iterator[str]:
@@ -132,7 +132,7 @@ class ClassesByName(Mapping[str, type[AnyClass]]):
         """
         module, _, base = self._base.rpartition(".")
         found = find_named(self._what, name, self, f"My{base}")
-        if not (isinstance(found, type) and issubclass(found, _import_class(self._base))):
+        if not (isinstance(found, type) and issubclass(found, import_class(self._base))):
             raise ValueError(
                 f"{self._what} must be a subclass of {module}.{base}, got {shorten(name)}. "
                 f"Derive it from {base}, or check the name."
@@ -140,7 +140,8 @@ class ClassesByName(Mapping[str, type[AnyClass]]):
         return found
 
 
-def _import_class(path: str) -> Any:
+def import_class(path: str) -> Any:
+    """Return the class of an import path, "package.module.Class"."""
     module, _, name = path.rpartition(".")
     return getattr(import_module(module), name)
 
