@@ -157,6 +157,15 @@ def _draw(random: np.ndarray, home: int, summed: np.ndarray) -> int:
 
 
 @kernel
+def _begin_session(state: SessionState, home: int, session: int, kind: int, until: float) -> None:
+    """Say what a session of the day is and when it ends; nothing has been used in it."""
+    state.kind[home, session] = kind
+    state.spot[home, session] = -1
+    state.until[home, session] = until
+    state.num_lately[home, session] = 0
+
+
+@kernel
 def _plan_day(habits: SessionHabits, state: SessionState, home: int) -> None:
     """Draw the sessions of the day that begins at `day_end`, and when things are used."""
     rule, random = habits.rules[home], state.random
@@ -171,10 +180,7 @@ def _plan_day(habits: SessionHabits, state: SessionState, home: int) -> None:
         length = (rule.work_hours + _normal(random, home) * rule.work_spread) * HOUR
         begin = min(max(begin, start), end - 2)
         until = min(max(begin + length, begin + 1), end - 1)
-        state.kind[home, 0] = np.argmax(habits.leads_out)
-        state.spot[home, 0] = -1
-        state.num_lately[home, 0] = 0
-        state.until[home, 0] = until
+        _begin_session(state, home, 0, int(np.argmax(habits.leads_out)), until)
         time[0], event[0] = begin, 0
         time[1], event[1] = until, 1
         num_sessions, count = 1, 2
@@ -187,10 +193,7 @@ def _plan_day(habits: SessionHabits, state: SessionState, home: int) -> None:
                 begin += _normal(random, home) * rule.hour_spread * HOUR
             begin = min(max(begin, start), end - 2)
             until = min(begin + _wait(random, home, habits.length[home, kind]), end - 1)
-            state.kind[home, num_sessions] = kind
-            state.spot[home, num_sessions] = -1
-            state.until[home, num_sessions] = until
-            state.num_lately[home, num_sessions] = 0
+            _begin_session(state, home, num_sessions, kind, until)
             moves = rule.moves_per_hour * (1 - rule.idle_share) * (until - begin) / HOUR
             uses = _count(random, home, moves, len(time) - count - 2 * last)
             if habits.leads_out[kind]:
@@ -263,12 +266,11 @@ def _choose(habits: SessionHabits, state: SessionState, home: int, session: int)
                     chosen = slot
         return chosen
     lately = state.lately[home, session, :count]
-    slot = _draw(random, home, habits.weight[home, kind])
-    tries = 1
-    while tries < NUM_TRIES and slot in lately:
+    for _ in range(NUM_TRIES):
         slot = _draw(random, home, habits.weight[home, kind])
-        tries += 1
-    if slot in lately:
+        if slot not in lately:
+            break
+    else:
         return -1
     if slot >= 0:
         turn = state.num_lately[home, session] % NUM_LATELY
