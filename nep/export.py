@@ -132,9 +132,7 @@ def export_model(
     if source.is_dir():
         notes = _read_notes(source)
     else:
-        training = model.training
-        if training is not None and not training.keys() >= _TRAINING:
-            training = None
+        training = model.training if _is_whole(model.training) else None
         notes = {"checkpoint_sha256": compute_checksum(source), "training": training}
     notes |= {
         "command": command,
@@ -152,13 +150,17 @@ def _read_notes(folder: Path) -> dict[str, Any]:
     """Return what an exported folder says of its network, but for what was measured."""
     notes = load_config(folder).get("notes")
     training = notes.get("training", "") if isinstance(notes, dict) else ""
-    is_whole = training is None or (isinstance(training, dict) and training.keys() >= _TRAINING)
-    if not isinstance(notes, dict) or not is_whole or "checkpoint_sha256" not in notes:
+    if not isinstance(notes, dict) or not _is_whole(training) or "checkpoint_sha256" not in notes:
         raise ValueError(
             f"notes of {CONFIG} must have checkpoint_sha256 and training, got {shorten(notes)} in "
             f"{folder}. Export the checkpoint of the network instead."
         )
     return {name: value for name, value in notes.items() if name != "measured"}
+
+
+def _is_whole(training: Any) -> bool:
+    """Tell whether notes on a training have all that a card says of it, or there are none."""
+    return training is None or (isinstance(training, dict) and training.keys() >= _TRAINING)
 
 
 def measure_model(

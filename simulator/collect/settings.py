@@ -56,12 +56,12 @@ class CollectConfig:
         check_at_least(1, num_homes=self.num_homes, steps=self.steps)
         check_at_most(MAX_HOMES, num_homes=self.num_homes)
         check_seed(self.seed)
-        if self.asked is not None and find_task(self.task).shares is None:
+        task = find_task(self.task)
+        if self.asked is not None and task.shares is None:
             raise ValueError(
                 f"asked must be left out for a task with questions of its own, got {self.task}. "
                 "Leave it out, or take simulator.tasks.ask_anything:AskAnything."
             )
-        find_task(self.task)
         check_choice("split", self.split, SPLITS)
         check_policies([self.policy])
 
