@@ -12,7 +12,7 @@ import numpy as np
 from sgm.memory.columns import NEVER
 
 if TYPE_CHECKING:
-    from simulator.snapshots.snapshots import Snapshots
+    from simulator.snapshots.snapshots import Counters, Snapshots
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class NodeRows:
     rows: np.ndarray
 
     @property
-    def _counters(self) -> Mapping[str, np.ndarray]:
+    def _counters(self) -> Counters:
         snapshots = self.snapshots
         is_furniture = self.ntype == "furniture"
         return snapshots.furniture_counters if is_furniture else snapshots.object_counters

@@ -71,8 +71,8 @@ class SGMDataModule(pl.LightningDataModule):
         Args:
             homes: where homes come from: gets the prior and the rules, as the class of a source
                 does.
-            also_homes: further sources with the same words, as many homes of each of which are
-                trained on, too, in all tasks.
+            also_homes: further sources, with the same words as `homes`; `num_homes` homes of each
+                are trained on, too, in all tasks.
             val_homes: the same for validation; None for other homes of the same source.
             home: rules of the homes.
             prior: a shipped prior, "default" or "household", or a file; None for the default.

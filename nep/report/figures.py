@@ -177,8 +177,8 @@ def draw_by_hour(accuracy: Mapping[str, Mapping[str, Sequence[float]]]) -> Figur
     """
     hours: dict[str, list[Sequence[float]]] = {}
     for players in accuracy.values():
-        for name, summary in players.items():
-            hours.setdefault(name, []).append(summary)
+        for name, by_hour in players.items():
+            hours.setdefault(name, []).append(by_hour)
     names = sorted(hours, key=lambda name: -float(np.nanmean(hours[name])))
     num_rows = -(-len(accuracy) // 2)
     figure = Figure(

@@ -222,8 +222,8 @@ def _describe_training(training: Mapping[str, Any] | None) -> str:
     num_sources = 1 + len(training.get("also_homes", ()))
     sources = f" of each of {num_sources} sources" if num_sources > 1 else ""
     text = (
-        f"{chosen} of {training['num_homes']} homes{sources} x {training['steps']} time steps, with"
-        " the\n"
+        f"{chosen} of {training['num_homes']} homes{sources} x {training['steps']} time steps, "
+        "with the\n"
         f"questions and looks of the task `{training['task']}`, collected by `{training['policy']}`"
     )
     for policy in training.get("also_policies", ()):

@@ -175,7 +175,7 @@ def format_table(
                 line.append(format_number(delta.mean, f"+{metric.format}"))
         if has_gap:
             line.append("" if row.gap_closed is None else format_number(row.gap_closed, ".0%"))
-        line += [format_number(row.metrics[metric.name], metric.format) for metric in columns]
+        line += [format_number(row.metrics[column.name], column.format) for column in columns]
         cells.append(line)
     return header, cells
 

@@ -197,7 +197,7 @@ def tell_history(history: History, step_hours: float) -> dict[str, Any]:
 
     def list_marks(hours: np.ndarray, places: np.ndarray, what: Iterable[Any]) -> list[list[Any]]:
         rows = zip(hours.tolist(), places.tolist(), what, strict=True)
-        return [[round(hour / step_hours), place, probability] for hour, place, probability in rows]
+        return [[round(hour / step_hours), place, mark] for hour, place, mark in rows]
 
     return {
         "words": history.description,

@@ -320,7 +320,7 @@ def _go(shapes: PlanShapes, joined: Sequence[set[int]], start: int, end: int) ->
     """Return the doors on the shortest way between two furniture nodes, (n, 2)."""
     rooms = shapes.furniture_room
     rooms_of = [{rooms[start]}, {rooms[end]}, *joined]  # of the two ends, and of each door
-    shares = np.array([[bool(rooms & other) for other in rooms_of] for rooms in rooms_of])
+    shares = np.array([[bool(first & second) for second in rooms_of] for first in rooms_of])
     if shares[0, 1]:
         return np.zeros((0, 2))
     points = np.concatenate([shapes.middles[[start, end]], shapes.doors])

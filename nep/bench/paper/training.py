@@ -202,8 +202,8 @@ class TrainedPlan(ABC):
             return Job(f"{what} {key}", run, log, tuple(after))
 
         collections = {
-            folder: make_job("collect", folder, partial(collect_data, config))
-            for folder, config in together.items()
+            folder: make_job("collect", folder, partial(collect_data, served))
+            for folder, served in together.items()
         }
         trainings = [
             make_job("train", row.folder, row.run, [collections[row.folder.parent].name])
