@@ -22,9 +22,8 @@ from sgm.memory.seen_and_said import (
     list_said_by,
     list_spoken_of,
 )
-from sgm.memory.seen_positions import Told, tell_positions
 from sgm.memory.seen_rows import SeenRows
-from sgm.memory.sighting import RELATIONS, SeenAt, read_embedding
+from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since
 from sgm.messages import shorten
@@ -334,7 +333,7 @@ class MemoryQuestions(MemoryLayout):
                 wanted = set(things)
                 texts = enumerate(state.things.descriptions)
                 asked = np.array([row for row, text in texts if text in wanted], dtype=np.int64)
-            seen, ids = SeenRows.list(fused, asked), state.furniture.ids
+            seen, ids = SeenRows.of_things(fused, asked), state.furniture.ids
             if furniture is None:
                 first: dict[str, int] = {}
                 names = [first.setdefault(t, len(first)) for t in state.things.descriptions]
@@ -343,34 +342,8 @@ class MemoryQuestions(MemoryLayout):
                 place = state.furniture.position.get(furniture, -2)
                 seen = seen.take((seen.furniture == place) & seen.is_there)
             num_all, seen = len(seen.time), seen.take(seen.choose_latest(most))
-            told: list[Told] = [(None, None, None)] * len(seen.time)
-            has_edge = np.flatnonzero(seen.edge >= 0)
-            positions = tell_positions(fused, seen.edge[has_edge])
-            for number, position in zip(has_edge.tolist(), positions, strict=True):
-                told[number] = position
-            columns = (getattr(seen, name).tolist() for name in SeenRows.__slots__[1:])
-            rows = [
-                (
-                    state.things[thing].description,
-                    SeenAt(
-                        time,
-                        fused.time - time,
-                        None if at < 0 else ids[at],
-                        None if at < 0 else RELATIONS[relation],
-                        is_there,
-                        times_seen,
-                        times_looked,
-                        position=position,
-                        position_sd=position_sd,
-                        usual_position=usual,
-                    ),
-                )
-                for thing, at, relation, is_there, time, times_seen, times_looked, (
-                    position,
-                    position_sd,
-                    usual,
-                ) in zip(*columns, told, strict=True)
-            ]
+            whose = [state.things[thing].description for thing in seen.thing.tolist()]
+            rows = list(zip(whose, seen.tell(fused, ids), strict=True))
         rows.sort(key=lambda row: (-row[1].time, row[0]))
         return rows[:most], num_all
 

@@ -13,49 +13,9 @@ from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.same_things import find_roots
-from sgm.memory.seen_positions import Told, tell_positions
-from sgm.memory.sighting import RELATIONS, SeenAt
+from sgm.memory.seen_rows import SeenRows
+from sgm.memory.sighting import SeenAt
 from sgm.memory.thing import Statement, Thing
-
-
-def list_places_of_edges(
-    memory: MemoryBatch,
-    furniture_ids: Sequence[int],
-    row: int,
-    seen: np.ndarray,
-    positions: Sequence[Told] | None = None,
-) -> list[SeenAt]:
-    """List the places of an object, the latest first, by its edges that were ever true, (n,).
-
-    `positions` are those of the edges, where they are known.
-    """
-    names = ("last_true", "furniture", "relation", "is_true", "num_true", "num_observed")
-    columns = (memory.edges[name][seen].tolist() for name in names)
-    if positions is None:
-        positions = tell_positions(memory, seen)
-    places = [
-        SeenAt(
-            time,
-            memory.time - time,
-            furniture_ids[place],
-            RELATIONS[relation],
-            is_there,
-            times_seen,
-            times_looked,
-            position=position,
-            position_sd=position_sd,
-            usual_position=usual,
-        )
-        for time, place, relation, is_there, times_seen, times_looked, (
-            position,
-            position_sd,
-            usual,
-        ) in zip(*columns, positions, strict=True)
-    ]
-    last = int(memory.objects["last_observed"][row])
-    if last != NEVER and all(place.time < last for place in places):
-        places.append(SeenAt(last, memory.time - last, None, None, False, 0, 0))
-    return sorted(places, key=lambda place: -place.time)
 
 
 def list_home(
@@ -72,33 +32,25 @@ def list_home(
     objects: dict[int, list[dict[str, Any]]] = {number: [] for number in layout.furniture}
     unplaced = []
     furniture_ids = tuple(layout.furniture)
-    # The edges of all objects, sorted once instead of searched for each of them.
-    seen = np.flatnonzero(memory.edges["num_true"] > 0)
-    owner = memory.edges["object"][seen]
-    order = np.argsort(owner, kind="stable")
-    bounds = np.searchsorted(owner[order], np.arange(len(descriptions) + 1)).tolist()
-    seen, positions = seen[order], tell_positions(memory, seen[order])
-    for row, description in enumerate(descriptions):
-        if memory.objects["same_as"][row] >= 0:  # it stands under another name
+    seen = SeenRows.of_things(memory)
+    seen = seen.take(np.lexsort((-seen.time, seen.thing)))  # of each object, the latest first
+    for row, place in zip(seen.thing.tolist(), seen.tell(memory, furniture_ids), strict=True):
+        if place.furniture is None:
+            unplaced.append({"description": descriptions[row], "last_seen": place.time})
             continue
-        own = slice(bounds[row], bounds[row + 1])
-        for place in list_places_of_edges(memory, furniture_ids, row, seen[own], positions[own]):
-            if place.furniture is None:
-                unplaced.append({"description": description, "last_seen": place.time})
-                continue
-            by = said_by.get(row, {}).get((place.time, place.furniture))
-            objects[place.furniture].append(
-                {
-                    "description": description,
-                    "relation": place.relation,
-                    "is_there": place.is_there,
-                    "last_seen": place.time,
-                    "times_seen": place.times_seen,
-                    "times_looked": place.times_looked,
-                    **({} if by is None else {"by": by}),
-                    **({} if place.position is None else {"position": list(place.position)}),
-                }
-            )
+        by = said_by.get(row, {}).get((place.time, place.furniture))
+        objects[place.furniture].append(
+            {
+                "description": descriptions[row],
+                "relation": place.relation,
+                "is_there": place.is_there,
+                "last_seen": place.time,
+                "times_seen": place.times_seen,
+                "times_looked": place.times_looked,
+                **({} if by is None else {"by": by}),
+                **({} if place.position is None else {"position": list(place.position)}),
+            }
+        )
     last_looked = memory.furniture_last_observed[0].tolist()
     looked = dict(zip(layout.furniture, last_looked, strict=True))
     return {
@@ -176,14 +128,16 @@ def list_places(
     among = np.arange(len(fused.edges)) if edges is None else edges
     own = among[fused.edges["object"][among] == row]
     seen = own[fused.edges["num_true"][own] > 0]
-    places = list_places_of_edges(fused, state.furniture.ids, row, seen)
+    last_seen = int(fused.objects["last_observed"][row])
+    is_left = last_seen > fused.edges["last_true"][seen].max(initial=NEVER)
+    rows = SeenRows.of_edges(fused, seen, np.array([row])[: int(is_left)])
+    places = sorted(rows.tell(fused, state.furniture.ids), key=lambda at: -at.time)
     told = get_statements(state, row).order_places()
     if not told:
         return places
     last = int(fused.objects["last_furniture"][row])
     if last != NEVER and get_last_said(state, row) is None:
-        seen = int(fused.objects["last_observed"][row])
-        told[seen, state.furniture.ids[last]] = len(told)
+        told[last_seen, state.furniture.ids[last]] = len(told)
     places.sort(key=lambda at: (-at.time, -told.get((at.time, at.furniture), -1)))
     said_by = list_said_by(state, row, fused)
     return [replace(at, by=said_by.get((at.time, at.furniture), "")) for at in places]

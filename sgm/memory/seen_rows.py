@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.seen_positions import Told, tell_positions
+from sgm.memory.sighting import RELATIONS, SeenAt
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +39,7 @@ class SeenRows:
     times_looked: np.ndarray
 
     @classmethod
-    def list(cls, memory: MemoryBatch, things: np.ndarray | None = None) -> SeenRows:
+    def of_things(cls, memory: MemoryBatch, things: np.ndarray | None = None) -> SeenRows:
         """List those of some things by row, of all for None; what was merged is one already."""
         edges, objects = memory.edges, memory.objects
         is_asked = objects["same_as"] < 0  # others stand under another name
@@ -45,18 +48,22 @@ class SeenRows:
         seen = np.flatnonzero((edges["num_true"] > 0) & is_asked[edges["object"]])
         last = np.full(len(objects), NEVER)
         np.maximum.at(last, edges["object"][seen], edges["last_true"][seen])
-        left = np.flatnonzero(is_asked & (objects["last_observed"] > last))
-        none = np.zeros(len(left), dtype=np.int64)
-        return cls(
-            edge=np.append(seen, none - 1),
-            thing=np.append(edges["object"][seen], left),
-            furniture=np.append(edges["furniture"][seen], none - 1),
-            relation=np.append(edges["relation"][seen], none),
-            is_there=np.append(edges["is_true"][seen], none > 0),
-            time=np.append(edges["last_true"][seen], objects["last_observed"][left]),
-            times_seen=np.append(edges["num_true"][seen], none),
-            times_looked=np.append(edges["num_observed"][seen], none),
+        return cls.of_edges(
+            memory, seen, np.flatnonzero(is_asked & (objects["last_observed"] > last))
         )
+
+    @classmethod
+    def of_edges(cls, memory: MemoryBatch, seen: np.ndarray, left: np.ndarray) -> SeenRows:
+        """List those of edges that were ever true (n,), and things whose last place was removed."""
+        names = ("object", "furniture", "relation", "is_true", "last_true", "num_true")
+        columns = [memory.edges[name][seen] for name in (*names, "num_observed")]
+        if len(left):
+            none = np.zeros(len(left), dtype=np.int64)
+            last = memory.objects["last_observed"][left]
+            of_left = (left, none - 1, none, none > 0, last, none, none)
+            columns = [np.append(*pair) for pair in zip(columns, of_left, strict=True)]
+            seen = np.append(seen, none - 1)
+        return cls(seen, *columns)
 
     def take(self, rows: np.ndarray) -> SeenRows:
         """Return some of the rows, by index or mark."""
@@ -81,3 +88,32 @@ class SeenRows:
             return np.arange(len(self.time))
         least = -np.partition(-self.time, most - 1)[most - 1]
         return np.flatnonzero(self.time >= least)
+
+    def tell(self, memory: MemoryBatch, furniture_ids: Sequence[int]) -> list[SeenAt]:
+        """Return what each row says, with positions in the map where they are known."""
+        told: list[Told] = [(None, None, None)] * len(self.time)
+        has_edge = np.flatnonzero(self.edge >= 0)
+        for row, at in zip(
+            has_edge.tolist(), tell_positions(memory, self.edge[has_edge]), strict=True
+        ):
+            told[row] = at
+        columns = (getattr(self, name).tolist() for name in SeenRows.__slots__[2:])
+        return [
+            SeenAt(
+                time=time,
+                steps_ago=memory.time - time,
+                furniture=None if at < 0 else furniture_ids[at],
+                relation=None if at < 0 else RELATIONS[relation],
+                is_there=is_there,
+                times_seen=times_seen,
+                times_looked=times_looked,
+                position=position,
+                position_sd=position_sd,
+                usual_position=usual,
+            )
+            for at, relation, is_there, time, times_seen, times_looked, (
+                position,
+                position_sd,
+                usual,
+            ) in zip(*columns, told, strict=True)
+        ]
