@@ -21,6 +21,7 @@ from sgm.messages import shorten
 from sgm.prior.prior_graph import load_prior
 from simulator.command_line import add_home_arguments, make_parser, one_line_errors, parse, pick
 from simulator.home_options import SOURCES, HomeOptions
+from simulator.policies import find_policy
 from simulator.process import run_main
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay, StillMemory
@@ -132,6 +133,7 @@ def open_source(source: str, homes: HomeOptions, options: ViewOptions | None = N
         story = record_searches(options.steps or GRID_SEARCHES, seed=seed, policy=policy)
         return Stage(lambda: story, doors=doors)
     if source in PLAYED or path.is_dir():
+        find_policy(policy)  # a wrong name is refused before a home is made
         made = homes.make()
         steps = options.steps or made.num_steps or DEFAULT_STEPS
         story = record_run(made, steps, home=options.number, seed=seed, policy=policy)
