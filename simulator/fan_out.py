@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any, TypeVar
 
@@ -23,8 +23,10 @@ def fan_out(
 ) -> Iterator[tuple[int, Result]]:  # fmt: skip
     """Call a function once per job, several at a time.
 
+    What had not returned when a worker was killed is done once more, by new processes.
+
     Args:
-        function: what to do.
+        function: what to do; a job that is done twice must return the same.
         jobs: its arguments, job by job.
         workers: jobs at a time; one works in this process.
         backend: "processes" of this machine, unless a `joblib.parallel_config` around the call
@@ -35,25 +37,44 @@ def fan_out(
 
     Raises:
         ValueError: if there is no such backend, or it is not installed.
+        joblib.externals.loky.process_executor.TerminatedWorkerError: if a worker is killed again.
     """
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+    left = dict(enumerate(jobs))
+    for is_last in (False, True):
+        try:
+            for number, result in _run(function, left, workers, backend):
+                del left[number]
+                yield number, result
+            return
+        except TerminatedWorkerError:  # loky may take a resting worker for a killed one
+            if is_last:
+                raise
+
+
+def _run(
+    function: Callable[..., Result], jobs: Mapping[int, tuple[Any, ...]], workers: int, backend: str
+) -> Iterator[tuple[int, Result]]:
+    """Call a function once per job, as `fan_out` says, and give up where a worker is killed."""
     from joblib import Parallel, delayed  # here, as half of what importing the package would take
     from joblib.parallel import get_active_backend
 
-    calls = [delayed(_call)(function, number, arguments) for number, arguments in enumerate(jobs)]
-    num_workers = min(workers, len(jobs))
+    calls = [delayed(_call)(function, number, arguments) for number, arguments in jobs.items()]
+    num_workers = min(workers, len(calls))
     if backend == "processes" and num_workers > 1:
         _end_pool_of_other_size(num_workers)
     with _choose_backend(backend):
         # Ray hands back a whole round of results at once: many small rounds, for what is finished
         # to be known, but not so small that workers often wait for the last of a round.
         streams = get_active_backend()[0].supports_return_generator
-        at_once = len(jobs) if streams else workers * _JOBS_PER_ROUND
+        at_once = len(calls) if streams else workers * _JOBS_PER_ROUND
         return_as = "generator_unordered" if streams else "list"
         # joblib replaces a worker that holds 300 MB more than after its first job, without losing
         # any: homes of many steps take as much, and so does what a later job imports.
         warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         with Parallel(n_jobs=num_workers, return_as=return_as) as parallel:
-            for first in range(0, len(jobs), at_once):
+            for first in range(0, len(calls), at_once):
                 yield from parallel(calls[first : first + at_once])
 
 

@@ -1,9 +1,11 @@
 import os
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from simulator.collect import folder as collect_module
 from simulator.collect.folder import collect
@@ -46,6 +48,27 @@ def test_a_pool_is_taken_up_again_but_never_resized():
 def test_the_error_of_a_job_arrives():
     with pytest.raises(ZeroDivisionError):
         list(fan_out(divide, [(1, 1), (1, 0)], 2))
+
+
+def end_process_once(path: Path, number: int) -> int:
+    """End this process, as if killed, if no other one has done so before."""
+    try:
+        path.touch(exist_ok=False)
+    except FileExistsError:
+        return number
+    os._exit(0)
+
+
+@pytest.mark.slow
+def test_jobs_of_a_killed_process_are_done_once_more(tmp_path):
+    jobs = [(tmp_path / "ended", number) for number in range(6)]
+    assert sorted(fan_out(end_process_once, jobs, 2)) == [(number, number) for number in range(6)]
+
+
+@pytest.mark.slow
+def test_a_job_that_ends_each_process_is_told():
+    with pytest.raises(TerminatedWorkerError):
+        list(fan_out(os._exit, [(1,), (1,)], 2))
 
 
 def test_workers_and_backend_are_checked(monkeypatch):
