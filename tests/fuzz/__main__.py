@@ -13,8 +13,9 @@ the largest good case takes a third of that. Counted is memory that can be writt
 with nobody (`RLIMIT_DATA`), whether it is used or not; torch and numba map gigabytes of code, and a
 thread reserves 64 MB of addresses, which cost nothing. Addresses have a wider limit (`RLIMIT_AS`),
 for what is mapped and shared. A case has twenty seconds of a processor, which a signal of Python
-ends, and after sixty the system does; one that waits for twenty seconds without a processor is
-ended, too. A busy machine is no finding.
+ends, and after sixty the system does; one that waits for twenty seconds, neither using a processor
+nor writing anything, is ended, too. A busy machine or disk is no finding: a session saves its
+memory forty times, and a busy disk takes a second each time.
 
 This process imports everything and does nothing else; a copy of it (fork) tries up to 250 cases, so
 that a case costs what it does and not what importing torch costs. A campaign is shared out or gone
@@ -46,8 +47,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 _GIGABYTE = 1 << 30
 _SECONDS = 20  # of processor time; the system ends what takes three times that
-_IDLE_SECONDS = 20  # of waiting, without a processor
-_PATIENCE = 60  # seconds; a process that has used no processor in them is ended
+_IDLE_SECONDS = 20  # of waiting, without a processor and without writing
+_PATIENCE = 60  # seconds; a process that has used neither in them is ended
 _PER_PROCESS = 250
 KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "log",
          "results", "source", "layout", "session", "command", "writing", "tensor", "pickle",
@@ -65,6 +66,7 @@ class Watch:
     def __init__(self) -> None:
         """Have signals end what takes too long."""
         self._before = 0.0
+        self._written_before = 0
         signal.signal(signal.SIGPROF, self._stop)
         signal.signal(signal.SIGALRM, self._stop_waiting)
 
@@ -75,7 +77,7 @@ class Watch:
         _limit(resource.RLIMIT_DATA, private + _GIGABYTE)
         _limit(resource.RLIMIT_AS, mapped + 4 * _GIGABYTE)
         _limit(resource.RLIMIT_CPU, math.ceil(time.process_time() + 3 * _SECONDS) + 1)
-        self._before = time.process_time()
+        self._before, self._written_before = time.process_time(), _count_written("self")
         signal.setitimer(signal.ITIMER_PROF, _SECONDS)
         signal.setitimer(signal.ITIMER_REAL, _IDLE_SECONDS, _IDLE_SECONDS)
 
@@ -89,13 +91,21 @@ class Watch:
 
     def _stop_waiting(self, *_: object) -> None:
         used, self._before = time.process_time() - self._before, time.process_time()
-        if used < 0.01 * _IDLE_SECONDS:
+        written, before = _count_written("self"), self._written_before
+        self._written_before = written
+        if used < 0.01 * _IDLE_SECONDS and written == before:
             raise Hang
 
 
 def _limit(what: int, most: int) -> None:
     _, hard = resource.getrlimit(what)
     resource.setrlimit(what, (most, hard))
+
+
+def _count_written(process: int | str) -> int:
+    """Return the bytes that a process has written so far."""
+    lines = Path(f"/proc/{process}/io").read_text().splitlines()
+    return int(next(line for line in lines if line.startswith("wchar")).split()[1])
 
 
 def run_cases(kind: str, first: int, count: int, root: Path, results: Connection) -> None:
@@ -196,6 +206,7 @@ def _run_batch(kind: str, first: int, count: int, counts: Counter[str], findings
         sender.close()
         seed, outcome, how = first - 1, "begun", ""
         try:
+            assert process.pid is not None
             while _wait(receiver, process.pid):
                 seed, outcome, text = receiver.recv()
                 if outcome:
@@ -217,16 +228,16 @@ def _run_batch(kind: str, first: int, count: int, counts: Counter[str], findings
     return seed + 1
 
 
-def _wait(receiver: Connection, process: int | None) -> bool:
-    """Wait for a result as long as the process works; tell whether there is one."""
-    before = -1
+def _wait(receiver: Connection, process: int) -> bool:
+    """Wait for a result as long as the process works or writes; tell whether there is one."""
+    used_before, written_before = -math.inf, -1
     while not receiver.poll(_PATIENCE):
         # user and system time in hundredths of a second, after the name in brackets
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-        used = int(fields[11]) + int(fields[12])
-        if used - before < _PATIENCE:
+        used, written = int(fields[11]) + int(fields[12]), _count_written(process)
+        if used - used_before < _PATIENCE and written == written_before:
             return False
-        before = used
+        used_before, written_before = used, written
     return True
 
 

@@ -100,3 +100,16 @@ def test_a_fault_is_found(use, outcome, monkeypatch):
     assert counts == {outcome: 2}
     assert len(findings) == (0 if outcome in ("accepted", "refused") else 2)
     assert all(f"odd --seed {7 + i}: " in finding for i, finding in enumerate(findings))
+
+
+def test_who_waits_for_a_busy_disk_does_not_hang(tmp_path, monkeypatch):
+    """It uses no processor, but writes from time to time."""
+    fuzz = load_fuzz()
+    monkeypatch.setattr(fuzz.signal, "signal", lambda *_: None)
+    monkeypatch.setattr(fuzz.time, "process_time", lambda: 7.0)
+    watch = fuzz.Watch()
+    for _ in range(3):
+        (tmp_path / "saved").write_text("x")
+        watch._stop_waiting()
+    with pytest.raises(fuzz.Hang):
+        watch._stop_waiting()
