@@ -136,8 +136,8 @@ class Pose:
     @classmethod
     def from_quaternion(
         cls,
-        position: Sequence[float],
-        quaternion: Sequence[float],
+        position: Sequence[float] | np.ndarray,
+        quaternion: Sequence[float] | np.ndarray,
         position_sd: float = 0.0,
         angle_sd: float = 0.0,
     ) -> Pose:
@@ -161,8 +161,8 @@ class Pose:
     @classmethod
     def look_at(
         cls,
-        position: Sequence[float],
-        target: Sequence[float],
+        position: Sequence[float] | np.ndarray,
+        target: Sequence[float] | np.ndarray,
         position_sd: float = 0.0,
         angle_sd: float = 0.0,
     ) -> Pose:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -37,7 +38,20 @@ class Detection:
     center: tuple[float, float, float] | None = None
     size: tuple[float, float, float] | None = None
     track: int | str | None = None
-    embedding: Sequence[float] | None = None
+    embedding: Sequence[float] | np.ndarray | None = None
+
+    if TYPE_CHECKING:  # what it takes is more than what it holds
+
+        def __init__(
+            self,
+            name: str,
+            score: float = 1.0,
+            box: Sequence[float] | np.ndarray | None = None,
+            center: Sequence[float] | np.ndarray | None = None,
+            size: Sequence[float] | np.ndarray | None = None,
+            track: int | str | None = None,
+            embedding: Sequence[float] | np.ndarray | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         """Raise ValueError for a name, score or number that is none, or a thing of no place."""

@@ -122,7 +122,10 @@ class Box:
 
     @classmethod
     def of_floor(
-        cls, corner: Sequence[float], opposite: Sequence[float], height: float = 0.0
+        cls,
+        corner: Sequence[float] | np.ndarray,
+        opposite: Sequence[float] | np.ndarray,
+        height: float = 0.0,
     ) -> Box:
         """Return the floor of a room whose walls follow the axes of the map.
 

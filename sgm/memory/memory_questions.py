@@ -104,7 +104,9 @@ class MemoryQuestions(MemoryLayout):
             self._names.update(descriptions)
             return self._names.resolve_exact(name)
 
-    def find_nearest(self, embedding: Sequence[float], k: int = 3) -> list[tuple[str, float]]:
+    def find_nearest(
+        self, embedding: Sequence[float] | np.ndarray, k: int = 3
+    ) -> list[tuple[str, float]]:
         """Return the things that look most like something, by the embeddings of their sightings.
 
         Args:

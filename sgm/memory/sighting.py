@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -116,6 +116,20 @@ class Sighting:
     embedding: tuple[float, ...] = ()
     position: Point | None = None
     position_sd: float | None = None
+
+    if TYPE_CHECKING:  # what it takes is more than what it holds
+
+        def __init__(
+            self,
+            description: str,
+            relation: str = "onTop",
+            confidence: float = 1.0,
+            owner: str | None = None,
+            id: str | int | None = None,
+            embedding: Sequence[float] | np.ndarray = (),
+            position: Sequence[float] | np.ndarray | None = None,
+            position_sd: float | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         """Raise ValueError for what is no name, relation, confidence, id, embedding or position."""

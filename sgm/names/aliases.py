@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from graphlib import CycleError, TopologicalSorter
 from importlib import resources
@@ -15,7 +15,7 @@ from sgm.messages import shorten
 from sgm.names.words import OWN_PLURALS, compute_singular, make_key, read_words, split_words
 
 # Rows of one's own: a CSV file, or {name: its aliases, or {"kind": ..., "aliases": ...}}.
-Aliases = str | Path | Mapping[str, Sequence[str] | Mapping[str, Any]]
+Aliases = str | Path | Mapping[str, Collection[str]]
 Row = tuple[str, tuple[str, ...], tuple[str, ...]]  # name, kinds, aliases
 
 COLUMNS = ("name", "kind", "aliases")

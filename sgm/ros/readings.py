@@ -153,7 +153,7 @@ def _move_bounds(bounds: Any, to_map: np.ndarray | None) -> dict[str, Any] | Non
     }
 
 
-def read_uncertainty(covariance: Sequence[float]) -> tuple[float, float]:
+def read_uncertainty(covariance: Sequence[float] | np.ndarray) -> tuple[float, float]:
     """Return the standard deviations of position and yaw of a covariance of ROS, (36,)."""
     values = np.asarray(covariance, dtype=float).ravel()
     if len(values) != 36 or not np.isfinite(values).all():

@@ -37,8 +37,8 @@ class TransformTree:
         parent: str,
         child: str,
         time: float,
-        position: Sequence[float],
-        quaternion: Sequence[float],
+        position: Sequence[float] | np.ndarray,
+        quaternion: Sequence[float] | np.ndarray,
         *,
         is_still: bool = False,
     ) -> None:

@@ -22,6 +22,8 @@ from sgm.serve.reader import Reader
 
 DEFAULT_PORT = 8600
 TOKEN_VARIABLE = "SGM_TOKEN"
+# In Windows no event loop reads the standard input, by which the second process is asked.
+_PROCESSES = (1, 2) if os.name == "posix" else (1,)
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -49,7 +51,8 @@ def make_parser() -> argparse.ArgumentParser:
         help="when the disk has what was written: before it is answered, within a second, or "
         "when the system likes")  # fmt: skip
     add("--snapshot_seconds", type=float, default=300.0, help="time between snapshots")
-    add("--processes", type=int, choices=(1, 2), default=min(os.cpu_count() or 1, 2),
+    add("--processes", type=int, choices=_PROCESSES,
+        default=min(os.cpu_count() or 1, _PROCESSES[-1]),
         help="2: another one, with a copy of the memory, answers what only reads")  # fmt: skip
     add("--timeout", type=float, default=DEFAULT_TIMEOUT, help="seconds for a call")
     add("--rate", type=float, default=DEFAULT_RATE, help="requests of one address in a second")

@@ -19,6 +19,7 @@ try:
 except ModuleNotFoundError:  # Windows has no such limit
     resource = None  # type: ignore[assignment]
 
+IS_POSIX = os.name == "posix"
 MOST_CONNECTIONS = 500
 _LEAST_CONNECTIONS = 4
 # Files that are opened beside connections: log, snapshot, files with hard links, the event loop.

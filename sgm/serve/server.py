@@ -14,6 +14,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from sgm.serve.application import Application
 from sgm.serve.connections import (
+    IS_POSIX,
     MOST_CONNECTIONS,
     BoundedSocket,
     Connections,
@@ -175,7 +176,9 @@ def open_socket(host: str, port: int) -> BoundedSocket:
         family, kind, protocol, *_ = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         listening = BoundedSocket(family, kind, protocol)
         try:
-            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            # In Windows another server could take an address with it that is in use.
+            if IS_POSIX:
+                listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listening.bind((host, port))
             listening.listen(128)
         except BaseException:
@@ -205,6 +208,8 @@ def make_server(application: Application, listening: BoundedSocket) -> Server:
         access_log=False, log_config=None,
         server_header=False, date_header=False, proxy_headers=False,
         timeout_keep_alive=KEEP_ALIVE_SECONDS, timeout_graceful_shutdown=GRACE_SECONDS,
+        # Windows accepts connections without the socket: those that are too many are answered 503.
+        limit_concurrency=None if IS_POSIX else most + 1,
     )  # fmt: skip
     return Server(config, application, listening)
 
