@@ -14,6 +14,8 @@ from sgm.messages import shorten
 # Looks that the usual miss rate counts as beside a robot's own count, which is too low: what is
 # missed for long is often elsewhere when it is seen again.
 USUAL_LOOKS = 1000.0
+OTHER_STEPS = 0.1  # correlation of misses in two time steps: half of what a step repeats
+_MOST_STEPS = 100  # of looks that are told apart: so many leave less than one in a million
 SEEN_NOW = 0.97  # probability of the place at which a thing was seen in this step: detectors err
 
 
@@ -131,3 +133,24 @@ def compute_miss(
     )
     missed: np.ndarray = here + (num_looks - whole) * (next_one - here)
     return missed
+
+
+def compute_miss_over_steps(num_looks: np.ndarray, miss_rate: np.ndarray) -> np.ndarray:
+    """Return how likely n looks, each in a time step of its own, all miss a thing that is there.
+
+    Some things are harder to see than others. The miss rate of each is drawn from a beta
+    distribution of mean m, the miss rate of all, and misses in two steps are correlated by
+    c = `OTHER_STEPS`:
+
+        miss(n) = Π (m s + k) / (s + k),  k = 0 ... n - 1,  where s = 1 / c - 1
+
+    Args:
+        num_looks: n, whole numbers, (Q, F).
+        miss_rate: m, (Q, 1).
+    """
+    strength = 1 / OTHER_STEPS - 1
+    before = np.arange(_MOST_STEPS)
+    missed = np.ones((len(num_looks), _MOST_STEPS + 1))
+    again = (miss_rate * strength + before) / (strength + before)
+    np.cumprod(again, axis=1, out=missed[:, 1:])
+    return np.take_along_axis(missed, np.minimum(num_looks, _MOST_STEPS), axis=1)

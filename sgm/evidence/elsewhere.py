@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.belief import Detector, compute_miss
+from sgm.belief import compute_miss_over_steps
 from sgm.evidence.adaptive_filter import Rates, compute_destinations, list_look_times
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.home_sums import HomeSums
@@ -34,7 +34,8 @@ def compute_elsewhere(memory: MemoryBatch, queries: Queries) -> np.ndarray:
       1 if it never was.
     - out: how likely it is out at this hour (`compute_out`).
 
-    Looks since it was last seen, or all, miss it at each place with `compute_miss` of their number;
+    Looks since it was last seen, or all, miss it at each place with
+    `compute_miss_over_steps`;
     any place counts by the share of its time that it spends there. The memory counts its history.
     """
     counts = ObjectCounts.gather(memory, queries)
@@ -58,8 +59,7 @@ def compute_elsewhere_of(
     num_looks = np.count_nonzero(look_times[number] > since, axis=2)
     num_looks = np.where(was_seen[:, None], num_looks, memory.furniture_num_observed[home])
     miss_rate = memory.history.compute_miss_rate()[home][:, None]
-    # Half of what hides a thing from all looks of a step does so in all steps.
-    missed = compute_miss(num_looks, miss_rate, Detector().repeated_share / 2)  # (Q, F)
+    missed = compute_miss_over_steps(num_looks, miss_rate)  # (Q, F)
     last = objects["last_furniture"][row]
     missed_last = np.where(last >= 0, missed[np.arange(len(row)), last], 1.0)
     elsewhere = np.maximum(ELSEWHERE * moved, compute_out(memory, queries, usual))

@@ -11,9 +11,13 @@ from sgm.names.words import MOST_NAMES, normalize
 _SENSE = re.compile(r"\.[nvar]\.\d\d(?!\d)")  # of WordNet: "pizza.n.01"
 _LOCATED = re.compile(r"(?=.*\d)[^|]*[^|\s]\s*\|")  # "Mug|-01.23|+00.95|+01.34"
 _HEX = r"(?:[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}|(?=[0-9a-f]*\d)[0-9a-f]{4,}|[0-9a-f]{8,})"
+_NUMBER = r"(?:no|nr|num|number|id|instance|inst)"
 _LAST = re.compile(
-    rf"(?<=[^\s])(?:\s*[\s.#:/-]\s*(?:no\.?\s+)?#?|\s*\((?=[^()]*\)))(?P<mark>\d+|{_HEX})\)?$"
+    rf"(?<=[^\s])(?:\s*[\s.#:/@-]\s*(?:{_NUMBER}\.?\s+|(?:track|{_NUMBER})\.?)?#?"
+    rf"|\s*(?:\((?=[^()]*\)$)|\[(?=[^\[\]]*\]$)))(?P<mark>\d+|{_HEX})[\])]?$"
 )
+_LISTED = re.compile(r"(?P<mark>0\d+)[\s.-]+(?=.*[^\W\d_]{2})")  # "006_mustard_bottle"
+_ON_SIGN = re.compile(r"(?<=[\u3040-\uffff])(?P<mark>\d+)$")  # "杯子1": no spaces
 _WRITTEN_ON = re.compile(r"(?P<word>[^\W\d_]{3,})(?P<mark>\d{1,4})$")  # "mug3"
 _CODE = re.compile(r"(?P<rest>.*[^\s])\s+(?P<code>[a-z]{6})$")  # "bottom cabinet nddvba 0"
 _UNSPEAKABLE = re.compile(r"[^aeiouy]{4}|^[^aeiou]+$")
@@ -21,9 +25,10 @@ _UNSPEAKABLE = re.compile(r"[^aeiouy]{4}|^[^aeiou]+$")
 
 @lru_cache(maxsize=MOST_NAMES)
 def split_instance(name: str) -> tuple[str, str]:
-    """Split the counter or hash at the end of a name from its words: ("mug", "2") of "Mug_002".
+    """Split the counter or hash of a name from its words: ("mug", "2") of "Mug_002".
 
-    Understood are "mug_1", "mug 1", "cup.001", "mug (2)", "mug #2", "Mug_3f2a1b", "pizza.n.01_1",
+    Understood are "mug_1", "mug 1", "cup.001", "mug (2)", "mug #2", "Mug_3f2a1b", "mug[2]",
+    "mug no. 2", "mug_track2", "mug id 2", "002_mug", "杯子2", "pizza.n.01_1",
     "bottom_cabinet_nddvba_0" and "Mug|-01.23|+00.95". Leading zeros make no difference.
 
     Returns:
@@ -34,12 +39,17 @@ def split_instance(name: str) -> tuple[str, str]:
     if _LOCATED.match(text):
         text, _, where = text.partition("|")
         text, marks = text.strip(), ["".join(where.split())]
-    while (found := _LAST.search(text)) and any(map(str.isalpha, text[: found.start()])):
+    while (found := _LAST.search(text) or _ON_SIGN.search(text)) and any(
+        map(str.isalpha, text[: found.start()])
+    ):
         marks.append(found["mark"].lstrip("0") or "0")
         text = text[: found.start()].strip()
     if marks and (coded := _CODE.match(text)) and _UNSPEAKABLE.search(coded["code"]):
         marks.append(coded["code"])
         text = coded["rest"]
+    if listed := _LISTED.match(text):
+        marks.append(listed["mark"].lstrip("0") or "0")
+        text = text[listed.end() :]
     return text, " ".join(reversed(marks))
 
 

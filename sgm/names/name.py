@@ -36,17 +36,19 @@ class Name:
     @property
     def keys(self) -> tuple[tuple[object, str], ...]:
         """What tables of names are indexed by: two names are the same if they share one key."""
-        return (self.ordered, self.instance), (self.joined, self.instance)
+        keys = (self.ordered, self.instance), (self.joined, self.instance)
+        number = self.instance if self.joined[-1:].isalpha() else ""
+        is_numbered = bool(number) or any(map(str.isdigit, self.joined))
+        return (*keys, (self.joined + number, "written together")) if is_numbered else keys
 
     def is_same(self, other: Name) -> bool:
         """Tell whether two names are one but for case, articles, plural, spelling and accents.
 
-        "Ash-tray" and "the ashtrays" are, "grey mug" and "gray mug", and "mug_2" and "Mug 002".
+        "Ash-tray" and "the ashtrays" are, "grey mug" and "gray mug", "mug_2" and "Mug 002", and
+        "PS5" and "ps 5".
         Another number, letter or word is another name.
         """
-        return self.instance == other.instance and (
-            self.ordered == other.ordered or self.joined == other.joined
-        )
+        return not set(self.keys).isdisjoint(other.keys)
 
 
 @lru_cache(maxsize=MOST_NAMES)

@@ -335,9 +335,11 @@ class NameIndex:
         return [entry for one in own for entry in self._things.get(one, ())]
 
     def _find_joined(self, text: str, reading: Reading) -> list[list[int]]:
-        """Find what is called the same, written apart or together: "fire lighters"."""
-        whole = Name.read(text).joined
-        numbers = {
+        """Find what is called the same, written apart or together: "fire lighters", "PS5"."""
+        name = Name.read(text)
+        whole = name.joined
+        numbers = {number for key in name.keys for number in self._same.get(key, ())}
+        numbers |= {
             number
             for number, one in self._endings.get(whole, ())
             if one.endings[0] == whole

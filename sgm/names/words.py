@@ -15,6 +15,8 @@ MAX_LENGTH = 200
 _INVISIBLE = frozenset(
     "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800\u3164\uffa0"
 ) | frozenset(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0))))  # and selectors
+# Latin letters whose accent is a part of them, for Unicode.
+_BARRED = str.maketrans("øłđħŧı", "oldhti")
 _FIRST_ACCENT, _LAST_ACCENT = "\u0300", "\u036f"
 # Where a word ends in "SoapBottle" and "TVStand"; pieces have two letters ("iPhone" is one word).
 _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z])|(?<=[A-Z]{2})(?=[A-Z][a-z])")
@@ -183,7 +185,7 @@ def _compare_form(text: str, is_full: bool) -> str:
     else:
         text = "".join(letter.lower() if len(letter.lower()) == 1 else letter for letter in text)
     if not text.isascii():
-        text = unicodedata.normalize("NFC", _strip_accents(text))
+        text = unicodedata.normalize("NFC", _strip_accents(text)).translate(_BARRED)
     return " ".join(text.split())
 
 

@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sgm.belief import SEEN_NOW, Belief, Detector, compute_miss, compute_stay
+from sgm.belief import (
+    SEEN_NOW,
+    Belief,
+    Detector,
+    compute_miss,
+    compute_miss_over_steps,
+    compute_stay,
+)
 from sgm.belief.posterior import compute_log_likelihood, see
 from sgm.finder.finder import Finder
 from sgm.memory.asking import Looks
@@ -222,3 +229,17 @@ def test_probabilities_sum_to_one(places, elsewhere, negative, sought, miss_rate
 def test_bad_rates_are_named(value):
     with pytest.raises(ValueError, match=r"miss_rate must lie in \[0, 1\), got"):
         Detector(miss_rate=value)
+
+
+def test_misses_in_other_time_steps_by_hand():
+    """Of mean .2, correlated by a tenth: .2, then .2 .28, then .2 .28 .345..., and never zero.
+
+    The next look misses with (1.8 + n) / (9 + n), after n that did.
+    """
+    looks = np.array([[0, 1, 2, 3, 12, 10**9]])
+    missed = compute_miss_over_steps(looks, np.array([[0.2]]))[0]
+    assert missed[:4] == pytest.approx([1, 0.2, 0.2 * 0.28, 0.2 * 0.28 * 3.8 / 11])
+    assert 0 < missed[5] < 1e-6 < missed[4] < 1e-4
+    assert compute_miss_over_steps(looks, np.array([[0.0]])).tolist() == [[1, 0, 0, 0, 0, 0]]
+    drawn = np.random.default_rng(0).beta(1.8, 7.2, 100_000)  # the things' own miss rates
+    assert (drawn**3).mean() == pytest.approx(missed[3], rel=0.05)

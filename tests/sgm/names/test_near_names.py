@@ -192,7 +192,13 @@ def test_what_says_how_it_is_narrows(make_service, seen, asked):
         ("scone.n.01_2", "scone", "2"), ("scone.n.01", "scone", ""),
         ("bottom_cabinet_qxzrtk_0", "bottom cabinet", "qxzrtk 0"),
         ("SoapBar|+00.10|-01.20", "soap bar", "+00.10|-01.20"), ("facade", "facade", ""),
-        ("bolt m4x20", "bolt m4x20", ""), ("3", "3", ""),
+        ("bolt m4x20", "bolt m4x20", ""), ("3", "3", ""), ("ladle[3]", "ladle", "3"),
+        ("ladle@3", "ladle", "3"), ("ladle no. 3", "ladle", "3"), ("ladle №3", "ladle", "3"),
+        ("ladle nr 3", "ladle", "3"), ("ladle id 3", "ladle", "3"), ("ladle_id3", "ladle", "3"),
+        ("ladle_track3", "ladle", "3"), ("ladle_instance_3", "ladle", "3"),
+        ("railway track 3", "railway track", "3"), ("017_red_ladle", "red ladle", "17"),
+        ("017_ladle_2", "ladle", "17 2"), ("501 jeans", "501 jeans", ""), ("0 7", "0 7", ""),
+        ("勺子3", "勺子", "3"), ("スプーン_3", "スプーン", "3"), ("zorb3", "zorb3", ""),
     ],
 )  # fmt: skip
 def test_a_counter_is_no_word(named, words, instance):
@@ -208,6 +214,20 @@ def test_numbered_things_are_asked_for_together_and_one_by_one(make_service):
     assert service.where_is("the whisk").taken_for == ("whisk.001",)
     assert service.where_is("soap bottle").taken_for == ("SoapBottle_4",)
     assert service.where_is("cup").taken_for == ("cup7",)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "is_one"),
+    [
+        ("PS5", "ps 5", True), ("WD40", "wd-40", True), ("smørebrett", "smorebrett", True),
+        ("Łódź poster", "lodz poster", True), ("ps5 1", "ps 51", False), ("ps5", "ps 6", False),
+        ("b1 2", "b 12", False), ("ladle", "ladle 1", False), ("017_ladle", "018_ladle", False),
+    ],
+)  # fmt: skip
+def test_a_number_may_be_written_apart(make_service, one, other, is_one):
+    service = make_service(one)
+    assert (service.where_is(other).taken_for == (one,)) >= is_one
+    assert (service.forget(other, by="ann").status == "ok") == is_one
 
 
 @pytest.mark.parametrize("word", ["badger", "anvil", "lantern", "cobra", "sickle"])
