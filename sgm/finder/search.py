@@ -12,7 +12,7 @@ import numpy as np
 from sgm.belief import compute_stay
 from sgm.checks import is_finite, is_number
 from sgm.finder.ranking import Place, Ranking
-from sgm.finder.search_plan import MOST_ROUNDS, Look, plan_search
+from sgm.finder.search_plan import MOST_ROUNDS, Look, check_look_cost, plan_search
 from sgm.finder.travel_costs import Distance, TravelCosts, is_at
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -40,11 +40,12 @@ class SearchRules:
     budget: float | None
 
     def __post_init__(self) -> None:
-        """Check when it ends.
+        """Check what it costs and when it ends.
 
         Raises:
-            ValueError: if `give_up_at` or the budget is out of range.
+            ValueError: if the cost of a look, `give_up_at` or the budget is out of range.
         """
+        check_look_cost(self.look_cost)
         if not is_number(self.give_up_at) or not 0 < self.give_up_at <= 1:
             raise ValueError(
                 f"give_up_at must lie above 0 and at most at 1, got {shorten(self.give_up_at)}. "
@@ -114,7 +115,7 @@ class ObjectSearch:
         self.offered: tuple[str, ...] = ()
         self._reason = ""
         self._found_at = ""
-        self._plan(self._split(self.ranking)[0])  # bad arguments are reported now
+        self._split(self.ranking)  # a bad name, or way from the start, is reported now
 
     @property
     def ranking(self) -> Ranking:

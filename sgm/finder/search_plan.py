@@ -147,11 +147,7 @@ def plan_search(
     places, the best gain per cost first is the optimum, since gains of a place fall.
     """
     check_start(start, distance)
-    if not is_number(look_cost) or not 0 <= look_cost < np.inf:
-        raise ValueError(
-            f"look_cost must be a finite number, 0 or more, got {shorten(look_cost)}. Give the "
-            "cost of a look in the unit of the distances."
-        )
+    check_look_cost(look_cost)
     ways = distance if isinstance(distance, TravelCosts) else TravelCosts(distance)
     rounds = 1 if miss_again is None else MOST_ROUNDS
     legs = _Legs(_choose_places(places, start, ways, rounds), start, ways, look_cost, opened)
@@ -173,6 +169,15 @@ def plan_search(
         for place, leg, needed, last in zip(at[order], cost, prob_needed, before, strict=False)
     ]  # fmt: skip
     return SearchPlan(description, tuple(looks), float(cost @ prob_needed), float(own.sum()))
+
+
+def check_look_cost(look_cost: object) -> None:
+    """Raise ValueError unless the cost of a look is a finite number, 0 or more."""
+    if not is_number(look_cost) or not 0 <= look_cost < np.inf:
+        raise ValueError(
+            f"look_cost must be a finite number, 0 or more, got {shorten(look_cost)}. Give the "
+            "cost of a look in the unit of the distances."
+        )
 
 
 def _choose_places(

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 MOST_IMPROVED = 24  # first looks of a tour whose order may be changed
 _LONGEST = 3  # looks of the shorter of two runs that are exchanged
+_ALIKE = 1e-12  # costs that differ by less are equal: on any processor the same plan
+_HERE, _NOWHERE = -2, -1  # where a tour begins, and after its last look, in tables of legs
 
 
 def plan_tour(
@@ -107,10 +110,6 @@ def improve_begin(
 
     A change exchanges two runs of looks that follow one another, one of them of `_LONGEST` at most,
     each as it is or turned round; one of them may be empty. The best is made, until none is.
-
-    With m missing before a run of legs l_1, l_2, ..., it costs m D - E, where D is the sum of the
-    legs and E that of each times what the run holds before it. Both are differences of two
-    cumulative sums over the tour.
     """
     order = order.copy()
     num = min(len(order), MOST_IMPROVED)
@@ -118,10 +117,10 @@ def improve_begin(
     if not len(begin):
         return order
     while True:
-        costs = _compute_changes(prob, first_leg, legs, order, num)
-        best = int(costs.argmin())
-        if not costs.flat[best] < -1e-12:
+        costs = _compute_changes(_Begin(prob, first_leg, legs, order, num))
+        if not costs.min() < -_ALIKE:
             return order
+        best = int((costs <= costs.min() + _ALIKE).argmax())  # of equal ones, the first
         turned, run = divmod(best, len(begin))
         i, j, k = int(begin[run]), int(middle[run]), int(end[run])
         one, two = order[i:j], order[j:k]
@@ -129,78 +128,105 @@ def improve_begin(
         order[i:k] = np.concatenate([two, one])
 
 
-def _compute_changes(
-    prob: np.ndarray, first_leg: np.ndarray, legs: np.ndarray, order: np.ndarray, num: int
-) -> np.ndarray:
+def _compute_changes(tour: _Begin) -> np.ndarray:
     """Return by how much each change makes a tour dearer, (4, n), by which runs are turned round.
 
     Neither, the first one, the second one, both.
     """
-    begin, middle, end = _list_runs(num)
-    own = order[: num + 1]  # with the one that follows
-    held = np.append(0.0, np.cumsum(prob[own]))  # before each look
-    first = np.zeros((len(legs) + 2, len(legs) + 2))  # from here, and to nowhere
-    first[:-2, :-2], first[-2, :-2] = legs, first_leg
-    legs, own = first, np.append(own, -1) if len(own) == num else own
+    begin, middle, end = _list_runs(tour.num)
+    one, turned_one = (tour.get_runs(begin, middle, turned) for turned in (False, True))
+    two, turned_two = (tour.get_runs(middle, end, turned) for turned in (False, True))
 
-    def sum_up(leg: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sums of legs to the looks 1, 2, ..., and of each times what is held before."""
-        return (
-            np.concatenate([[0.0, 0.0], np.cumsum(leg)]),
-            np.concatenate([[0.0, 0.0], np.cumsum(leg * before)]),
-        )
-
-    there, by_there = sum_up(legs[own[: num - 1], own[1:num]], held[1:num])
-    back, by_back = sum_up(legs[own[1:num], own[: num - 1]], held[1:num])
-
-    def run(start: np.ndarray, stop: np.ndarray, is_turned: bool) -> tuple[np.ndarray, ...]:
-        """Sum of the legs, what is saved of it by what the run holds, its first and last look."""
-        start = np.minimum(start, num - 1)  # an empty one at the end
-        last = np.maximum(stop - 1, start)
-        if is_turned:
-            length = back[last + 1] - back[start + 1]
-            saved = held[stop] * length - (by_back[last + 1] - by_back[start + 1])
-            return length, saved, own[last], own[start]
-        length = there[last + 1] - there[start + 1]
-        saved = by_there[last + 1] - by_there[start + 1] - held[start] * length
-        return length, saved, own[start], own[last]
-
-    come_from = np.append(-2, own)[begin]
-    go_to = own[end]
-    missing, held_by_one = 1 - held[begin], held[middle] - held[begin]
-    held_by_two = held[end] - held[middle]
-    has_two = end > middle
-
-    def compute(one: tuple[np.ndarray, ...], two: tuple[np.ndarray, ...]) -> np.ndarray:
-        """Cost of the second run and then the first, with the ways to, between and from them."""
-        between = np.where(has_two, legs[two[3], one[2]], 0.0)
-        to = legs[come_from, np.where(has_two, two[2], one[2])]
-        rest = missing - held_by_two
+    def compute(first: _Runs, second: _Runs) -> np.ndarray:
+        """Cost of two runs and of the ways to, between and from them; one may be empty."""
+        missing = 1 - tour.held[begin]
+        rest = missing - first.held
+        come_from, go_to = np.append(_HERE, tour.looks)[begin], tour.looks[end]
+        legs, is_first, is_second = tour.legs, first.is_any, second.is_any
+        to = legs[come_from, np.where(is_first, first.first, second.first)]
+        between = np.where(is_first & is_second, legs[first.last, second.first], 0.0)
+        onward = legs[np.where(is_second, second.last, first.last), go_to]
         cost: np.ndarray = (
-            missing * (to + np.where(has_two, two[0], 0.0))
-            - np.where(has_two, two[1], 0.0)
-            + rest * (between + one[0])
-            - one[1]
-            + (rest - held_by_one) * legs[one[3], go_to]
+            missing * (to + first.way)
+            - first.saved
+            + rest * (between + second.way)
+            - second.saved
+            + (rest - second.held) * onward
         )
         return cost
 
-    turned_one, turned_two = run(begin, middle, True), run(middle, end, True)
-    as_one, as_two = run(begin, middle, False), run(middle, end, False)
-    rest = missing - held_by_one
-    now = (
-        missing * (legs[come_from, as_one[2]] + as_one[0])
-        - as_one[1]
-        + np.where(
-            has_two,
-            rest * (legs[as_one[3], as_two[2]] + as_two[0])
-            - as_two[1]
-            + (rest - held_by_two) * legs[as_two[3], go_to],
-            rest * legs[as_one[3], go_to],
-        )
-    )
-    pairs = ((as_one, as_two), (turned_one, as_two), (as_one, turned_two), (turned_one, turned_two))
+    now = compute(one, two)
+    pairs = ((two, one), (two, turned_one), (turned_two, one), (turned_two, turned_one))
     return np.stack([compute(*pair) - now for pair in pairs])
+
+
+@dataclass(frozen=True, slots=True)
+class _Runs:
+    """Runs of looks that follow one another, (n,) each.
+
+    Attributes:
+        is_any: whether it has a look.
+        first, last: its looks at both ends; any look where it has none.
+        held: probability that one of its looks finds it.
+        way: sum of its legs; 0 where it has no look.
+        saved: sum of its legs, each times what is held by the looks of the run before it. So it
+            costs m way - saved, where m is missing before it.
+    """
+
+    is_any: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    held: np.ndarray
+    way: np.ndarray
+    saved: np.ndarray
+
+
+class _Begin:
+    """The first looks of a tour, and sums whose differences say what any run of them costs.
+
+    Attributes:
+        num: how many looks, n.
+        looks: the looks, and the one that follows or `_NOWHERE`, (n + 1,).
+        legs: between looks, from `_HERE` to looks, and to `_NOWHERE`.
+        held: by the looks before each, (n + 1,).
+    """
+
+    def __init__(
+        self,
+        prob: np.ndarray,
+        first_leg: np.ndarray,
+        legs: np.ndarray,
+        order: np.ndarray,
+        num: int,
+    ) -> None:
+        """Take `num` looks of a tour (K,); the rest is as in `plan_tour`, for one tour."""
+        self.num = num
+        self.looks = np.append(order, _NOWHERE)[: num + 1]
+        self.held = np.append(0.0, np.cumsum(prob[order[:num]]))
+        self.legs = np.zeros((len(legs) + 2, len(legs) + 2))
+        self.legs[:_HERE, :_HERE], self.legs[_HERE, :_HERE] = legs, first_leg
+        ahead, behind = self.looks[: num - 1], self.looks[1:num]
+        self._sums = self._sum_up(self.legs[ahead, behind])
+        self._sums_turned = self._sum_up(self.legs[behind, ahead])
+
+    def _sum_up(self, leg: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return sums of n - 1 legs up to each look, and of each times what is held before it."""
+        ways, by_held = np.cumsum(leg), np.cumsum(leg * self.held[1 : self.num])
+        return np.append([0.0, 0.0], ways), np.append([0.0, 0.0], by_held)
+
+    def get_runs(self, start: np.ndarray, stop: np.ndarray, is_turned: bool) -> _Runs:
+        """Return the runs from looks to before others, (n,), as they are or turned round."""
+        is_any = stop > start
+        held = self.held[stop] - self.held[start]
+        start = np.minimum(start, self.num - 1)  # an empty one at the end
+        last = np.maximum(stop - 1, start)
+        ways, by_held = self._sums_turned if is_turned else self._sums
+        way = ways[last + 1] - ways[start + 1]
+        by_held = by_held[last + 1] - by_held[start + 1]
+        saved = self.held[stop] * way - by_held if is_turned else by_held - self.held[start] * way
+        ends = self.looks[start], self.looks[last]
+        first, last = ends[::-1] if is_turned else ends
+        return _Runs(is_any, first, last, held, way * is_any, saved * is_any)
 
 
 @lru_cache(maxsize=MOST_IMPROVED)

@@ -326,3 +326,18 @@ def test_what_is_behind_a_closed_door_is_said():
         search.not_found()
     assert set(looked) == set(reached)
     assert "shoe rack in hall, which cannot be reached, 9" in search.outcome
+
+
+def test_a_search_plans_when_it_is_asked_where_to_go():
+    """It planned twice before its first look."""
+    home, asked = make_home_of_places(14), []
+
+    def distance(here, there):
+        asked.append(here)
+        return float(abs(there - (here if isinstance(here, int) else -1)))
+
+    looking = Finder(Bayesian()).search(home, "mug", "door", distance)
+    assert set(asked) == {"door"}  # no way from place to place
+    look = looking.next()
+    assert look is not None
+    assert set(asked) > {"door"}
