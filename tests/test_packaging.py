@@ -2,12 +2,14 @@
 
 import configparser
 import json
+import os
 import re
 import shlex
 import shutil
 import subprocess
 import sys
 import tarfile
+import urllib.request
 import zipfile
 from pathlib import Path
 
@@ -38,8 +40,9 @@ def test_both_have_one_version():
     version = research["metadata"]["version"]
     assert version == sgm.__version__
     assert read_requirements(research)["scene-graph-memory-core"] == f"=={version}"
-    for name in ("python_requires",):
-        assert research["options"][name] == core["options"][name]
+    assert research["options"]["python_requires"] == core["options"]["python_requires"]
+    for name in ("author", "license", "project_urls"):
+        assert research["metadata"][name] == core["metadata"][name]
     shared = read_requirements(core).items() & read_requirements(research).items()
     assert len(shared) >= 2  # one range where both need a package
     both = read_requirements(core).keys() & read_requirements(research).keys()
@@ -126,5 +129,28 @@ def test_the_image_installs_from_what_it_copies(tmp_path):
             assert words[-1] == "./core[serve]"
     install = [*PIP, "install", "--no-deps", "--no-build-isolation", "--target", tmp_path / "to"]
     subprocess.run([*install, "./core[serve]"], cwd=tmp_path, check=True)
-    assert (tmp_path / "to" / "sgm" / "serve" / "__main__.py").is_file()
-    assert (tmp_path / "to" / "bin" / "sgm-serve").is_file()
+    lines = dict(read_dockerfile())
+    (entry,), arguments = json.loads(lines["ENTRYPOINT"]), json.loads(lines["CMD"])
+    command = [tmp_path / "to" / "bin" / entry, *arguments, "--port", "0"]  # the last one counts
+    home = tmp_path / "home"
+    home.mkdir()
+    variables = os.environ | {"PYTHONPATH": str(tmp_path / "to"), "HOME": str(home)}
+    variables.pop("SGM_TOKEN", None)
+    refused = subprocess.run(command, cwd=home, env=variables, capture_output=True, text=True)
+    assert refused.returncode == 2
+    assert "set SGM_TOKEN" in refused.stderr
+    token = "of-sixteen-characters"
+    with subprocess.Popen(
+        command, cwd=home, env=variables | {"SGM_TOKEN": token}, stdout=subprocess.PIPE, text=True
+    ) as server:
+        try:
+            port = re.search(r":(\d+)/$", server.stdout.readline())[1]
+            request = urllib.request.Request(
+                f"http://127.0.0.1:{port}/health", headers={"Authorization": f"Bearer {token}"}
+            )
+            with urllib.request.urlopen(request, timeout=30) as answer:
+                assert answer.status == 200
+        finally:
+            server.terminate()  # as `docker stop` does
+        assert server.wait(timeout=30) == 0
+    assert (home / "home.sgm").is_file()
