@@ -21,6 +21,7 @@ _FOUND, _FALSE = 0.6, 0.1
 _MOST_FRAMES = 5.0
 _MOST_LOGIT = 6.0  # a probability of .9975
 _MOST_AGE = 300  # frames
+_WELL_PLACED = 0.3  # metres: a thing whose depth is less certain gets no place by it
 _LEAST_SD = 0.01  # metres, of any measurement, beside the pose
 
 
@@ -83,7 +84,12 @@ class Track:
 
         Errors of the pose last for a visit. Those of the depth average out over its frames.
         """
-        return math.hypot(self.sd, 1 / math.sqrt(self.weight))
+        return math.hypot(self.sd, self.depth_sd)
+
+    @property
+    def depth_sd(self) -> float:
+        """Standard deviation of the center by that of the depth in all frames, metres."""
+        return 1 / math.sqrt(self.weight)
 
     def add(self, detection: Detection, frame: int, volume: int, at: Measured) -> None:
         """Note one more detection, and take its measurement into the means."""
@@ -156,13 +162,14 @@ class Tracks:
         self._tracks.append(track)
 
     def take_sure(self, least_confidence: float, least_frames: int, frame: int) -> list[Track]:
-        """Take out the things of which enough frames are sure; forget what was seen long ago.
+        """Take out what enough frames are sure of, where it is, too; forget what was long ago.
 
         `frame` is the number of the present one.
         """
         found, rest = [], []
         for track in self._tracks:
             is_sure = len(track.frames) >= least_frames
+            is_sure &= track.depth_sd <= _WELL_PLACED
             is_sure &= track.compute_confidence() >= least_confidence
             if is_sure:
                 found.append(track)

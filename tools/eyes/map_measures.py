@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.seen_rows import SeenRows
 from sgm.names.words import read_name
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules, RobotBody
@@ -33,17 +35,18 @@ def measure_map(world: BoxWorld, body: BodyRules) -> dict[str, Any]:
     Returns:
         How many pieces are visible, and how many of them are on the map. The overlap of each of
         these (intersection over union). How many have the right label. How many are drawn, and how
-        many of those are nowhere in the home. How far each thing is from where the memory has it
-        (`measure_positions`), after the last round.
+        many of those are nowhere in the home. How far each thing is from where the memory has it,
+        and how many have the name of another one (`measure_positions`), after the last round.
     """
     robot = _WatchingRobot(
         RobotBody(world, body), SceneGraphMemory(world.homes.prior), Finder(Adaptive()), 1
     )
-    away: list[float] = []
+    errors, num_misnamed = list[float](), 0
     for _ in range(_ROUNDS):
+        robot.called.clear()
         for furniture in range(world.num_furniture):
             robot.patrol(furniture)
-        away = measure_positions(robot.memory, world)
+        errors, num_misnamed = measure_positions(robot.memory, world, robot.called)
         world.evolve()
         robot.memory.step()
     labels = FurnitureLabels()
@@ -74,26 +77,45 @@ def measure_map(world: BoxWorld, body: BodyRules) -> dict[str, Any]:
         ),
         "num_drawn": len(drawn),
         "num_nowhere": len(drawn) - len(pairs),
-        "positions": away,
+        "positions": errors,
+        "num_misnamed": num_misnamed,
     }
 
 
-def measure_positions(memory: SceneGraphMemory, world: BoxWorld) -> list[float]:
+def measure_positions(
+    memory: SceneGraphMemory, world: BoxWorld, called: Mapping[tuple[str, ...], set[int]]
+) -> tuple[list[float], int]:
     """Return how far things are from where a memory has seen them in this time step, metres.
 
-    Those that the last look at their place found, each from the nearest thing of its name; a name
-    that no thing of the home has is left out.
+    A position of a name is that of the nearest thing that the detector called so in this step.
+
+    Args:
+        memory: that was told of all looks.
+        world: the truth.
+        called: the things, by slot, that the detector has called by each name in this step, rightly
+            or not.
+
+    Returns:
+        The errors of those that the last look at their place found. How many more there are whose
+        name is that of another thing.
     """
-    true: dict[tuple[str, ...], list[np.ndarray]] = {}
-    for slot in np.flatnonzero(world.things.place >= 0).tolist():
-        name = read_name(world.describe_thing(slot))
-        true.setdefault(name, []).append(world.things.center[slot])
-    return [
-        min(float(np.linalg.norm(at - seen.position)) for at in true[read_name(name)])
-        for name in memory.descriptions
-        for seen in memory.places_of(name)
-        if seen.position is not None and seen.steps_ago == 0 and read_name(name) in true
-    ]
+    centers, names = world.things.center, memory.descriptions
+    rows = SeenRows.of_things(memory.batch)
+    errors, num_misnamed = list[float](), 0
+    for thing, seen in zip(
+        rows.thing.tolist(), rows.tell(memory.batch, memory.furniture_ids), strict=True
+    ):
+        if seen.position is None or seen.steps_ago > 0:
+            continue
+        name = read_name(names[thing])
+        slots = sorted(called[name])
+        away = np.linalg.norm(centers[slots] - seen.position, axis=1)
+        nearest = int(away.argmin())
+        if read_name(world.describe_thing(slots[nearest])) == name:
+            errors.append(float(away[nearest]))
+        else:
+            num_misnamed += 1
+    return errors, num_misnamed
 
 
 def compute_overlap(box: Box, other: Box) -> float:
@@ -112,11 +134,12 @@ def compute_overlap(box: Box, other: Box) -> float:
 
 
 class _WatchingRobot(MappingRobot):
-    """Notes which furniture its pictures truly showed."""
+    """Notes which furniture its pictures truly showed, and which things were called what."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.seen: set[int] = set()
+        self.called: dict[tuple[str, ...], set[int]] = {}  # slots of things, by name
 
     def _watch(self, frames: Any) -> None:
         super()._watch(map(self._note, frames))
@@ -127,4 +150,6 @@ class _WatchingRobot(MappingRobot):
         own = owner[(owner >= 0) & (owner < self.world.num_furniture)]
         counts = np.bincount(own, minlength=self.world.num_furniture)
         self.seen |= set(np.flatnonzero(counts >= _LEAST_PIXELS).tolist())
+        for found in frame.detected:
+            self.called.setdefault(read_name(found.detection.name), set()).add(found.slot)
         return frame

@@ -24,7 +24,7 @@ NOISES = (0.0, 0.02, 0.1)  # standard deviations of the known position, metres
 _ABSENCE_NOISE = 0.02  # with which absences are counted
 MAP_NOISES = (0.02, 0.1)  # with which maps are drawn
 _MAP_ROUNDS = 2  # that both robots are led around before errands with and without a map
-_VERSION = 6  # of the files; raise it when homes, robots or eyes change
+_VERSION = 7  # of the files; raise it when homes, robots or eyes change
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,10 +247,17 @@ def _list_maps(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
         )
         away = np.concatenate([row[f"map {noise}"]["positions"] for row in found])
         yield (
-            f"positions of {len(away)} things of the last round, from where they lie, {where}",
+            f"positions of {len(away)} rightly named things of the last round, from where they "
+            f"lie, {where}",
             f"within 15 cm for {(away <= 0.15).mean():.1%}, median {100 * np.median(away):.1f} cm, "
             f"highest tenth {100 * np.quantile(away, 0.9):.1f} cm",
             "within 15 cm" if noise == MAP_NOISES[0] else "",
+        )
+        num_positions = len(away) + count["num_misnamed"]
+        yield (
+            f"positions whose name is that of another thing, of {num_positions}, {where}",
+            f"{count['num_misnamed'] / num_positions:.1%}",
+            "",
         )
     for key, what, bound in (
         ("found", "errands that end with a find", "within 10 %"),

@@ -7,7 +7,7 @@ from sgm.eyes import Box, Detection, Intrinsics, LookBuilder, Pose
 from sgm.eyes.camera_view import CameraView, DepthImage
 from sgm.eyes.detection import Measured
 from sgm.eyes.scene import Scene
-from sgm.eyes.tracks import Track
+from sgm.eyes.tracks import Track, Tracks
 from tests.sgm.eyes.scenes import CAMERA, TABLE, detect, look_around, put_on, render
 
 
@@ -45,6 +45,17 @@ def test_measurements_of_one_thing_count_by_how_certain_their_depth_is():
     assert track.center[0] == pytest.approx(0.3 * 11.1 / 10011.1, rel=1e-3)
     assert track.radius == pytest.approx(0.04, abs=1e-3)
     assert track.center_sd == pytest.approx(np.hypot(0.02, 0.01), rel=1e-3)
+
+
+def test_a_thing_whose_depth_is_uncertain_gets_no_place_by_it_until_it_is_better_known():
+    """The depth of bottles before a far wall is known to a metre: their position is none."""
+    bottles = Detection("bottles", 0.9, center=(0, 0, 0))
+    tracks = Tracks()
+    for frame in range(6):
+        at = Measured(np.zeros(3), 0.1, 0.1, 0.02, depth_sd=1.0 if frame < 5 else 0.1)
+        tracks.add(bottles, frame, -1, at)
+        found = tracks.take_sure(0.5, 3, frame)
+        assert [track.name for track in found] == ["bottles"] * (frame == 5)
 
 
 def test_a_small_thing_seen_from_far_in_a_box_a_pixel_too_high_is_not_missed():

@@ -53,6 +53,7 @@ def test_table_by_hand():
     drawn = {
         "num_visible": 20, "num_on_map": 18, "overlaps": [0.5, 0.9], "num_labelled": 9,
         "num_drawn": 25, "num_nowhere": 5, "positions": [0.01, 0.03, 0.2, 0.02],
+        "num_misnamed": 1,
     }  # fmt: skip
     home |= {"map 0.02": drawn, "map 0.1": drawn}
     led = {
@@ -65,7 +66,8 @@ def test_table_by_hand():
     assert "| 90.0%, 50.0% of it with its label | 90 % |" in table
     assert "| mean 0.700, lowest tenth 0.500 | .6 |" in table
     assert "| 20.0% | 3 % |" in table
-    assert "positions of 8 things of the last round" in table
+    assert "positions of 8 rightly named things of the last round" in table
+    assert "| positions whose name is that of another thing, of 10, without a map" in table
     assert "| within 15 cm for 75.0%, median 2.5 cm, highest tenth 20.0 cm | within 15" in table
     assert "0.700 and 0.800: -12.5%, standard error 0.0% | within 10 % |" in table
     assert "2.200 and 2.000: +10.0%, standard error 0.0% | within 15 % |" in table
