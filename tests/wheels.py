@@ -81,7 +81,7 @@ class Environment:
         self.variables = {k: value for k, value in os.environ.items() if k != "PYTHONPATH"}
 
     def install(self, *packages: str | Path) -> None:
-        """Install packages of the versions of constraints.txt."""
+        """Install packages of the versions of constraints.txt; among them may be options of pip."""
         pip = [self.python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
         subprocess.run([*pip, "--constraint", ROOT / "constraints.txt", *packages], check=True)
 
@@ -148,7 +148,10 @@ def check_research(environment: Environment, arguments: list[str]) -> int:
     """Install both wheels; what README says, commands, types, tests that were named."""
     both = find_wheel("scene_graph_memory_core"), find_wheel("scene_graph_memory")
     extras = "[test,events,igridson,sweep]" if arguments else ""
-    environment.install(f"{both[0]}[serve]", f"{both[1]}{extras}")
+    # Modules are compiled when they are imported, few of them; not where tests are run, to which a
+    # warning of the compiler is an error.
+    compiled = [] if arguments else ["--no-compile"]
+    environment.install(*compiled, f"{both[0]}[serve]", f"{both[1]}{extras}")
     print(environment.run("python", "-c", read_lines()))
     print(environment.run("python", "-m", "nep.fit", *TINY_FIT)[-2000:])
     environment.run("sgm-view", "home.sgm", "--save", "home.html")
