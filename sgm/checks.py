@@ -10,6 +10,7 @@ from typing import Any, TypeGuard, TypeVar
 from sgm.messages import shorten
 
 Kind = TypeVar("Kind")
+MOST_COST = 1e100  # of a way or a look: sums of many are finite
 MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
 
 
@@ -20,7 +21,7 @@ def is_number(value: object) -> TypeGuard[float]:
 
 def is_finite(value: object) -> TypeGuard[float]:
     """Tell whether a value is a number of which there is a finite float; 10**400 is none."""
-    return is_number(value) and abs(value) <= sys.float_info.max
+    return is_number(value) and -sys.float_info.max <= value <= sys.float_info.max
 
 
 def check_kind(name: str, value: object, kind: type, hint: str) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.checks import is_number
+from sgm.checks import MOST_COST, is_number
 from sgm.finder.ranking import Place, tell_point
 from sgm.finder.tour import (
     compute_expected_cost,
@@ -172,10 +172,10 @@ def plan_search(
 
 
 def check_look_cost(look_cost: object) -> None:
-    """Raise ValueError unless the cost of a look is a finite number, 0 or more."""
-    if not is_number(look_cost) or not 0 <= look_cost < np.inf:
+    """Raise ValueError unless the cost of a look is a number, 0 to `MOST_COST`."""
+    if not is_number(look_cost) or not 0 <= look_cost <= MOST_COST:
         raise ValueError(
-            f"look_cost must be a finite number, 0 or more, got {shorten(look_cost)}. Give the "
+            f"look_cost must be a number, 0 to {MOST_COST:g}, got {shorten(look_cost)}. Give the "
             "cost of a look in the unit of the distances."
         )
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.checks import is_number
+from sgm.checks import MOST_COST, is_number
 from sgm.layout.furniture import read_position
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
@@ -84,12 +84,12 @@ def compute_way(distance: Distance, start: Any, to: int) -> float:
     """Ask for the cost of a way.
 
     Raises:
-        ValueError: if it is no number, 0 or more.
+        ValueError: if it is no number, 0 to 1e100, or infinite.
     """
     cost = distance(start, to)
-    if not is_number(cost) or not cost >= 0:  # nan, too
+    if not is_number(cost) or not (0 <= cost <= MOST_COST or cost == math.inf):
         raise ValueError(
-            f"distance from {shorten(start)} to {to} must be a number, 0 or more, got "
+            f"distance from {shorten(start)} to {to} must be a number, 0 to {MOST_COST:g}, got "
             f"{shorten(cost)}. Where there is no way, give math.inf."
         )
     return float(cost)

@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from sgm.checks import is_finite
+from sgm.checks import is_finite, is_number
 from sgm.layout.box import Box
 from sgm.messages import shorten
+
+_FAR = 1e9  # metres: no map has its origin farther away
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,14 +108,17 @@ def _turn(at: tuple[float, float], angle: float, shift: tuple[float, float]) -> 
 
 
 def read_position(position: Any = None) -> tuple[float, float] | None:
-    """Return a position as two finite floats; None stays None, other values raise ValueError."""
+    """Return a position as two floats; None stays None, other values raise ValueError."""
     if position is None:
         return None
     try:
-        x, y = (float(value) for value in position)
-    except (TypeError, ValueError, OverflowError):
+        x, y = (
+            float(value) if is_number(value) and -_FAR <= value <= _FAR else math.nan
+            for value in position
+        )
+    except (TypeError, ValueError):
         x = y = math.nan
-    if not (math.isfinite(x) and math.isfinite(y)):
+    if math.isnan(x) or math.isnan(y):
         raise ValueError(
             f"position must be two numbers, got {shorten(position)}. Give metres, such as (1.5, 4)."
         )

@@ -222,7 +222,7 @@ def test_bad_costs_are_named():
         plan_search("mug", make_places(0.5), "door", lambda here, there: -1)
     with pytest.raises(ValueError, match=r"distance from None to 10 must be a number, .* got nan"):
         plan_search("mug", make_places(0.5), None, lambda here, there: float("nan"))
-    with pytest.raises(ValueError, match=r"look_cost must be a finite number, 0 or more, got nan"):
+    with pytest.raises(ValueError, match=r"look_cost must be a number, 0 to 1e\+100, got nan"):
         plan_search("mug", make_places(0.5), look_cost=float("nan"))
     with pytest.raises(ValueError, match=r"start must come with distances, got start='door' alone"):
         plan_search("mug", make_places(0.5), start="door")
