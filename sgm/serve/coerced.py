@@ -29,10 +29,10 @@ def coerce(value: Any, schema: Mapping[str, Any]) -> Any:
         for option in options:
             if option["type"] != "string" and _fits(candidate, option["type"]):
                 return _coerce_parts(candidate, option)
-    is_text_alone = all(option["type"] == "string" for option in options)
-    if is_text_alone and _fits(value, "integer"):
-        return str(value)
-    return value
+    if all(option["type"] == "string" for option in options):
+        return str(int(value)) if _is_whole(value) else value
+    may_be_text = any(option["type"] == "string" for option in options)
+    return None if None in _list_candidates(value) and not may_be_text else value
 
 
 def _list_candidates(value: Any) -> list[Any]:
@@ -47,6 +47,10 @@ def _list_candidates(value: Any) -> list[Any]:
             break
     whole = [int(one) for one in found if isinstance(one, float) and one.is_integer()]
     return whole + found
+
+
+def _is_whole(value: Any) -> bool:
+    return _fits(value, "integer") or (isinstance(value, float) and value.is_integer())
 
 
 def _fits(value: Any, name: str) -> bool:

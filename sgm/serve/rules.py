@@ -136,9 +136,12 @@ def _read_seen(name: str, value: Any) -> list[Sighting] | None:
 def _read_sighting(name: str, value: Any) -> Sighting | None:
     if isinstance(value, str):
         return Sighting(TEXT.read(name, value))
-    if not isinstance(value, dict) or "thing" not in value or not value.keys() <= {*_SIGHTING}:
+    if not isinstance(value, dict) or not value.keys() <= {*_SIGHTING}:
         return None
-    read = {key: _SIGHTING[key].read(f"{name}.{key}", own) for key, own in value.items()}
+    said = {key: own for key, own in value.items() if own is not None}  # null is left out
+    if "thing" not in said:
+        return None
+    read = {key: _SIGHTING[key].read(f"{name}.{key}", own) for key, own in said.items()}
     return Sighting(read.pop("thing"), **read)
 
 

@@ -82,8 +82,24 @@ def test_a_name_that_looks_like_json_is_a_name(name):
 
 def test_a_number_is_a_name_where_names_alone_may_be():
     assert read("search_next", search_id=12, result="found")["search_id"] == "12"
+    assert read("search_next", search_id=12.0, result="found")["search_id"] == "12"
     with pytest.raises(ValueError, match="thing must be a text"):
         read("where_is", thing=True)
+
+
+def test_null_is_left_out():
+    assert read("where_is", thing="mug", k=None, at=None) == {"thing": "mug"}
+    assert read("where_is", thing="mug", k="null") == {"thing": "mug"}
+    assert read("where_is", thing="null")["thing"] == "null"
+    thing = {"thing": "mug", "confidence": None, "position": "null", "owner": None, "id": None}
+    for seen in ([thing], json.dumps([thing])):
+        assert read("observe", place=0, seen=seen)["seen"] == [Sighting("mug")]
+    assert BY_NAME["observe"].read({"place": 0, "seen": [{"thing": "mug", "id": None}]})["seen"]
+    for seen in ([None], [{"thing": None}], [{}]):
+        with pytest.raises(ValueError, match=r"seen\[0\] must be a name, or an object"):
+            read("observe", place=0, seen=seen)
+    with pytest.raises(ValueError, match="arguments of observe must name seen"):
+        read("observe", place=0, seen="null")
 
 
 def test_what_is_as_declared_stays():
