@@ -17,7 +17,8 @@ from nep.view.texts import tell_furniture, tell_step
 from sgm.arrays.relations import NUM_RELATIONS
 from sgm.finder.ranking import Ranking
 from sgm.finder.search_plan import plan_search
-from sgm.memory.sighting import RELATIONS
+from sgm.memory.seen_positions import tell_positions
+from sgm.memory.sighting import RELATIONS, Point
 from simulator.drawing.history import History
 from simulator.replay.story import Story
 
@@ -100,6 +101,7 @@ class Desk:
                 "name": names[edges["object"][rows]].tolist(),
                 "seen": edges["last_true"][rows].tolist(),
                 "there": edges["is_true"][rows].astype(int).tolist(),
+                "at": [_round_point(position) for position, *_ in tell_positions(batch, rows)],
             },
             "lastLook": np.maximum(batch.furniture_last_observed[0], -1).tolist(),
             "looks": _list_looks(story, shapes, step),
@@ -189,6 +191,11 @@ class Desk:
         """Compute a history; what is kept of another `version` of the story is not found again."""
         story = self.stage.story
         return tell_history(story.trace_object(words, self.judges.get(judge)), story.step_hours)
+
+
+def _round_point(position: Point | None) -> list[float] | None:
+    """Return x and y on the plan, to a centimetre; None where they are unknown."""
+    return None if position is None else [round(position[0], 2), round(position[1], 2)]
 
 
 def tell_history(history: History, step_hours: float) -> dict[str, Any]:

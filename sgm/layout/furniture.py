@@ -69,9 +69,9 @@ class Furniture:
         """Return it turned around the origin of the map, and moved then; see `Layout.transform`."""
         position, box = self.position, self.box
         if position is not None:
-            position = _turn(position, angle, shift)
+            position = turn(position, angle, shift)
         if box is not None:
-            center = (*_turn(box.center[:2], angle, shift), box.center[2])
+            center = (*turn(box.center[:2], angle, shift), box.center[2])
             box = replace(box, center=center, yaw=box.yaw + angle)
         return replace(self, position=position, box=box)
 
@@ -102,7 +102,8 @@ class Furniture:
         )  # fmt: skip
 
 
-def _turn(at: tuple[float, float], angle: float, shift: tuple[float, float]) -> tuple[float, float]:
+def turn(at: tuple[float, float], angle: float, shift: tuple[float, float]) -> tuple[float, float]:
+    """Return x, y turned around the origin, counter-clockwise in radians, and moved then."""
     cos, sin = math.cos(angle), math.sin(angle)
     return cos * at[0] - sin * at[1] + shift[0], sin * at[0] + cos * at[1] + shift[1]
 

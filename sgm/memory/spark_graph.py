@@ -40,9 +40,11 @@ def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[st
     """Return what a memory holds as a `spark_dsg.DynamicSceneGraph`.
 
     Rooms are of the layer of rooms; furniture, and every object that the last look at its place
-    showed, of that of objects, with the label space of the graph. Links lead from rooms to
+    showed, of that of objects, with the label space of the graph. Objects are where they were seen
+    last, if that is known. Links lead from rooms to
     furniture, and from furniture to what is there, with "relation" in their metadata; what counts
-    sightings is in the metadata of the objects. What has no position stands in rows.
+    sightings is in the metadata of the objects. What has no position stands in rows, and its
+    metadata say so.
 
     Args:
         home: what `list_home` gives.
@@ -68,8 +70,10 @@ def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[st
             for angle, seen in zip(np.arange(len(there)) * 2.4, there, strict=True):
                 beside = place + _BESIDE * np.array([np.cos(angle), np.sin(angle)])
                 about = {name: seen[name] for name in ("last_seen", "times_seen", "times_looked")}
+                about |= {FURNITURE: False, HAS_POSITION: "position" in seen}
+                at = np.array(seen.get("position", beside))
                 name = seen["description"]
-                item = writer.add_object(labels[name], name, beside, {FURNITURE: False, **about})
+                item = writer.add_object(labels[name], name, at, about)
                 writer.link(holder, item, seen["relation"])
     return writer.finish()
 
@@ -103,13 +107,14 @@ class _GraphWriter:
         self,
         label: str,
         description: str,
-        at: np.ndarray,
+        at: np.ndarray,  # x and y, or x, y and z
         metadata: dict[str, Any],
         box: Box | None = None,
     ) -> Any:
         """Add furniture or an object and return its symbol."""
         attributes = self._package.ObjectNodeAttributes()
-        attributes.name, attributes.position = description, np.append(at, 0.0)
+        attributes.name = description
+        attributes.position = np.append(at, 0.0) if len(at) == 2 else at
         attributes.semantic_label = self._numbers.setdefault(label, len(self._numbers) + 1)
         attributes.metadata.set(metadata)
         if box is not None:

@@ -12,13 +12,14 @@ from datetime import datetime
 from pathlib import Path
 
 from sgm.layout.layout import Layout
-from sgm.memory.sighting import RELATIONS, read_relation
+from sgm.memory.sighting import RELATIONS, Point, read_point, read_relation
 from sgm.messages import shorten, shorten_values
 from sgm.names.words import read_words
 from simulator.trace.layout import LAYOUT_FILE, get_label, read_part, read_start
 
 EVENTS_FILE = "events.csv"
-COLUMNS = ("time_s", "object", "furniture", "relation", "description")
+_POSITION = ("x", "y", "z")
+COLUMNS = ("time_s", "object", "furniture", "relation", "description", *_POSITION)
 _REQUIRED = COLUMNS[:4]
 GONE = -1  # furniture of an object that has left the home
 
@@ -33,6 +34,8 @@ class Event:
         description: what it is called, such as "large red mug"; the same in all its events.
         furniture: index into the layout's furniture, or `GONE`.
         relation: 0 "in", 1 "onTop".
+        position: where in the frame of the map its middle is since, x, y, z in metres; None where
+            that is unknown.
     """
 
     time_s: float
@@ -40,6 +43,7 @@ class Event:
     description: str
     furniture: int
     relation: int
+    position: Point | None = None
 
 
 def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tuple[Event, ...]:
@@ -64,10 +68,11 @@ def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tu
 
 
 def make_events_csv(events: Sequence[Event], layout: Layout) -> str:
-    """Write events as the text of an `events.csv`."""
+    """Write events as the text of an `events.csv`, with positions where any is known."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    has_positions = any(event.position is not None for event in events)
+    writer.writerow(COLUMNS if has_positions else COLUMNS[: -len(_POSITION)])
     named: set[str] = set()
     for event in events:
         time = int(event.time_s) if event.time_s == int(event.time_s) else event.time_s
@@ -77,7 +82,10 @@ def make_events_csv(events: Sequence[Event], layout: Layout) -> str:
         if event.furniture != GONE:
             place, relation = layout.furniture[event.furniture].name, RELATIONS[event.relation]
         description = "" if is_said else event.description
-        writer.writerow([time, event.object, place, relation, description])
+        row = [time, event.object, place, relation, description]
+        if has_positions:
+            row += [""] * len(_POSITION) if event.position is None else event.position
+        writer.writerow(row)
     return out.getvalue()
 
 
@@ -89,8 +97,9 @@ def _read_rows(
     unknown = [name for name in header if name not in COLUMNS]
     if missing or unknown or len(set(header)) < len(header):
         raise ValueError(
-            f"events must have the columns {', '.join(_REQUIRED)} and perhaps description, got "
-            f"{', '.join(header) or 'nothing'}. Name them in the first row."
+            f"events must have the columns {', '.join(_REQUIRED)} and perhaps "
+            f"{', '.join(COLUMNS[len(_REQUIRED) :])}, got {', '.join(header) or 'nothing'}. Name "
+            "them in the first row."
         )
     furniture = {read_words("name", row.name): i for i, row in layout.furniture.items()}
     known: dict[str, Event] = {}  # by the words of the object's name
@@ -153,7 +162,23 @@ def _read_row(
             f"furniture must be in layout.json, got {shorten(row['furniture'])}. Add it there, or "
             f"mend its name; known: {names}."
         )
-    return Event(time, name, description, place, RELATIONS.index(read_relation(row["relation"])))
+    relation = RELATIONS.index(read_relation(row["relation"]))
+    return Event(time, name, description, place, relation, _read_position(row, name))
+
+
+def _read_position(row: Mapping[str, str], name: str) -> Point | None:
+    """Read x, y and z in metres; None where all of them are left out."""
+    texts = [row.get(side, "").strip() for side in _POSITION]
+    if not any(texts):
+        return None
+    try:
+        numbers = [float(text) for text in texts]
+    except ValueError:
+        raise ValueError(
+            f"x, y, z must be three numbers or empty, got {shorten(', '.join(texts))} for "
+            f"{shorten(name)}. Give metres in the frame of the map."
+        ) from None
+    return read_point(numbers, shorten(name))
 
 
 def _read_time(text: str, last: float, start: datetime | None) -> float:

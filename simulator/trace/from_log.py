@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from itertools import groupby
-from typing import Any
+from typing import Any, NamedTuple
 
-from sgm.layout.furniture import Furniture, Room
+from sgm.layout.furniture import Furniture, Room, turn
 from sgm.layout.layout import Layout
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from sgm.memory.look_log import LogLine
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.sighting import RELATIONS, Coverage, read_relation, split_coverage
+from sgm.memory.sighting import RELATIONS, Coverage, Point, read_relation, split_coverage
 from sgm.names.words import read_name, read_words
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import get_label, number_names
@@ -26,6 +26,13 @@ _COUNTED = 0.5  # a sighting of less confidence is none; parts of looks that mak
 Name = tuple[str, ...]  # of a thing: `read_name` of what it is called
 
 
+class Spot(NamedTuple):
+    """Where at a piece of furniture a thing was seen: a relation, and x, y, z in the map."""
+
+    relation: int
+    position: Point | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class LoggedLook:
     """What was seen at a piece of furniture, or that one thing was not."""
@@ -33,7 +40,7 @@ class LoggedLook:
     time_s: float
     place: int  # index into the furniture of the trace
     coverage: tuple[float, float]  # share of "in" and "onTop" in view; 1 where it was removed
-    seen: dict[Name, list[int]]  # relations of the sightings of each thing
+    seen: dict[Name, list[Spot]]  # where on it each thing was seen
     sought: Name | None = None  # the one thing that would have been seen; None for all
     hidden: frozenset[Name] = frozenset()  # things whose spots were out of view
 
@@ -45,7 +52,7 @@ class LoggedThing:
     name: str
     description: str
     place: int = GONE  # also since it was seen absent there
-    relation: int = 0
+    spot: Spot = field(default_factory=lambda: Spot(0))
     time_s: float = -math.inf
     unseen: float = 0.0  # parts of looks at its place that did not show it since
 
@@ -60,6 +67,9 @@ def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
     - a look at its place does not show it, or looks at parts of it that make half a look: then it
       has left the home, until it is seen again. So nothing is said, and nothing asked, of a thing
       that the robot itself did not know of.
+
+    An event has the position at which the thing was seen first since it is there, in the frame of
+    the map that the memory had last.
 
     Things are distinguished by their words, as in the memory. Of one name there are as many as were
     seen in one time step; which one is seen is not told: one that stayed, else one that is gone,
@@ -187,6 +197,8 @@ class _LogReader:
             for place in self._places.values():
                 if self._nodes[place].room == room:
                     self._add_look(place, 1.0, {})
+        elif line.kind == "transform":
+            self._transform(values["angle"], values["shift"])
         elif line.kind == "remove_object":
             for look in self.looks:
                 look.seen.pop(read_name(values["description"]), None)
@@ -221,7 +233,17 @@ class _LogReader:
             words = read_words("description", values["description"])
             self.descriptions.setdefault(name, words)
             relation = RELATIONS.index(read_relation(values["relation"]))
-            self._add_look(place, 0.0, {name: [relation]})
+            self._add_look(place, 0.0, {name: [Spot(relation)]})
+
+    def _transform(self, angle: float, shift: tuple[float, float]) -> None:
+        """Move all that was known in the map until now into the frame of another one."""
+        self._nodes = [node.transform(angle, shift) for node in self._nodes]
+        for look in self.looks:
+            for spots in look.seen.values():
+                for row, (relation, position) in enumerate(spots):
+                    if position is not None:
+                        x, y = turn(position[:2], angle, shift)
+                        spots[row] = Spot(relation, (x, y, position[2]))
 
     def make_layout(self) -> Layout:
         """Return rooms and furniture; those of one label are numbered."""
@@ -267,13 +289,14 @@ class _LogReader:
         self._places[number] = index
 
     def _read_look(self, place: int, values: Mapping[str, Any]) -> None:
-        seen: dict[Name, list[int]] = defaultdict(list)
+        seen: dict[Name, list[Spot]] = defaultdict(list)
         for description, relation, score, *about in values["seen"]:
             confidence = score if self._calibration is None else self._calibration(score)
             if confidence >= _COUNTED:
                 name = (about[1],) if about and about[1] else read_name(description)
                 self.descriptions.setdefault(name, read_words("description", description))
-                seen[name].append(RELATIONS.index(read_relation(relation)))
+                position = tuple(about[3]) if len(about) > 3 else None
+                seen[name].append(Spot(RELATIONS.index(read_relation(relation)), position))
         hidden = frozenset(map(read_name, values.get("hidden", ())))
         self._add_look(place, values["coverage"], seen, None, hidden)
 
@@ -281,7 +304,7 @@ class _LogReader:
         self,
         place: int,
         coverage: Coverage,
-        seen: dict[Name, list[int]],
+        seen: dict[Name, list[Spot]],
         sought: Name | None = None,
         hidden: frozenset[Name] = frozenset(),
     ) -> None:
@@ -300,11 +323,11 @@ class _Things:
 
     def see(self, time_s: float, looks: Sequence[LoggedLook]) -> None:
         """Take over all looks of one time step, in order."""
-        seen: dict[Name, dict[int, list[int]]] = defaultdict(dict)
+        seen: dict[Name, dict[int, list[Spot]]] = defaultdict(dict)
         for look in looks:
-            for name, relations in look.seen.items():
-                if len(relations) >= len(seen[name].get(look.place, ())):
-                    seen[name][look.place] = relations
+            for name, spots in look.seen.items():
+                if len(spots) >= len(seen[name].get(look.place, ())):
+                    seen[name][look.place] = spots
         for name, things in list(self._things.items()):
             self._lose(time_s, name, things, looks, seen.get(name, {}))
         for name, places in seen.items():
@@ -316,7 +339,7 @@ class _Things:
         name: Name,
         things: list[LoggedThing],
         looks: Sequence[LoggedLook],
-        seen: Mapping[int, Sequence[int]],
+        seen: Mapping[int, Sequence[Spot]],
     ) -> None:
         """Let things go that looks at their places did not show."""
         unseen: dict[int, list[float]] = defaultdict(lambda: [0.0, 0.0])  # by relation
@@ -327,27 +350,27 @@ class _Things:
         for place, coverage in unseen.items():
             there = sorted((t for t in things if t.place == place), key=lambda t: -t.time_s)
             for thing in there[len(seen.get(place, ())) :]:
-                thing.unseen += coverage[thing.relation]
+                thing.unseen += coverage[thing.spot.relation]
                 if thing.unseen >= _COUNTED:
                     thing.place = GONE
                     self._note(time_s, thing)
 
-    def _place(self, time_s: float, name: Name, seen: Mapping[int, Sequence[int]]) -> None:
+    def _place(self, time_s: float, name: Name, seen: Mapping[int, Sequence[Spot]]) -> None:
         """Say where the things of a name are that were seen."""
         things = self._things[name]
-        for place, relations in seen.items():
+        for place, spots in seen.items():
             there = [thing for thing in things if thing.place == place]
-            for thing, relation in zip(there, relations, strict=False):
-                self._put(time_s, thing, place, relation)
-        for place, relations in seen.items():
+            for thing, spot in zip(there, spots, strict=False):
+                self._put(time_s, thing, place, spot)
+        for place, spots in seen.items():
             num_there = sum(thing.place == place for thing in things)
-            for relation in relations[num_there:]:
+            for spot in spots[num_there:]:
                 away = [thing for thing in things if thing.time_s < time_s]
                 away.sort(key=lambda t: (t.place != GONE, t.time_s))
                 if not away:
                     things.append(self._make(name))
                     away = things[-1:]
-                self._put(time_s, away[0], place, relation)
+                self._put(time_s, away[0], place, spot)
 
     def _make(self, name: Name) -> LoggedThing:
         description = self._descriptions[name]
@@ -356,13 +379,16 @@ class _Things:
         number = self._num_called[called]
         return LoggedThing(called if number == 1 else f"{called} {number}", description)
 
-    def _put(self, time_s: float, thing: LoggedThing, place: int, relation: int) -> None:
-        is_new = (thing.place, thing.relation) != (place, relation)
-        thing.place, thing.relation, thing.time_s, thing.unseen = place, relation, time_s, 0.0
+    def _put(self, time_s: float, thing: LoggedThing, place: int, spot: Spot) -> None:
+        is_new = (thing.place, thing.spot.relation) != (place, spot.relation)
+        thing.place, thing.spot, thing.time_s, thing.unseen = place, spot, time_s, 0.0
         if is_new:
             self._note(time_s, thing)
 
     def _note(self, time_s: float, thing: LoggedThing) -> None:
+        relation, position = thing.spot
+        if thing.place == GONE:
+            position = None
         self.events.append(
-            Event(time_s, thing.name, thing.description, thing.place, thing.relation)
+            Event(time_s, thing.name, thing.description, thing.place, relation, position)
         )

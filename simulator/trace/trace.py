@@ -286,6 +286,8 @@ def _make_files(trace: Trace) -> dict[str, str]:
 def remember_trace(trace: Trace, prior: PriorGraph | None = None) -> SceneGraphMemory:
     """Look once at all furniture of a recorded home at its end, without missing anything.
 
+    Things are at the positions that their last events have, if any.
+
     A home without events is a map: its memory knows the furniture, and has looked at none of it.
 
     Room and furniture ids are their indices in the layout. If that says when it starts, the memory
@@ -304,7 +306,7 @@ def remember_trace(trace: Trace, prior: PriorGraph | None = None) -> SceneGraphM
     where = {event.object: event for event in trace.events}
     for furniture in trace.layout.furniture:
         seen = [
-            Sighting(event.description, RELATIONS[event.relation])
+            Sighting(event.description, RELATIONS[event.relation], position=event.position)
             for event in where.values()
             if event.furniture == furniture
         ]

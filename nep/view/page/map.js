@@ -4,6 +4,7 @@ const NAMES = ["paper", "ground", "ink", "muted", "line", "wall", "box", "belief
   "fresh", "old", "missing", "change"];
 const SMALLEST = 0.005;  // probability that is written down
 const SMALLEST_DOT = 1.6, LARGEST_DOT = 5;  // pixels
+const THING_METRES = 0.06;  // of the dot of a thing whose position is known, from its middle
 const FAINTEST = 0.1;  // of what has been missing for days: it is drawn no more
 const LIKELY = 0.05, SMALL_PX = 24;
 const LEAST_PX = 9;  // of furniture with a name of its own
@@ -59,11 +60,12 @@ class HomeMap {
     this.plan = state.plan;
     this.byId = new Map(this.plan.furniture.map((own, row) => [own.id, row]));
     this.things = this.plan.furniture.map(() => []);
-    const {place, name, seen, there} = state.things;
+    const {place, name, seen, there, at: points} = state.things;
     place.forEach((at, row) => {
       const isThere = there[row] === 1, strength = this.getFreshness(seen[row], 24);
       if (isThere || strength > FAINTEST) {
-        this.things[at >> 1]?.push({name: names[name[row]], isInside: at % 2 === 0, seen: seen[row], isThere, strength});
+        const point = this.plan.furniture[at >> 1]?.toScale ? points[row] : null;
+        this.things[at >> 1]?.push({name: names[name[row]], isInside: at % 2 === 0, seen: seen[row], isThere, strength, point});
       }
     });
     for (const own of this.things) own.sort((one, other) => other.isInside - one.isInside);
@@ -189,14 +191,19 @@ class HomeMap {
     });
   }
 
-  // Things of a place in rows within it: dots on top of it, squares inside it, rings where they are missing.
+  // Things of a place where they were seen, or in rows within it: dots on top, squares inside, rings where they are missing.
   drawThings() {
-    const {pen, colours, viewport, shown} = this;
-    const recent = Math.log1p(this.time.toSteps(3 * DAY, 72));
+    const {viewport} = this;
     this.counts = [];
     this.plan.furniture.forEach((own, row) => {
-      const things = this.things[row], [x, y, width, height, yaw] = own.inside;
-      if (!this.isSeen[row] || !things.length) return;
+      if (!this.isSeen[row]) return;
+      const things = this.things[row].filter(thing => !thing.point);
+      for (const thing of this.things[row]) {
+        if (thing.point) this.drawThing(thing, row, viewport.toScreen(thing.point),
+          Math.min(Math.max(THING_METRES * viewport.scale, SMALLEST_DOT), LARGEST_DOT));
+      }
+      if (!things.length) return;
+      const [x, y, width, height, yaw] = own.inside;
       const columns = Math.min(Math.max(Math.ceil(Math.sqrt(things.length * width / height)), 1), things.length);
       const cell = Math.min(width / columns, height / Math.ceil(things.length / columns));
       const radius = Math.min(0.34 * cell * viewport.scale, LARGEST_DOT);
@@ -208,23 +215,27 @@ class HomeMap {
       things.forEach((thing, number) => {
         const right = ((number % columns) + 0.5) * width / columns - width / 2;
         const up = height / 2 - (Math.floor(number / columns) + 0.5) * height / rows;
-        const at = viewport.toScreen([x + cos * right - sin * up, y + sin * right + cos * up]);
-        this.dots.push({at, radius, thing, row});
-        pen.beginPath();
-        if (thing.isInside) pen.rect(at[0] - 0.85 * radius, at[1] - 0.85 * radius, 1.7 * radius, 1.7 * radius);
-        else pen.arc(...at, radius, 0, 7);
-        if (thing.isThere) {
-          pen.fillStyle = mix(colours.fresh, colours.old, Math.min(Math.log1p(shown.state.step - thing.seen) / recent, 1));
-          pen.fill();
-        } else {
-          pen.lineWidth = 1.1;
-          pen.globalAlpha = thing.strength;
-          pen.strokeStyle = colours.missing;
-          pen.stroke();
-          pen.globalAlpha = 1;
-        }
+        this.drawThing(thing, row, viewport.toScreen([x + cos * right - sin * up, y + sin * right + cos * up]), radius);
       });
     });
+  }
+
+  drawThing(thing, row, at, radius) {
+    const {pen, colours, shown} = this, recent = Math.log1p(this.time.toSteps(3 * DAY, 72));
+    this.dots.push({at, radius, thing, row});
+    pen.beginPath();
+    if (thing.isInside) pen.rect(at[0] - 0.85 * radius, at[1] - 0.85 * radius, 1.7 * radius, 1.7 * radius);
+    else pen.arc(...at, radius, 0, 7);
+    if (thing.isThere) {
+      pen.fillStyle = mix(colours.fresh, colours.old, Math.min(Math.log1p(shown.state.step - thing.seen) / recent, 1));
+      pen.fill();
+    } else {
+      pen.lineWidth = 1.1;
+      pen.globalAlpha = thing.strength;
+      pen.strokeStyle = colours.missing;
+      pen.stroke();
+      pen.globalAlpha = 1;
+    }
   }
 
   // The way of the search, the truth, and a change that was chosen.

@@ -9,7 +9,7 @@ from dataclasses import replace
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
-from sgm.memory.sighting import RELATIONS
+from sgm.memory.sighting import RELATIONS, Point
 from sgm.names.words import read_words
 from simulator.priors.types import load_types
 from simulator.trace.events import Event
@@ -31,7 +31,8 @@ class HomeBuilder:
         self._own = {read_words("furniture label", label) for label in furniture_labels}
         self._rooms: list[str] = []
         self._furniture: list[Furniture] = []  # without names
-        self._objects: list[tuple[str, str, int, int]] = []  # label, description, place, relation
+        # Label, description, place, relation, position in the map.
+        self._objects: list[tuple[str, str, int, int, Point | None]] = []
         self.num_nested = 0
         self.left_out: dict[str, list[str]] = defaultdict(list)
         self.taken_for: Counter[tuple[int, str]] = Counter()
@@ -75,6 +76,7 @@ class HomeBuilder:
         is_nested: bool = False,
         description: str | None = None,
         relation: str | None = None,
+        position: Point | None = None,
     ) -> None:
         """Put an object in or on furniture.
 
@@ -86,11 +88,12 @@ class HomeBuilder:
             is_nested: whether it lay in or on another object.
             description: what it is called; None for the label.
             relation: "in" or "onTop", where it is known; None to go by the furniture.
+            position: where in the map its middle is, metres; None where that is unknown.
         """
         usual = self.get_relation(self._furniture[furniture].label)
         number = RELATIONS.index(relation or usual or RELATIONS[0 if is_inside else 1])
         words = read_words("object label", label)
-        self._objects.append((words, description or words, furniture, number))
+        self._objects.append((words, description or words, furniture, number, position))
         self.num_nested += is_nested
 
     def leave_out(self, reason: str, name: str) -> None:
@@ -118,8 +121,7 @@ class HomeBuilder:
             (replace(row, name=own) for own, row in zip(furniture, self._furniture, strict=True)),
         )
         events = tuple(
-            Event(0.0, own, description, place, relation)
-            for own, (_, description, place, relation) in zip(objects, self._objects, strict=True)
+            Event(0.0, own, *about) for own, (_, *about) in zip(objects, self._objects, strict=True)
         )
         return Trace(name, layout, events)
 

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from sgm.checks import MOST_METRES
 from sgm.layout.box import LEAST_METRES, Box
+from sgm.memory.sighting import Point
 from sgm.memory.spark_graph import (
     FURNITURE,
     HAS_POSITION,
@@ -189,7 +191,10 @@ class _GraphReader:
                 room = self._find_room(node)
                 if room is not None and self._usual_room is not None:
                     name = self._find_name(node)
-                    self.builder.add_object(label, self._ensure_floor(room), description=name)
+                    self.builder.add_object(
+                        label, self._ensure_floor(room), description=name,
+                        position=_find_position(node),
+                    )  # fmt: skip
                     return
                 reason = "in its room" if nearest is None else f"within {MAX_DISTANCE:g} m"
                 self.builder.leave_out(f"no furniture {reason}{_HINT}", label)
@@ -198,8 +203,9 @@ class _GraphReader:
         holder, num_links = found
         inside, name = self._compute_distance(node, holder) == 0, self._find_name(node)
         self.builder.add_object(
-            label, self._furniture[holder], inside, num_links > 1, name, relation
-        )
+            label, self._furniture[holder], inside, num_links > 1, name, relation,
+            _find_position(node),
+        )  # fmt: skip
 
     def _ensure_floor(self, room: int) -> int:
         """Return the index of the floor of a room, which is furniture."""
@@ -309,6 +315,14 @@ class _GraphReader:
         name = str(getattr(node.attributes, "name", "")).strip()
         is_symbol = not name or name == str(node.id) or name == node.id.str(True)
         return None if is_symbol else name
+
+
+def _find_position(node: Any) -> Point | None:
+    """Return where the middle of an object is; None where it only stands in a row."""
+    x, y, z = (float(value) for value in node.attributes.position)
+    has_position = node.attributes.metadata.get().get(HAS_POSITION, True)
+    is_in_home = max(abs(x), abs(y), abs(z)) <= MOST_METRES  # nan is not
+    return (x, y, z) if has_position and is_in_home else None
 
 
 def load_label_names(path: Path) -> dict[int, str]:

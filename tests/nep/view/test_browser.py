@@ -11,6 +11,9 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from nep.view.document import save_page
+from sgm.layout.box import Box
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
 from tests.nep.view.page_driver import (
     ask,
     click_map,
@@ -22,8 +25,40 @@ from tests.nep.view.page_driver import (
     run_on_map,
     wait_for,
 )
+from tests.nep.view.shown_homes import open_desk
 
 pytestmark = pytest.mark.slow
+
+
+def test_things_are_drawn_where_they_were_seen(browser, serve, tmp_path):
+    """A mug and a plate on a counter of two metres; nobody knows where on it the cup is."""
+    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    room = memory.add_room("kitchen")
+    memory.add_furniture("floor", room, box=Box.of_floor((0, 0), (4, 3)))
+    counter = memory.add_furniture("counter", room, box=Box((2.0, 1.0, 0.45), (0.6, 2.0, 0.9)))
+    at = {"mug": (2.15, 1.8, 0.95), "plate": (1.9, 0.3, 0.91)}
+    seen = [Sighting(name, position=point) for name, point in at.items()]
+    memory.observe(counter, [*seen, Sighting("cup")])
+    desk = open_desk(tmp_path / "looks.jsonl")
+    assert sorted(filter(None, desk.tell_state(0)["things"]["at"])) == [[1.9, 0.3], [2.15, 1.8]]
+    open_page(browser, serve(desk))
+    dots = wait_for(
+        browser,
+        lambda: run_on_map(
+            browser,
+            "return map.dots.map(dot => [dot.thing.name, dot.at, dot.radius,"
+            " view.toScreen(dot.thing.point ?? [0, 0])])",
+        ),
+    )
+    browser.save_screenshot(str(tmp_path / "plan.png"))
+    drawn = {name: (point, radius, true) for name, point, radius, true in dots}
+    for name in at:
+        point, radius, true = drawn[name]
+        assert point == pytest.approx(true)
+        assert radius > 1.5
+    right, down = (drawn["mug"][0][axis] - drawn["plate"][0][axis] for axis in (0, 1))
+    assert right / -down == pytest.approx(0.25 / 1.5, rel=0.02)  # metres, up is down in pixels
+    assert "cup" in drawn
 
 
 def test_ask_move_and_click(browser, serve, desk):

@@ -142,6 +142,22 @@ def test_a_scene_graph_and_back(tmp_path):
     assert by_label["shelf"].box is None
 
 
+def test_positions_of_things_go_to_a_scene_graph_and_back(tmp_path):
+    pytest.importorskip("spark_dsg", reason="spark_dsg is not installed")
+    from simulator.trace.importers.scene_graph import read_scene_graph
+
+    memory = SceneGraphMemory()
+    table = memory.add_furniture(
+        "table", memory.add_room("kitchen"), box=Box((1, 2, 0.4), (1, 2, 0.8))
+    )
+    memory.observe(table, [Sighting("mug", position=(1.2, 2.5, 0.85)), Sighting("cup")])
+    graph = memory.to_spark_dsg()
+    graph.save(str(tmp_path / "home.json"))
+    trace, _ = read_scene_graph(tmp_path / "home.json")
+    positions = {event.object: event.position for event in trace.events}
+    assert positions == {"mug": pytest.approx((1.2, 2.5, 0.85), abs=1e-6), "cup": None}
+
+
 @pytest.mark.parametrize(
     ("more", "kind", "message"),
     [

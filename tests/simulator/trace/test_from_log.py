@@ -1,10 +1,12 @@
 """A trace from a log: every rule by hand, and what replays it."""
 
 import json
+import math
 from datetime import datetime
 
 import pytest
 
+from sgm.layout.box import Box
 from sgm.memory.clock import Clock
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -85,6 +87,29 @@ def test_parts_of_looks_count_until_they_make_half_of_one(memory, path):
     memory.step()
     look(memory, DESK, "pen", coverage=0.3)  # .6 without the mug; the pen was seen again
     assert list_events(path)[2:] == [(2, "mug", GONE)]
+
+
+def test_positions_are_where_a_thing_was_first_seen_there_in_the_last_map(path):
+    """A quarter turn takes (1, 2) to (-2, 1), and the shift by (5, 0) to (3, 1)."""
+    memory = SceneGraphMemory(log=path)
+    room = memory.add_room("kitchen")
+    box = Box((1.0, 2.0, 0.4), (0.8, 1.0, 0.8))
+    table, shelf = (memory.add_furniture(name, room, box=box) for name in ("table", "shelf"))
+    memory.observe(table, [Sighting("mug", position=(1, 2, 0.8)), Sighting("cup")])
+    memory.step()
+    memory.observe(table, [Sighting("mug", position=(1.2, 2, 0.8)), Sighting("cup")])
+    memory.transform(math.pi / 2, (5.0, 0.0))
+    memory.step()
+    memory.observe(table, [Sighting("cup")])
+    memory.observe(shelf, [Sighting("mug", "in", position=(6, 6, 0.5))])
+    trace = make_trace(read_log(path))
+    there = [event for event in trace.events if event.furniture != GONE]
+    positions = [event.position for event in there if event.object == "mug"]
+    assert positions == [pytest.approx((3, 1, 0.8)), pytest.approx((6, 6, 0.5))]
+    assert [event.position for event in trace.events if event.object == "cup"] == [None]
+    drawn = trace.layout.furniture[0].box
+    assert drawn.center == pytest.approx((3, 1, 0.4))
+    assert drawn.yaw == pytest.approx(math.pi / 2)
 
 
 def test_a_look_for_one_thing_says_nothing_of_others(memory, path):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from simulator.trace import Event, find_traces, load_trace, save_trace
 from simulator.trace.layout import get_label
+from simulator.trace.trace import remember_trace
 
 
 def test_labels_descriptions_and_places_are_read(write_home):
@@ -25,6 +26,36 @@ def test_labels_descriptions_and_places_are_read(write_home):
     assert trace.events[2] == Event(0, "book 7", "book", 1, 0)
     assert trace.events[6] == Event(9000, "milk", "milk", -1, 0)
     assert trace.events[7] == Event(10800, "pen", "pen", 2, 1)
+
+
+def test_positions_are_read_written_and_remembered(write_home):
+    events = """time_s,object,furniture,relation,x,y,z
+0,mug,table,onTop,1.5,2,0.8
+0,milk,table,onTop,,,
+60,mug,shelf 2,in,4,-1,0.5
+"""
+    trace = load_trace(write_home(events=events))
+    assert [event.position for event in trace.events] == [(1.5, 2, 0.8), None, (4, -1, 0.5)]
+    save_trace(trace, trace_folder := write_home(name="other").parent / "again")
+    assert load_trace(trace_folder).events == trace.events
+    memory = remember_trace(trace)
+    assert memory.last_seen("mug").position == (4, -1, 0.5)
+    assert memory.last_seen("milk").position is None
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("1,2,", "x, y, z must be three numbers or empty, got '1, 2, ' for 'mug'. Give metres"),
+        ("1,2,high", "x, y, z must be three numbers or empty, got '1, 2, high'"),
+        ("1,2,nan", "position of 'mug' must"),
+        ("1,2,1e6", "position of 'mug' must lie within"),
+    ],
+)
+def test_bad_positions_name_the_row(write_home, row, message):
+    events = f"time_s,object,furniture,relation,x,y,z\n0,mug,table,onTop,{row}\n"
+    with pytest.raises(ValueError, match=f"row 2: {message}"):
+        load_trace(write_home(events=events))
 
 
 def test_arrivals_and_slots_are_counted_by_hand(write_home):
