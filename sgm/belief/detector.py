@@ -15,7 +15,7 @@ from sgm.messages import shorten
 # missed for long is often elsewhere when it is seen again.
 USUAL_LOOKS = 1000.0
 OTHER_STEPS = 0.1  # correlation of misses in two time steps: half of what a step repeats
-_MOST_STEPS = 100  # of looks that are told apart: so many leave less than one in a million
+_MOST_STEPS = 100  # of looks that are kept apart: so many leave less than one in a million
 SEEN_NOW = 0.97  # probability of the place at which a thing was seen in this step: detectors err
 
 

@@ -90,7 +90,7 @@ def measure_positions(
     A position of a name is that of the nearest thing that the detector called so in this step.
 
     Args:
-        memory: that was told of all looks.
+        memory: that has all looks.
         world: the truth.
         called: the things, by slot, that the detector has called by each name in this step, rightly
             or not.
