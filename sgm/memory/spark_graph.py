@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.layout.box import Box
+from sgm.layout.box import LEAST_METRES, Box
 from sgm.layout.furniture import Furniture
 from sgm.layout.layout import Layout
 
@@ -34,6 +34,46 @@ def import_spark_dsg() -> Any:
             "scene graphs must be read and written by the package spark_dsg, got none. "
             "Install it with `pip install './core[spark]'`."
         ) from error
+
+
+def read_box(node: Any, usual: str = "none") -> Box | None:
+    """Return the bounding box of a node, upright, in metres of its graph; None if it has none.
+
+    Its interior is that of the metadata, else the `usual` one.
+
+    Raises:
+        ValueError: if it is no box of a home.
+    """
+    bounds = node.attributes.bounding_box
+    if bounds is None or not bounds.is_valid():
+        return None
+    turned = np.asarray(bounds.world_R_center, dtype=float)
+    yaw = float(np.arctan2(turned[1, 0], turned[0, 0]))
+    at_yaw = Box((0, 0, 0), (1, 1, 1), yaw)
+    own = at_yaw.to_own(np.asarray(bounds.corners(), dtype=float))  # (8, 3)
+    size, middle = np.ptp(own, axis=0), (own.min(axis=0) + own.max(axis=0)) / 2
+    if size.min() < LEAST_METRES:
+        return None
+    interior = node.attributes.metadata.get().get(INTERIOR, usual)
+    return Box(tuple(at_yaw.to_map(middle)), tuple(size), yaw, interior)
+
+
+def find_label(graph: Any, node: Any, layer: str, names: Mapping[int, str]) -> str | None:
+    """Return what a node is: its semantic label in `names` or the label space, else its name."""
+    number: int | None = getattr(node.attributes, "semantic_label", None)
+    if number is not None and number in names:
+        return names[number]
+    key = graph.get_layer_key(layer)
+    space = graph.get_labelspace(key.layer, key.partition)
+    known = {} if space is None else dict(space.labels_to_names)
+    return str(known[number]) if number in known else find_name(node)
+
+
+def find_name(node: Any) -> str | None:
+    """Return what a node is called, None where that is its symbol."""
+    name = str(getattr(node.attributes, "name", "")).strip()
+    is_symbol = not name or name == str(node.id) or name == node.id.str(True)
+    return None if is_symbol else name
 
 
 def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[str, str]) -> Any:

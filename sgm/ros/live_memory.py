@@ -15,6 +15,7 @@ from sgm.finder.ranking import Ranking, tell_point
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.ros.camera_feed import CameraFeed
+from sgm.ros.graph_furniture import GraphFurniture
 
 _MOST_SHOWN = 20  # places of a belief that are drawn
 
@@ -75,6 +76,7 @@ class LiveMemory:
         *,
         step_seconds: float = 600.0,
         discover: FurnitureMapper | None = None,
+        graph: GraphFurniture | None = None,
         ignore: Iterable[str] = (),
         on_look: Callable[[BuiltLook], None] = lambda look: None,
         **feed: Any,
@@ -86,6 +88,7 @@ class LiveMemory:
             finder: who is asked.
             step_seconds: length of a time step of the memory.
             discover: draws the map of this memory; None where its furniture is known.
+            graph: takes furniture of this memory from scene graphs (`take_graph`); None for none.
             ignore: as in `LookBuilder`.
             on_look: is given every look after it was folded in.
             feed: of `CameraFeed`.
@@ -95,11 +98,13 @@ class LiveMemory:
                 range.
         """
         check_at_least(1, step_seconds=step_seconds)
-        if discover is None and not memory.boxes:
+        if discover is None and graph is None and not memory.boxes:
             raise ValueError(
                 "memory must have furniture with boxes to see it, got none. Add furniture with "
-                "box=, give a map, or discover=FurnitureMapper(memory)."
+                "box=, give a map, discover=FurnitureMapper(memory), or graph=GraphFurniture("
+                "memory)."
             )
+        self._graph = graph
         self.memory, self._finder = memory, finder
         self._on_look, self.mapper = on_look, discover
         self._step_seconds = step_seconds
@@ -109,6 +114,19 @@ class LiveMemory:
             memory.layout.furniture, discover=discover, ignore=ignore, on_look=self._tell
         )
         self.feed = CameraFeed(self.builder, **feed)
+
+    def take_graph(self, message: Any) -> None:
+        """Take furniture over from a `hydra_msgs/DsgUpdate`.
+
+        Raises:
+            ValueError: if it holds no whole graph, or no `graph` takes furniture.
+        """
+        if self._graph is None:
+            raise ValueError(
+                "scene graphs must be taken by a GraphFurniture, got none. Write "
+                "LiveMemory(..., graph=GraphFurniture(memory))."
+            )
+        self._graph.take(message, self.builder)
 
     def finish(self) -> None:
         """End all visits, as when the robot stops."""

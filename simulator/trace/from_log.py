@@ -26,7 +26,7 @@ _COUNTED = 0.5  # a sighting of less confidence is none; parts of looks that mak
 Name = tuple[str, ...]  # of a thing: `read_name` of what it is called
 
 
-class Spot(NamedTuple):
+class LoggedSpot(NamedTuple):
     """Where at a piece of furniture a thing was seen: a relation, and x, y, z in the map."""
 
     relation: int
@@ -40,7 +40,7 @@ class LoggedLook:
     time_s: float
     place: int  # index into the furniture of the trace
     coverage: tuple[float, float]  # share of "in" and "onTop" in view; 1 where it was removed
-    seen: dict[Name, list[Spot]]  # where on it each thing was seen
+    seen: dict[Name, list[LoggedSpot]]  # where on it each thing was seen
     sought: Name | None = None  # the one thing that would have been seen; None for all
     hidden: frozenset[Name] = frozenset()  # things whose spots were out of view
 
@@ -52,7 +52,7 @@ class LoggedThing:
     name: str
     description: str
     place: int = GONE  # also since it was seen absent there
-    spot: Spot = field(default_factory=lambda: Spot(0))
+    spot: LoggedSpot = field(default_factory=lambda: LoggedSpot(0))
     time_s: float = -math.inf
     unseen: float = 0.0  # parts of looks at its place that did not show it since
 
@@ -233,7 +233,7 @@ class _LogReader:
             words = read_words("description", values["description"])
             self.descriptions.setdefault(name, words)
             relation = RELATIONS.index(read_relation(values["relation"]))
-            self._add_look(place, 0.0, {name: [Spot(relation)]})
+            self._add_look(place, 0.0, {name: [LoggedSpot(relation)]})
 
     def _transform(self, angle: float, shift: tuple[float, float]) -> None:
         """Move all that was known in the map until now into the frame of another one."""
@@ -243,7 +243,7 @@ class _LogReader:
                 for row, (relation, position) in enumerate(spots):
                     if position is not None:
                         x, y = turn(position[:2], angle, shift)
-                        spots[row] = Spot(relation, (x, y, position[2]))
+                        spots[row] = LoggedSpot(relation, (x, y, position[2]))
 
     def make_layout(self) -> Layout:
         """Return rooms and furniture; those of one label are numbered."""
@@ -289,14 +289,14 @@ class _LogReader:
         self._places[number] = index
 
     def _read_look(self, place: int, values: Mapping[str, Any]) -> None:
-        seen: dict[Name, list[Spot]] = defaultdict(list)
+        seen: dict[Name, list[LoggedSpot]] = defaultdict(list)
         for description, relation, score, *about in values["seen"]:
             confidence = score if self._calibration is None else self._calibration(score)
             if confidence >= _COUNTED:
                 name = (about[1],) if about and about[1] else read_name(description)
                 self.descriptions.setdefault(name, read_words("description", description))
                 position = tuple(about[3]) if len(about) > 3 else None
-                seen[name].append(Spot(RELATIONS.index(read_relation(relation)), position))
+                seen[name].append(LoggedSpot(RELATIONS.index(read_relation(relation)), position))
         hidden = frozenset(map(read_name, values.get("hidden", ())))
         self._add_look(place, values["coverage"], seen, None, hidden)
 
@@ -304,7 +304,7 @@ class _LogReader:
         self,
         place: int,
         coverage: Coverage,
-        seen: dict[Name, list[Spot]],
+        seen: dict[Name, list[LoggedSpot]],
         sought: Name | None = None,
         hidden: frozenset[Name] = frozenset(),
     ) -> None:
@@ -323,7 +323,7 @@ class _Things:
 
     def see(self, time_s: float, looks: Sequence[LoggedLook]) -> None:
         """Take over all looks of one time step, in order."""
-        seen: dict[Name, dict[int, list[Spot]]] = defaultdict(dict)
+        seen: dict[Name, dict[int, list[LoggedSpot]]] = defaultdict(dict)
         for look in looks:
             for name, spots in look.seen.items():
                 if len(spots) >= len(seen[name].get(look.place, ())):
@@ -339,7 +339,7 @@ class _Things:
         name: Name,
         things: list[LoggedThing],
         looks: Sequence[LoggedLook],
-        seen: Mapping[int, Sequence[Spot]],
+        seen: Mapping[int, Sequence[LoggedSpot]],
     ) -> None:
         """Let things go that looks at their places did not show."""
         unseen: dict[int, list[float]] = defaultdict(lambda: [0.0, 0.0])  # by relation
@@ -355,7 +355,7 @@ class _Things:
                     thing.place = GONE
                     self._note(time_s, thing)
 
-    def _place(self, time_s: float, name: Name, seen: Mapping[int, Sequence[Spot]]) -> None:
+    def _place(self, time_s: float, name: Name, seen: Mapping[int, Sequence[LoggedSpot]]) -> None:
         """Say where the things of a name are that were seen."""
         things = self._things[name]
         for place, spots in seen.items():
@@ -379,7 +379,7 @@ class _Things:
         number = self._num_called[called]
         return LoggedThing(called if number == 1 else f"{called} {number}", description)
 
-    def _put(self, time_s: float, thing: LoggedThing, place: int, spot: Spot) -> None:
+    def _put(self, time_s: float, thing: LoggedThing, place: int, spot: LoggedSpot) -> None:
         is_new = (thing.place, thing.spot.relation) != (place, spot.relation)
         thing.place, thing.spot, thing.time_s, thing.unseen = place, spot, time_s, 0.0
         if is_new:

@@ -22,7 +22,7 @@ from scene_graph_memory_ros.belief_markers import make_markers, make_pose
 from sgm import Adaptive, Finder, ObjectFinder, SceneGraphMemory
 from sgm.eyes import FurnitureMapper
 from sgm.layout.areas import Areas
-from sgm.ros import HomeMap, LiveMemory
+from sgm.ros import GraphFurniture, HomeMap, LiveMemory
 
 # Parameters and their defaults.
 PARAMETERS: dict[str, Any] = {
@@ -38,6 +38,7 @@ PARAMETERS: dict[str, Any] = {
     "detections_type": "Detection2DArray",  # or another one of `DETECTIONS`
     "uses_depth": True,
     "compressed_depth": False,  # whether depth is a CompressedImage
+    "scene_graph": False,  # whether Hydra's DsgUpdate gives furniture, on the topic scene_graph
     "step_seconds": 600.0,
     "save_seconds": 60.0,
 }
@@ -63,10 +64,12 @@ class MemoryNode(Node):
         finder = ObjectFinder.load(read["network"]) if read["network"] else Finder(Adaptive())
         memory = self._make_memory(read["map_file"], read["log_file"] or None)
         areas = Areas.from_values(_read(read["areas_file"])) if read["areas_file"] else None
+        graph = GraphFurniture(memory, areas=areas) if read["scene_graph"] else None
         self._live = LiveMemory(
             memory,
             finder,
             discover=None if read["map_file"] else FurnitureMapper(memory, areas=areas),
+            graph=graph,
             step_seconds=read["step_seconds"],
             ignore=[name for name in read["ignore"] if name],  # ROS has no list without a value
             on_look=lambda look: self.get_logger().info(
@@ -78,7 +81,6 @@ class MemoryNode(Node):
         )
         feed, builder = self._live.feed, self._live.builder
         still = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        detections = _find_type(read["detections_type"])
         depth = CompressedImage if read["compressed_depth"] else Image
         for kind, topic, take, quality in (
             (TFMessage, "/tf", feed.take_transforms, 100),
@@ -86,12 +88,15 @@ class MemoryNode(Node):
             (CameraInfo, "camera_info", feed.take_camera, qos_profile_sensor_data),
             (depth, "depth", feed.take_depth, qos_profile_sensor_data),
             (PoseWithCovarianceStamped, "pose", feed.take_pose, 10),
-            (detections, "detections", feed.take_detections, 10),
+            (_find_type(read["detections_type"]), "detections", feed.take_detections, 10),
             (UInt32, "~/opened", lambda m: builder.set_open(m.data), 10),
             (UInt32, "~/shut", lambda m: builder.set_open(m.data, is_open=False), 10),
             (String, "~/show", lambda m: self._show(m.data), 10),
         ):
             self.create_subscription(kind, topic, self._guard(take), quality)
+        if graph is not None:
+            update = import_module("hydra_msgs.msg").DsgUpdate
+            self.create_subscription(update, "scene_graph", self._guard(self._live.take_graph), 1)
         self._next = self.create_publisher(PoseStamped, "~/next_look", 10)
         self._belief = self.create_publisher(MarkerArray, "~/belief", 10)
         self.create_service(Rank, "~/rank", self._rank)
@@ -152,8 +157,7 @@ class MemoryNode(Node):
         response.furniture, response.name = look.furniture, look.name
         response.probability = look.probability
         if not response.is_over:
-            stamp = self.get_clock().now().to_msg()
-            response.pose = make_pose(look, self._frames[0], stamp)
+            response.pose = make_pose(look, self._frames[0], self.get_clock().now().to_msg())
             self._next.publish(response.pose)
         self._show(request.description)
         return response
@@ -166,8 +170,7 @@ class MemoryNode(Node):
 
     def _show(self, description: str) -> None:
         """Publish where a thing may be."""
-        rows = self._live.list_markers(description)
-        self._belief.publish(make_markers(rows, self._frames[0]))
+        self._belief.publish(make_markers(self._live.list_markers(description), self._frames[0]))
 
 
 def _read(path: str) -> Any:

@@ -13,15 +13,17 @@ from typing import Any
 import numpy as np
 
 from sgm.checks import MOST_METRES
-from sgm.layout.box import LEAST_METRES, Box
+from sgm.layout.box import Box
 from sgm.memory.sighting import Point
 from sgm.memory.spark_graph import (
     FURNITURE,
     HAS_POSITION,
-    INTERIOR,
     OPEN_COST,
     RELATION,
+    find_label,
+    find_name,
     import_spark_dsg,
+    read_box,
 )
 from sgm.messages import shorten
 from simulator.priors.types import load_names
@@ -152,27 +154,14 @@ class _GraphReader:
         x, y, _ = (float(value) for value in node.attributes.position)
         position = (x, y) if node.attributes.metadata.get().get(HAS_POSITION, True) else None
         box, cost = self._find_extents(node, label)
-        index = self.builder.add_furniture(label, room, self._find_name(node), position, box, cost)
+        index = self.builder.add_furniture(label, room, find_name(node), position, box, cost)
         self._furniture[node.id.value] = index
         self._room_of_furniture[index] = room
 
     def _find_extents(self, node: Any, label: str) -> tuple[Box | None, float | None]:
         """Return the box of furniture, upright, and what it costs to open it; None if unknown."""
-        about = node.attributes.metadata.get()
-        bounds = node.attributes.bounding_box
-        box = None
-        if bounds is not None and bounds.is_valid():
-            turned = np.asarray(bounds.world_R_center, dtype=float)
-            yaw = float(np.arctan2(turned[1, 0], turned[0, 0]))
-            corners = np.asarray(bounds.corners(), dtype=float)  # (8, 3)
-            at_yaw = Box((0, 0, 0), (1, 1, 1), yaw)
-            own = at_yaw.to_own(corners)
-            size, middle = np.ptp(own, axis=0), (own.min(axis=0) + own.max(axis=0)) / 2
-            usual = "open" if self.builder.get_relation(label) == "in" else "none"
-            if size.min() >= LEAST_METRES:
-                center = at_yaw.to_map(middle)
-                box = Box(tuple(center), tuple(size), yaw, about.get(INTERIOR, usual))
-        return box, about.get(OPEN_COST)
+        usual = "open" if self.builder.get_relation(label) == "in" else "none"
+        return read_box(node, usual), node.attributes.metadata.get().get(OPEN_COST)
 
     def _add_object(self, node: Any, label: str) -> None:
         found, relation = self._search(node, self._furniture, climbs_only=False), None
@@ -190,7 +179,7 @@ class _GraphReader:
             if nearest is None or distances[nearest] > MAX_DISTANCE:
                 room = self._find_room(node)
                 if room is not None and self._usual_room is not None:
-                    name = self._find_name(node)
+                    name = find_name(node)
                     self.builder.add_object(
                         label, self._ensure_floor(room), description=name,
                         position=_find_position(node),
@@ -201,7 +190,7 @@ class _GraphReader:
                 return
             found = nearest, 1
         holder, num_links = found
-        inside, name = self._compute_distance(node, holder) == 0, self._find_name(node)
+        inside, name = self._compute_distance(node, holder) == 0, find_name(node)
         self.builder.add_object(
             label, self._furniture[holder], inside, num_links > 1, name, relation,
             _find_position(node),
@@ -299,22 +288,12 @@ class _GraphReader:
 
     def _find_label(self, node: Any, layer: str) -> str | None:
         """What a node is: by its semantic label, else by its name."""
-        key = self._graph.get_layer_key(layer)
-        space = self._graph.get_labelspace(key.layer, key.partition)
-        names = dict(space.labels_to_names) if space is not None else {}
-        if layer == self._layers.OBJECTS:
-            names |= self._names
+        names = self._names if layer == self._layers.OBJECTS else {}
+        label = find_label(self._graph, node, layer, names)
         number: int | None = getattr(node.attributes, "semantic_label", None)
-        if number is None or number not in names:
-            return self._find_name(node)
-        self.builder.taken_for[number, str(names[number])] += 1
-        return str(names[number])
-
-    def _find_name(self, node: Any) -> str | None:
-        """What a node is called, None where that is its symbol."""
-        name = str(getattr(node.attributes, "name", "")).strip()
-        is_symbol = not name or name == str(node.id) or name == node.id.str(True)
-        return None if is_symbol else name
+        if number is not None and label is not None and label != find_name(node):
+            self.builder.taken_for[number, label] += 1
+        return label
 
 
 def _find_position(node: Any) -> Point | None:
