@@ -111,9 +111,9 @@ def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[st
                 beside = place + _BESIDE * np.array([np.cos(angle), np.sin(angle)])
                 about = {name: seen[name] for name in ("last_seen", "times_seen", "times_looked")}
                 about |= {FURNITURE: False, HAS_POSITION: "position" in seen}
-                at = np.array(seen.get("position", beside))
+                where = np.array(seen.get("position", beside))
                 name = seen["description"]
-                item = writer.add_object(labels[name], name, at, about)
+                item = writer.add_object(labels[name], name, where, about)
                 writer.link(holder, item, seen["relation"])
     return writer.finish()
 

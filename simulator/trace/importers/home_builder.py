@@ -121,7 +121,10 @@ class HomeBuilder:
             (replace(row, name=own) for own, row in zip(furniture, self._furniture, strict=True)),
         )
         events = tuple(
-            Event(0.0, own, *about) for own, (_, *about) in zip(objects, self._objects, strict=True)
+            Event(0.0, own, description, furniture, relation, position)
+            for own, (_, description, furniture, relation, position) in zip(
+                objects, self._objects, strict=True
+            )
         )
         return Trace(name, layout, events)
 
