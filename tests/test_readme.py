@@ -4,6 +4,10 @@ import configparser
 import re
 from pathlib import Path
 
+import pytest
+
+from nep.players.contestants import Checkpoint
+from sgm.files import read_json
 from tools.headlines import main
 
 README = Path(__file__).resolve().parents[1] / "README.md"
@@ -29,6 +33,17 @@ def test_what_is_said_of_results_is_what_the_command_prints(capsys):
         text = " ".join(page.read_text("utf-8").split())  # lines may be broken otherwise
         for part in shown:
             assert " ".join(part.split()) in text, f"{page.name} must have what is printed:\n{part}"
+
+
+@pytest.mark.parametrize("page", ["any_home", "kitchens"])
+def test_what_the_table_is_of_is_the_network_that_ships(page):
+    scores = read_json(README.parent / "results" / f"{page}.json", allow_nan=True)
+    assert scores["networks"]["any_home"] == Checkpoint.parse("any_home").compute_checksum()
+
+
+def test_the_table_has_six_rows_at_most():
+    rows = re.search(r"\| homes \|.*\n\| --- .*\n((?:\|.*\n)+)", README.read_text("utf-8"))[1]
+    assert 1 < len(rows.splitlines()) <= 6
 
 
 def test_other_numbers_are_those_of_the_results():
