@@ -14,8 +14,8 @@ with nobody (`RLIMIT_DATA`), whether it is used or not; torch and numba map giga
 thread reserves 64 MB of addresses, which cost nothing. Addresses have a wider limit (`RLIMIT_AS`),
 for what is mapped and shared. A case has twenty seconds of a processor, which a signal of Python
 ends, and after sixty the system does; one that waits for twenty seconds, neither using a processor
-nor writing anything, is ended, too. A busy machine or disk is no finding: a session saves its
-memory forty times, and a busy disk takes a second each time.
+nor waiting for one nor writing anything, is ended, too. A busy machine or disk is no finding: a
+session saves its memory forty times, and a busy disk takes a second each time.
 
 This process imports everything and does nothing else; a copy of it (fork) tries up to 250 cases, so
 that a case costs what it does and not what importing torch costs. A campaign is shared out or gone
@@ -47,8 +47,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 _GIGABYTE = 1 << 30
 _SECONDS = 20  # of processor time; the system ends what takes three times that
-_IDLE_SECONDS = 20  # of waiting, without a processor and without writing
-_PATIENCE = 60  # seconds; a process that has used neither in them is ended
+_IDLE_SECONDS = 20  # of waiting, neither for a processor nor writing
+_PATIENCE = 60  # seconds; a process that has done neither in them is ended
 _PER_PROCESS = 250
 KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "log",
          "results", "source", "layout", "session", "command", "writing", "tensor", "pickle",
@@ -77,7 +77,7 @@ class Watch:
         _limit(resource.RLIMIT_DATA, private + _GIGABYTE)
         _limit(resource.RLIMIT_AS, mapped + 4 * _GIGABYTE)
         _limit(resource.RLIMIT_CPU, math.ceil(time.process_time() + 3 * _SECONDS) + 1)
-        self._before, self._written_before = time.process_time(), _count_written("self")
+        self._before, self._written_before = _count_active("self"), _count_written("self")
         signal.setitimer(signal.ITIMER_PROF, _SECONDS)
         signal.setitimer(signal.ITIMER_REAL, _IDLE_SECONDS, _IDLE_SECONDS)
 
@@ -90,16 +90,31 @@ class Watch:
         raise Hang
 
     def _stop_waiting(self, *_: object) -> None:
-        used, self._before = time.process_time() - self._before, time.process_time()
-        written, before = _count_written("self"), self._written_before
-        self._written_before = written
-        if used < 0.01 * _IDLE_SECONDS and written == before:
+        before, written_before = self._before, self._written_before
+        self._before, self._written_before = _count_active("self"), _count_written("self")
+        is_idle = self._before - before < 0.01 * _IDLE_SECONDS
+        if is_idle and self._written_before == written_before:
             raise Hang
 
 
 def _limit(what: int, most: int) -> None:
     _, hard = resource.getrlimit(what)
     resource.setrlimit(what, (most, hard))
+
+
+def _count_active(process: int | str) -> float:
+    """Return the seconds that the first thread of a process has used or waited for a processor.
+
+    And those that the others have used.
+    """
+    ran, waited, _ = map(int, Path(f"/proc/{process}/schedstat").read_text().split())
+    fields = _read_stat(process)  # user and system time in hundredths of a second
+    return waited / 1e9 + max(ran / 1e9, (int(fields[11]) + int(fields[12])) / 100)
+
+
+def _read_stat(process: int | str) -> list[str]:
+    """Return the state of a process, and all that Linux lists after it."""
+    return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
 
 
 def _count_written(process: int | str) -> int:
@@ -230,14 +245,13 @@ def _run_batch(kind: str, first: int, count: int, counts: Counter[str], findings
 
 def _wait(receiver: Connection, process: int) -> bool:
     """Wait for a result as long as the process works or writes; tell whether there is one."""
-    used_before, written_before = -math.inf, -1
+    before, written_before = -math.inf, -1
     while not receiver.poll(_PATIENCE):
-        # user and system time in hundredths of a second, after the name in brackets
-        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-        used, written = int(fields[11]) + int(fields[12]), _count_written(process)
-        if used - used_before < _PATIENCE and written == written_before:
+        active, written = _count_active(process), _count_written(process)
+        is_waiting = _read_stat(process)[0] not in "RD"  # for no processor, and for no disk
+        if is_waiting and active - before < 0.01 * _PATIENCE and written == written_before:
             return False
-        used_before, written_before = used, written
+        before, written_before = active, written
     return True
 
 

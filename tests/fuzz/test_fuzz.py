@@ -6,6 +6,8 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
 from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
@@ -102,14 +104,29 @@ def test_a_fault_is_found(use, outcome, monkeypatch):
     assert all(f"odd --seed {7 + i}: " in finding for i, finding in enumerate(findings))
 
 
-def test_who_waits_for_a_busy_disk_does_not_hang(tmp_path, monkeypatch):
-    """It uses no processor, but writes from time to time."""
+def test_who_waits_for_a_busy_machine_does_not_hang(tmp_path, monkeypatch):
+    """It writes from time to time, or waits for a processor."""
     fuzz = load_fuzz()
+    seconds = [7.0]
     monkeypatch.setattr(fuzz.signal, "signal", lambda *_: None)
-    monkeypatch.setattr(fuzz.time, "process_time", lambda: 7.0)
+    monkeypatch.setattr(fuzz, "_count_active", lambda _: seconds[0])
     watch = fuzz.Watch()
+    watch._stop_waiting()
     for _ in range(3):
         (tmp_path / "saved").write_text("x")
         watch._stop_waiting()
+    for _ in range(3):
+        seconds[0] += 1
+        watch._stop_waiting()
     with pytest.raises(fuzz.Hang):
         watch._stop_waiting()
+
+
+def test_seconds_count_that_other_threads_use():
+    fuzz = load_fuzz()
+    before, used = fuzz._count_active("self"), time.process_time()
+    thread = threading.Thread(target=lambda: sum(range(3_000_000)))
+    thread.start()
+    thread.join()
+    used = time.process_time() - used
+    assert fuzz._count_active("self") - before > 0.5 * used - 0.03
