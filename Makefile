@@ -78,8 +78,8 @@ dist: $(STAMP)
 	$(PY) -m build --no-isolation --quiet --outdir dist ./core
 	$(PY) -m build --no-isolation --quiet --outdir dist .
 
-# Wheels in fresh environments: `sgm` without torch on the newest Python, both on that of .venv, and a fast share of
-# the tests on the newest Python, where torch comes without CUDA.
+# Wheels in fresh environments: `sgm` and simulated homes without torch on the newest Python, both on that of .venv, and
+# a fast share of the tests on the newest Python, where torch comes without CUDA.
 core-test: dist
 	$(PY) tests/wheels.py core $(ARGS)
 

@@ -4,11 +4,12 @@
     python tests/wheels.py research [--python /path/to/python3.13] [arguments of pytest]
     python tests/wheels.py newest [arguments of pytest]
 
-`core` has no torch: README's lines and the tests of `sgm`, on the newest supported Python that is
-found. `research` has both wheels: README's lines, a tiny training, the page of a memory, its
-server, types as a user's mypy sees them, and that `sgm` stays when the rest is uninstalled; tests
-only where they are named. `newest` is `research` on the newest Python with a fast share of the
-tests, where torch comes without CUDA, which is several GB. `make dist` builds the wheels before.
+`core` has no torch: README's lines, the tests of `sgm`, and those of simulated homes, on the newest
+supported Python that is found. `research` has both wheels: README's lines, a tiny training, the
+page of a memory, its server, types as a user's mypy sees them, and that `sgm` stays when the rest
+is uninstalled; tests only where they are named. `newest` is `research` on the newest Python with a
+fast share of the tests, where torch comes without CUDA, which is several GB. `make dist` builds the
+wheels before.
 """
 
 from __future__ import annotations
@@ -27,12 +28,14 @@ ROOT = Path(__file__).resolve().parents[1]
 NEWEST_FIRST = ("3.14", "3.13", "3.12", "3.11", "3.10")
 # What the tests need beside the packages: the pages whose code they run, homes to ask about.
 FILES = ("tests", "docs", "README.md", "setup.cfg", "CONTRIBUTING.md")
-# Homes of the tests come from the simulator, which needs numba.
+# Homes of the tests come from the simulator, which needs numba, scipy, joblib and tqdm.
 # Maps need PyYAML, depth images Pillow.
 TEST_PACKAGES = (
-    "pytest", "pytest-xdist", "hypothesis", "filelock", "packaging", "numba", "pyyaml", "pillow"
+    "pytest", "pytest-xdist", "hypothesis", "filelock", "packaging", "numba", "scipy", "joblib",
+    "pyyaml", "pillow", "tqdm",
 )  # fmt: skip
 HEAVY = ("torch", "dgl", "lightning", "spacy", "scipy", "numba")
+LIGHT = ("-m", "not slow", "tests/sgm", "tests/simulator/world", "tests/simulator/snapshots")
 FAST = ("-m", "not slow", "tests/datamodules", "tests/nep/model", "tests/nep/layers")
 TINY_FIT = (
     "--config heat.yaml --data.num_homes 2 --data.steps 4 --data.num_val_homes 1 "
@@ -83,7 +86,8 @@ class Environment:
     def install(self, *packages: str | Path) -> None:
         """Install packages of the versions of constraints.txt; among them may be options of pip."""
         pip = [self.python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-        subprocess.run([*pip, "--constraint", ROOT / "constraints.txt", *packages], check=True)
+        command = [*pip, "--constraint", ROOT / "constraints.txt", *packages]
+        subprocess.run(command, env=self.variables, check=True)
 
     def run(self, *command: str | Path) -> str:
         """Run a command of the environment in its folder; return what it prints."""
@@ -132,7 +136,7 @@ def measure_size(folder: Path) -> float:
 
 
 def check_core(environment: Environment, arguments: list[str]) -> int:
-    """Install `sgm` alone; README's lines and the tests of `sgm`."""
+    """Install `sgm` alone; README's lines, the tests of `sgm` and of simulated homes."""
     environment.install(find_wheel("scene_graph_memory_core"))
     print(f"{measure_size(environment.packages):.0f} MB installed")
     for package in HEAVY:
@@ -141,7 +145,7 @@ def check_core(environment: Environment, arguments: list[str]) -> int:
     print(environment.run("python", "-c", read_lines()))
     environment.install(*TEST_PACKAGES)
     shutil.copytree(ROOT / "simulator", environment.work / "simulator")
-    return environment.test(arguments or ["-m", "not slow", "tests/sgm"])
+    return environment.test(arguments or [*LIGHT])
 
 
 def check_research(environment: Environment, arguments: list[str]) -> int:
