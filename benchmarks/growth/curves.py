@@ -71,7 +71,7 @@ def measure_memory(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
         memory.step()
 
     def ask(memory: MemoryBatch) -> None:
-        key = rng.integers(0, len(memory.objects), 1)
+        key = rng.integers(0, memory.objects.num_rows, 1)
         label, types = memory.objects["label"][key], memory.objects["type"][key]
         queries = memory.query(np.zeros(1, dtype=np.int64), key, label, types)
         np.argsort(-Bayesian().scores(memory, queries)[0])
@@ -224,7 +224,7 @@ def _time_step(rollout: Rollout, repeats: int) -> float:
 def _look(memory: MemoryBatch, furniture: int) -> None:
     """See all objects that were put on a furniture node of a filled memory."""
     first = furniture * OBJECTS_PER_FURNITURE
-    seen = np.arange(first, min(first + OBJECTS_PER_FURNITURE, len(memory.objects)))
+    seen = np.arange(first, min(first + OBJECTS_PER_FURNITURE, memory.objects.num_rows))
     memory.observe(np.zeros(1, dtype=np.int64), np.array([furniture]), seen, np.ones_like(seen))
 
 

@@ -119,7 +119,7 @@ def show(
     def get_state() -> tuple[int, ...]:
         batch = get().batch
         looks = int(batch.furniture_num_observed.sum())
-        return (id(batch), batch.time, looks, batch.num_furniture, len(batch.edges))
+        return (id(batch), batch.time, looks, batch.num_furniture, batch.edges.num_rows)
 
     stage = Stage(lambda: StillMemory(get().copy(), title), get_state, doors)
     server = PageServer(Desk(stage, Judges()), port)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TypeVar
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,18 +17,22 @@ def clone(one: One) -> One:
     return other
 
 
-class Table:
+class Table(dict[str, np.ndarray]):
     """Struct of arrays with amortised appends: rows are numbered in the order they are added.
 
-    Columns are read as `table["name"]`: a writable view of the rows so far, which stays valid
+    A dictionary of columns by name: each is a writable view of the rows so far, which stays valid
     until the next `append`. Where every home has rows of its own, all as many, they lie along the
     last axis: (H, n).
+
+    Attributes:
+        num_rows: rows so far, n.
     """
 
-    _blocks: dict[np.dtype, np.ndarray]
-    _columns: dict[str, np.ndarray]
+    num_rows: int
+    _blocks: dict[np.dtype, np.ndarray]  # columns of one type: a copy takes few calls so
+    _place_of: dict[str, tuple[np.dtype, int]]  # block of each column, and its index there
+    _defaults: dict[str, float]  # of new rows, where they are not 0
     _capacity: int
-    _views: dict[str, np.ndarray]  # of the columns that were read, up to the last row
 
     def __init__(
         self,
@@ -42,47 +46,28 @@ class Table:
         `defaults` has what is not given of new rows, by name, 0 where it is left out; `shape` is
         that before the axis of the rows.
         """
+        super().__init__()
         names: dict[np.dtype, list[str]] = {}
         for name, dtype in columns.items():
             names.setdefault(np.dtype(dtype), []).append(name)
-        self._names = tuple(columns)
         self._defaults = {name: value for name, value in (defaults or {}).items() if value}
-        self._num_rows = 0
-        # Columns of one type lie in one array, so that a copy takes few calls.
-        self._place_of = {
-            name: (key, row) for key, own in names.items() for row, name in enumerate(own)
+        place_of = {name: (key, row) for key, own in names.items() for row, name in enumerate(own)}
+        self._place_of = {name: place_of[name] for name in columns}
+        self._capacity = num_rows or (0 if shape else 16)
+        self._blocks = {
+            key: np.zeros((len(own), *shape, self._capacity), key) for key, own in names.items()
         }
-        size = num_rows or (0 if shape else 16)
-        self._set_blocks(
-            {key: np.zeros((len(own), *shape, size), key) for key, own in names.items()}
-        )
+        self.num_rows = 0
         self.append(num_rows)
-
-    def __len__(self) -> int:
-        return self._num_rows
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        try:
-            return self._views[name]
-        except KeyError:
-            view = self._views[name] = self._columns[name][..., : self._num_rows]
-            return view
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Column names."""
-        return self._names
-
-    def items(self) -> Iterator[tuple[str, np.ndarray]]:
-        """Yield every column with its name."""
-        for name in self._names:
-            yield name, self[name]
 
     def copy(self) -> Table:
         """Return a table of the same rows that can be changed alone."""
-        copied = clone(self)
-        own = self._capacity
-        copied._set_blocks({key: block[..., :own].copy() for key, block in self._blocks.items()})
+        copied = self.share()
+        copied._blocks = {
+            key: block[..., : self._capacity].copy() for key, block in self._blocks.items()
+        }
+        copied._capacity = self._capacity
+        copied._view_columns()
         return copied
 
     def share(self) -> Table:
@@ -90,31 +75,47 @@ class Table:
 
         Neither table's columns are to be written then; either may be appended to.
         """
-        shared = clone(self)
-        shared._capacity = self._num_rows  # what is added is in no other table
+        shared = Table.__new__(Table)
+        shared.__dict__.update(self.__dict__)
+        shared.update(self)
+        shared._capacity = self.num_rows  # what is added is in no other table
         return shared
 
     def __deepcopy__(self, memo: object) -> Table:
         return self.copy()  # the columns stay views of the blocks
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _read_table, (self.__dict__,)
+
+    def __len__(self):
+        raise RuntimeError("LEN")
+    def __bool__(self):
+        raise RuntimeError("BOOL")
     def append(self, num_rows: int, **values: np.ndarray | float) -> np.ndarray:
         """Add rows; columns that are not given are as by default. Returns the new row numbers."""
-        start, end = self._num_rows, self._num_rows + num_rows
+        start, end = self.num_rows, self.num_rows + num_rows
         if end > self._capacity:
             added = max(end, 2 * self._capacity) - start
-            self._set_blocks(
-                {
-                    key: np.pad(block[..., :start], ((0, 0),) * (block.ndim - 1) + ((0, added),))
-                    for key, block in self._blocks.items()
-                }
-            )
+            self._capacity = start + added
+            self._blocks = {
+                key: np.pad(block[..., :start], ((0, 0),) * (block.ndim - 1) + ((0, added),))
+                for key, block in self._blocks.items()
+            }
+        self.num_rows = end
+        self._view_columns()
         for name, value in {**self._defaults, **values}.items():
-            self._columns[name][..., start:end] = value
-        self._num_rows, self._views = end, {}
+            self[name][..., start:] = value
         return np.arange(start, end)
 
-    def _set_blocks(self, blocks: dict[np.dtype, np.ndarray]) -> None:
-        self._blocks = blocks
-        self._views = {}
-        self._columns = {name: blocks[key][row] for name, (key, row) in self._place_of.items()}
-        self._capacity = next((block.shape[-1] for block in blocks.values()), 0)
+    def _view_columns(self) -> None:
+        """Let each column be a view of its rows so far."""
+        for name, (key, index) in self._place_of.items():
+            self[name] = self._blocks[key][index][..., : self.num_rows]
+
+
+def _read_table(state: dict[str, Any]) -> Table:
+    """Return the table that was pickled."""
+    table = Table.__new__(Table)
+    table.__dict__.update(state)
+    table._view_columns()
+    return table

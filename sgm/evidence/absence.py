@@ -98,7 +98,7 @@ def compute_week(asked: Question) -> dict[str, np.ndarray]:
 def _count_missing(memory: MemoryBatch) -> tuple[np.ndarray, np.ndarray]:
     """Count the things of each home that are true nowhere, and all that were seen, (H,) each."""
     objects, edges = memory.objects, memory.edges
-    is_there = np.zeros(len(objects), dtype=bool)
+    is_there = np.zeros(objects.num_rows, dtype=bool)
     is_there[edges["object"][edges["is_true"]]] = True
     was_seen = objects["num_observed"] > 0
     count = memory.num_homes
@@ -121,14 +121,14 @@ def _compare_hours(memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, n
     all_looks = week.looks.sum(axis=2)
     # Of each thing: looks that showed it, and those that would have, had it been where it is seen.
     num_true = edges["num_true"].astype(float)
-    total = np.bincount(edges["object"], num_true, minlength=len(objects))
+    total = np.bincount(edges["object"], num_true, minlength=objects.num_rows)
     share = num_true / np.maximum(total, 1)[edges["object"]]
     at = (edges["home"], edges["furniture"])
     expected, all_expected = (
-        np.bincount(edges["object"], share * own[at], minlength=len(objects))
+        np.bincount(edges["object"], share * own[at], minlength=objects.num_rows)
         for own in (looks, all_looks)
     )
-    rows = np.arange(len(objects))
+    rows = np.arange(objects.num_rows)
     seen_by_hour = week.get_seen(rows)
     seen = (seen_by_hour * weight[objects["home"]]).sum(axis=1)
     usual = np.minimum((seen_by_hour.sum(axis=1) + 1.0) / (all_expected + 1.0), 1.0)

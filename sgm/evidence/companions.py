@@ -89,7 +89,7 @@ class Companions(NamedTuple):
 
 def _sum_sightings(memory: MemoryBatch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return sum, sum of squares and maximum of the sightings by edge of each object, (O,)."""
-    edges, num_objects = memory.edges, len(memory.objects)
+    edges, num_objects = memory.edges, memory.objects.num_rows
     count = edges["num_true"].astype(float)
     most = np.zeros(num_objects)
     np.maximum.at(most, edges["object"], count)
@@ -104,7 +104,7 @@ def _join_edges(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pair questions and edges of other objects in their home that were ever true, (k,) each."""
     edges, home = memory.edges, queries.home
-    of_home = np.arange(len(edges))
+    of_home = np.arange(edges.num_rows)
     if memory.num_homes > 1:
         of_home = np.argsort(edges["home"], kind="stable")
     num_edges = sums.num_edges[home]
@@ -119,7 +119,7 @@ def _number_pairs(
 ) -> tuple[np.ndarray, int]:
     """Number pairs of a question and an object of its home, equal ones alike; below how many."""
     if memory.num_homes == 1:
-        return query * len(memory.objects) + row, num_queries * len(memory.objects)
+        return query * memory.objects.num_rows + row, num_queries * memory.objects.num_rows
     home = memory.objects["home"]
     by_home = np.argsort(home, kind="stable")
     number = np.empty(len(home), dtype=np.int64)  # within the home

@@ -34,7 +34,7 @@ def count_doubles(memory: MemoryBatch) -> tuple[np.ndarray, np.ndarray]:
     objects, edges = memory.objects, memory.edges
     true_at = edges["object"][edges["is_true"]] * memory.num_furniture
     place = np.unique(true_at + edges["furniture"][edges["is_true"]])
-    num_places = np.bincount(place // memory.num_furniture, minlength=len(objects))
+    num_places = np.bincount(place // memory.num_furniture, minlength=objects.num_rows)
     count = memory.num_homes
     doubles = np.bincount(objects["home"][num_places > 1], minlength=count)
     return doubles, np.bincount(objects["home"][objects["num_observed"] > 0], minlength=count)

@@ -44,7 +44,7 @@ class ObjectCounts(NamedTuple):
         """Gather the counters of the query objects, which may be asked for twice."""
         shape = len(queries.object), memory.num_furniture
         edges = memory.edges
-        query, edge = join_groups(queries.object, edges["object"], len(memory.objects))
+        query, edge = join_groups(queries.object, edges["object"], memory.objects.num_rows)
         was_true = edges["num_true"][edge] > 0
         query, edge = query[was_true], edge[was_true]
         at = query * shape[1] + edges["furniture"][edge]
@@ -111,7 +111,7 @@ def choose_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """
     edges, prior = memory.edges, queries.prior.copy()
     num_true = np.full(prior.shape, -1, dtype=np.int32)
-    query, edge = join_groups(queries.object, edges["object"], len(memory.objects))
+    query, edge = join_groups(queries.object, edges["object"], memory.objects.num_rows)
     at = query, edges["furniture"][edge], edges["relation"][edge]
     num_true[at], prior[at] = edges["num_true"][edge], edges["prior"][edge]
     is_on_top = num_true[..., 1] > num_true[..., 0]

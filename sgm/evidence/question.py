@@ -266,7 +266,7 @@ def _gather_hours(
 def _count_strays(memory: MemoryBatch) -> np.ndarray:
     """Count the sightings of things out of their usual places at about this hour of day, (H, F)."""
     edges, num_homes, num_places = memory.edges, memory.num_homes, memory.num_furniture
-    most = np.zeros(len(memory.objects), dtype=np.int32)
+    most = np.zeros(memory.objects.num_rows, dtype=np.int32)
     np.maximum.at(most, edges["object"], edges["num_true"])
     rows = np.flatnonzero((edges["num_true"] > 0) & (edges["num_true"] < most[edges["object"]]))
     home = edges["home"][rows]

@@ -92,7 +92,7 @@ class JudgedBeliefs:
         def is_here(row: int, label: str, kind: int) -> bool:
             """Whether it is a thing of this memory, still."""
             return (
-                row < len(objects)
+                row < objects.num_rows
                 and objects["type"][row] == kind
                 and labels[objects["label"][row]] == label
             )
@@ -114,7 +114,7 @@ class JudgedBeliefs:
 def _list_seen(asked: Asked) -> Iterator[_Things]:
     """List the things of a home, the latest seen first; of one with thousands of things, none."""
     batch, objects = asked.batch, asked.batch.objects
-    if len(objects) > _MOST_LATELY:
+    if objects.num_rows > _MOST_LATELY:
         return
     rows = np.flatnonzero((objects["num_observed"] > 0) & (objects["same_as"] < 0))
     rows = rows[np.argsort(-objects["last_observed"][rows], kind="stable")]

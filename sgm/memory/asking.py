@@ -154,7 +154,7 @@ def ask(
     current.time += later
     if before_looks and step.before is not None and not later:
         batch, origin = state.share(step.before), step.origin
-        num_known = len(step.before.objects)
+        num_known = step.before.objects.num_rows
     else:
         batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
         batch.time = current.time
@@ -171,7 +171,7 @@ def ask(
     queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
     at_once = np.append(current.objects["num_at_once"], 0)
     said = tuple(get_last_said(state, row) for row in known.tolist())
-    num_objects = len(current.objects)  # from what it does not know, no edges lead
+    num_objects = current.objects.num_rows  # from what it does not know, no edges lead
     asked = np.where(known >= 0, known, num_objects)
     found = join_groups(asked, current.edges["object"], num_objects + 1)
     edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice

@@ -48,7 +48,7 @@ class LookWeights:
         self.is_counted = self.coverage >= 0.5
         self._is_hidden: np.ndarray | None = None
         if hidden is not None and len(hidden):
-            self._is_hidden = mark_rows(hidden, len(memory.objects))
+            self._is_hidden = mark_rows(hidden, memory.objects.num_rows)
         self._is_whole = coverage is None or bool((coverage == 1).all())
         self._is_whole &= self._by_relation is None and self._is_hidden is None
         self._confidence: np.ndarray | None = None  # the highest by key, 0 for what was not seen
@@ -57,7 +57,7 @@ class LookWeights:
         self, seen_object: np.ndarray, seen_relation: np.ndarray, confidence: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Take note of confidences, and return objects and relations of the sure sightings."""
-        self._confidence = np.zeros(2 * len(self._memory.objects))
+        self._confidence = np.zeros(2 * self._memory.objects.num_rows)
         np.maximum.at(self._confidence, seen_object * 2 + seen_relation, confidence)
         is_sure = confidence >= SURE
         return seen_object[is_sure], seen_relation[is_sure]
@@ -90,7 +90,7 @@ class LookWeights:
         """
         if self._by_relation is None and self._is_hidden is None:
             return None
-        num_objects = len(self._memory.objects)
+        num_objects = self._memory.objects.num_rows
         is_counted = self.counts(touched_key)
         is_out = mark_rows(touched_key[~is_counted] // 2, num_objects)
         is_out &= ~mark_rows(touched_key[is_counted] // 2, num_objects)

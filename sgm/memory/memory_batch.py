@@ -220,11 +220,11 @@ class MemoryBatch(Remembered):
         edges = self.edges
         touched = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
         touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
-        num_keys = 2 * len(self.objects)
+        num_keys = 2 * self.objects.num_rows
         is_seen_key = mark_rows(seen_object * 2 + seen_relation, num_keys)
         is_seen = is_seen_key[touched_key]
         again = touched[is_seen]
-        has_changed = mark_rows(seen_object, len(self.objects))
+        has_changed = mark_rows(seen_object, self.objects.num_rows)
         if self._history is not None and is_look:
             self._history.note_look(
                 self, looked, look, touched_key, has_changed, again, self._pending
@@ -249,7 +249,7 @@ class MemoryBatch(Remembered):
             if not is_look:
                 rows, is_true = rows[:0], is_true[:0]
             clock = self.clock[edges["home"][rows]]
-            self._history.note_hours(clock, self.time, rows, is_true, len(edges))
+            self._history.note_hours(clock, self.time, rows, is_true, edges.num_rows)
 
         self._note_origin(np.concatenate([again, added[: len(new_true)]]))
         is_counted = look.is_counted[home]

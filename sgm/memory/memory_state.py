@@ -101,7 +101,7 @@ class MemoryState:
             prior=self.prior.checksum,
             labels=tuple(batch.labels),
             layout=self.layout,
-            things=tuple(self.things)[: len(batch.objects)],
+            things=tuple(self.things)[: batch.objects.num_rows],
             tables=view_tables(batch.tables),
             history=batch.history,
             asked=self.asked,

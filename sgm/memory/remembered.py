@@ -103,7 +103,7 @@ class Remembered:
 
     def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
         """Return query numbers and rows of the remembered edges of query objects, (k,) each."""
-        return join_groups(queries.object, self.edges["object"], len(self.objects))
+        return join_groups(queries.object, self.edges["object"], self.objects.num_rows)
 
     def compute_relation_shares(self, queries: Queries) -> np.ndarray:
         """Return how likely things are "in" and "onTop" of furniture that they are at, (Q, F, 2).

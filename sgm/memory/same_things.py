@@ -39,8 +39,8 @@ def fuse(memory: MemoryBatch) -> MemoryBatch:
     roots = find_roots(batch.objects["same_as"])
     _fuse_objects(batch, roots)
     _fuse_edges(batch, roots)
-    if len(batch.positions):
-        own = dict(batch.positions.items())
+    if batch.positions.num_rows:
+        own = dict(batch.positions)
         joined = join_positions({**own, "object": roots[own["object"]]})
         batch.positions = make_table(POSITIONS)
         batch.positions.append(len(joined["object"]), **joined)
@@ -51,7 +51,7 @@ def _fuse_objects(batch: MemoryBatch, roots: np.ndarray) -> None:
     objects = batch.objects
     for root in np.unique(roots[roots != np.arange(len(roots))]):
         group = np.flatnonzero(roots == root)
-        own = {name: objects[name][group].copy() for name in objects.names}
+        own = {name: objects[name][group].copy() for name in objects}
         seen = own["first_observed"][own["first_observed"] != NEVER]
         for name in ("num_observed", "num_moved", "num_sought", "num_still"):
             objects[name][root] = own[name].sum()
@@ -85,7 +85,7 @@ def _fuse_edges(batch: MemoryBatch, roots: np.ndarray) -> None:
     seen = np.bincount(group, own["num_true"], minlength=len(first)).astype(np.int64)
     new["num_true"] = np.minimum(seen, new["num_observed"])
     if batch.counts_history:
-        hours = batch.history.get_edge_hours(np.arange(len(edges))).astype(np.int64)
+        hours = batch.history.get_edge_hours(np.arange(edges.num_rows)).astype(np.int64)
         summed = np.zeros((2, len(first), hours.shape[2]), dtype=np.int64)
         for which in range(2):
             np.add.at(summed[which], group, hours[which])

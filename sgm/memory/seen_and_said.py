@@ -125,7 +125,7 @@ def list_places(
     Of one time step, the place of which was spoken last comes first, after one that a look has
     shown since. `fused` is from `fuse_batch`, and its own `edges` are among some rows, or all.
     """
-    among = np.arange(len(fused.edges)) if edges is None else edges
+    among = np.arange(fused.edges.num_rows) if edges is None else edges
     own = among[fused.edges["object"][among] == row]
     seen = own[fused.edges["num_true"][own] > 0]
     last_seen = int(fused.objects["last_observed"][row])

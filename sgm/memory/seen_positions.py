@@ -87,7 +87,7 @@ def _get_point(table: Table, row: int, names: Sequence[str]) -> np.ndarray:
 
 def forget_positions(table: Table, objects: Collection[int], furniture: Collection[int]) -> None:
     """Note that objects were said to be moved from furniture, or put there: where, is unknown."""
-    if len(table):
+    if table.num_rows:
         is_old = np.isin(table["object"], list(objects))
         is_old &= np.isin(table["furniture"], list(furniture))
         table["time"][is_old] = NEVER
@@ -152,7 +152,7 @@ def join_positions(columns: Columns) -> dict[str, np.ndarray]:
 def find_positions(memory: Remembered, edges: np.ndarray) -> list[int]:
     """Return the row of the position of each edge (n,) of a memory of one home, -1 for none."""
     table = memory.positions
-    if not len(table):
+    if not table.num_rows:
         return [-1] * len(edges)
 
     def number(columns: Table, rows: np.ndarray | slice) -> np.ndarray:

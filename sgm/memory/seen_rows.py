@@ -44,9 +44,9 @@ class SeenRows:
         edges, objects = memory.edges, memory.objects
         is_asked = objects["same_as"] < 0  # others stand under another name
         if things is not None:
-            is_asked &= np.isin(np.arange(len(objects)), things)
+            is_asked &= np.isin(np.arange(objects.num_rows), things)
         seen = np.flatnonzero((edges["num_true"] > 0) & is_asked[edges["object"]])
-        last = np.full(len(objects), NEVER)
+        last = np.full(objects.num_rows, NEVER)
         np.maximum.at(last, edges["object"][seen], edges["last_true"][seen])
         return cls.of_edges(
             memory, seen, np.flatnonzero(is_asked & (objects["last_observed"] > last))

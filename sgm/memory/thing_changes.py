@@ -103,7 +103,7 @@ def list_changes(
     """
     edges = batch.edges
     rows = _find_changed(batch, spoken_of, since)
-    asked, edge = join_groups(rows, edges["object"], len(batch.objects))
+    asked, edge = join_groups(rows, edges["object"], batch.objects.num_rows)
     edge = edge[np.argsort(asked, kind="stable")]
     bounds = compute_starts(np.bincount(asked, minlength=len(rows)))
     found: list[ThingChange] = []

@@ -74,7 +74,7 @@ class WeekHours:
             self.looks = np.zeros(self.looks.shape, dtype=np.uint16)
         at = (home, furniture, hour[home])
         self.looks[at] += self.looks[at] < _MOST
-        num_objects = len(memory.objects)
+        num_objects = memory.objects.num_rows
         if num_objects > len(self.seen):
             added = max(num_objects, 2 * len(self.seen)) - len(self.seen)
             self.seen = np.pad(self.seen, ((0, added), (0, 0)))

@@ -160,13 +160,13 @@ class StepAnswers:
         """Return what differs after a step, a look, or a change of the furniture."""
         memory = self.memory
         num_looks = int(memory.furniture_num_observed.sum())
-        return memory.time, num_looks, len(memory.edges), memory.place_prior
+        return memory.time, num_looks, memory.edges.num_rows, memory.place_prior
 
     def answer(self, queries: Queries, ask: Callable[[Queries], np.ndarray]) -> np.ndarray:
         """Return logits, (Q, F + 1), of what is known, and of what `ask` says of the others."""
         if self._state != self._read_state():
             self._clear()
-        row = np.full(len(self.memory.objects), -1)
+        row = np.full(self.memory.objects.num_rows, -1)
         row[self._objects] = np.arange(len(self._objects))
         new = np.flatnonzero(row[queries.object] < 0)
         if len(new):
@@ -183,7 +183,7 @@ class StepAnswers:
             self._clear()
             return
         seen = memory.edges["object"][change.edges[change.is_seen]]
-        rest = ~mark_rows(seen, len(memory.objects))[self._objects]
+        rest = ~mark_rows(seen, memory.objects.num_rows)[self._objects]
         self._objects, self._logits = self._objects[rest], self._logits[rest]
         place, missed = np.full(memory.num_homes, -1), np.ones(memory.num_homes)
         place[change.home] = change.furniture

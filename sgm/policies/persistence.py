@@ -146,10 +146,10 @@ class Persistence(Policy):
         """Start a filter for what new edges of the memory are about, from the latest look there."""
         first = len(self._pair_of_edge)
         edges = memory.edges
-        if len(edges) == first:
+        if edges.num_rows == first:
             return
         columns = (edges[name][first:].tolist() for name in ("object", "furniture"))
-        number, added, new = [], [], len(self._pairs)
+        number, added, new = [], [], self._pairs.num_rows
         for edge, place in enumerate(zip(*columns, strict=True), first):
             pair = self._pair_of_place.setdefault(place, new)
             if pair == new:

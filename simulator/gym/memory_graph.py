@@ -104,7 +104,7 @@ def _make_nodes(snapshots: Snapshots, graph: SnapshotGraph, description: np.ndar
 
 def _find_rows(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     """Rows of the memory's objects: of each snapshot, those with an edge and the query's, (N,)."""
-    has_edge = mark_rows(memory.edges["object"], len(memory.objects))
+    has_edge = mark_rows(memory.edges["object"], memory.objects.num_rows)
     is_node = has_edge & (memory.objects["home"] == queries.home[:, None])  # (Q, rows)
     is_node[np.arange(len(queries.home)), queries.object] = True
     return np.nonzero(is_node)[1]

@@ -22,7 +22,7 @@ class Chains:
         self._entries = _make_entries()
 
     def __len__(self) -> int:
-        return len(self._entries)
+        return self._entries.num_rows
 
     @property
     def arrays(self) -> ChainArrays:
@@ -53,8 +53,8 @@ class Chains:
         kept = self._entries
         num_dropped = int(np.searchsorted(kept["at"], until))
         self._entries = _make_entries()
-        columns = {name: kept[name][num_dropped:] for name in kept.names}
-        self._entries.append(len(kept) - num_dropped, **columns)
+        columns = {name: kept[name][num_dropped:] for name in kept}
+        self._entries.append(kept.num_rows - num_dropped, **columns)
         self._first += num_dropped
 
 
@@ -100,7 +100,7 @@ class FilterLooks:
     @property
     def first_round(self) -> int:
         """Number of the oldest round that is kept."""
-        return self.num_rounds - len(self._rounds)
+        return self.num_rounds - self._rounds.num_rows
 
     @property
     def round_time(self) -> np.ndarray:
@@ -138,11 +138,11 @@ class FilterLooks:
 
     def find_cutoff(self, time: int) -> int | None:
         """Return up to what time the log should be dropped at `time`; None while it is short."""
-        if max(len(self._rounds), time - self.start) < self.max_length:
+        if max(self._rounds.num_rows, time - self.start) < self.max_length:
             return None
         kept = self.max_length // 2
         cutoff = time - kept
-        if len(self._rounds) > kept:
+        if self._rounds.num_rows > kept:
             cutoff = max(cutoff, int(self.round_time[-kept - 1]))
         cutoff = min(cutoff, time - 1)  # what is asked in this step is not known yet
         return cutoff if cutoff > self.start else None

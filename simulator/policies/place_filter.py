@@ -110,7 +110,7 @@ class PlaceFilter(Policy):
         rules = self.compute_rules(subjects)
         basis = self.compute_basis(memory, subjects)
         belief, since = self._resume(memory, subjects, rules, basis)
-        self._log.fit(len(memory.objects))
+        self._log.fit(memory.objects.num_rows)
         self._advance(belief, since, memory.time, subjects, rules)
         self._kept.put(queries.object, belief, memory.time, self._log.num_rounds, basis)
         return belief
@@ -202,7 +202,7 @@ class PlaceFilter(Policy):
         cutoff = self._log.find_cutoff(memory.time)
         if cutoff is None:
             return
-        num_objects = len(memory.objects)
+        num_objects = memory.objects.num_rows
         self._log.fit(num_objects)
         total = num_objects + memory.num_homes * (len(self._prior.objects) + 1)
         base = np.empty((self.num_rows, total, memory.num_furniture))
@@ -214,7 +214,7 @@ class PlaceFilter(Policy):
 
     def _compute_base(self, memory: MemoryBatch, rows: np.ndarray, cutoff: int) -> np.ndarray:
         """Return what is believed at a cutoff of objects, then of `_number_types`, by row (n,)."""
-        num_objects = len(memory.objects)
+        num_objects = memory.objects.num_rows
         objects = rows[rows < num_objects]
         home, types = memory.objects["home"][objects], memory.objects["type"][objects]
         queries = Queries(home, objects, memory.place_prior.rows(home, types))

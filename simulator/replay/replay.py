@@ -135,7 +135,7 @@ class Replay(Story):
 
     def _keep(self, key: tuple[int, int], player: Replayer) -> None:
         self._memories[key] = player
-        num_edges = max(len(player.memory.batch.edges), 1)
+        num_edges = max(player.memory.batch.edges.num_rows, 1)
         most = min(max(_EDGES_KEPT // num_edges, _FEWEST_KEPT), _MOST_KEPT)
         while len(self._memories) > most:
             self._memories.popitem(last=False)

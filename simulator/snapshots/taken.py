@@ -45,7 +45,7 @@ def take_snapshots(
     order = np.argsort(edge_snapshot, kind="stable")
     edge_snapshot, edge = edge_snapshot[order], edge[order]
     # Nodes: whatever has an edge, and the query object. One key per (snapshot, object).
-    num_objects = len(objects)
+    num_objects = objects.num_rows
     edge_key = edge_snapshot * num_objects + edges["object"][edge]
     query_key = np.arange(len(home)) * num_objects + queries.object
     node_keys, node_of_key = number_keys(len(home) * num_objects, edge_key, query_key)

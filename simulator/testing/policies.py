@@ -197,7 +197,7 @@ def _copy_counters(memory: MemoryBatch) -> dict[str, np.ndarray]:
     columns = {
         f"{name} {column}": table[column]
         for name, table in tables.items()
-        for column in table.names
+        for column in table
     }
     columns["time"] = np.array(memory.time)
     columns["furniture num_observed"] = memory.furniture_num_observed

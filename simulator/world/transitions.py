@@ -56,8 +56,8 @@ class Transitions:
         entry, ends = list_entries(
             rows, places, weights, layouts, self._place_block, self._num_blocks
         )
-        first = (len(self._bounds) - 1) // self._num_blocks
-        self._bounds.append(len(ends), bound=len(self._entries) + ends)
+        first = (self._bounds.num_rows - 1) // self._num_blocks
+        self._bounds.append(len(ends), bound=self._entries.num_rows + ends)
         self._entries.append(len(entry), entry=entry)
         return np.arange(first, first + len(homes))
 

@@ -92,10 +92,10 @@ def _record(homes: Homes, num_steps: int) -> EventEpisode:
 
     def note_answer(answer: Answer) -> None:
         asked = make_asked(memory, answer.queries)
-        happened.append(EpisodeQuestions(asked, answer.answers.copy(), len(memory.objects)))
+        happened.append(EpisodeQuestions(asked, answer.answers.copy(), memory.objects.num_rows))
 
     def note_change(change: Change) -> None:
-        happened.append(LookEvents(make_events(memory, change), len(memory.objects), memory.time))
+        happened.append(LookEvents(make_events(memory, change), memory.objects.num_rows, memory.time))
 
     game.on_answer, game.rollout.on_change = note_answer, note_change
     for _ in game.run(num_steps):

@@ -18,7 +18,7 @@ def test_rows_added_to_a_shared_table_are_its_own(num_rows):
     more.append(3)
     for own, expected in ((table, [7, 7]), (shared, [8]), (more, [8, 0, 0, 0])):
         assert own["a"].tolist() == [*range(num_rows), *expected]
-        assert own["b"].tolist() == [-1] * len(own)
+        assert own["b"].tolist() == [-1] * own.num_rows
     assert shared["c"].tolist() == [0.0] * (num_rows + 1)
     assert more["c"].tolist() == [0.0] * (num_rows + 4)
     assert table["c"].tolist() == [0.0] * num_rows + [0.5, 0.5]

@@ -157,7 +157,7 @@ def lived_in():
 
 def test_sightings_by_hour_of_day(lived_in):
     batch = lived_in.batch
-    hours, gone = batch.history.get_edge_hours(np.arange(len(batch.edges)))
+    hours, gone = batch.history.get_edge_hours(np.arange(batch.edges.num_rows))
     assert (gone.sum(axis=1) <= batch.edges["num_observed"] - batch.edges["num_true"]).all()
     assert hours.sum(axis=1).tolist() == batch.edges["num_true"].tolist()
     # The last look is at 07:00 + 20 x 0.5 h = 17:00, in the bin from 16 to 18.

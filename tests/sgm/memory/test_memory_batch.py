@@ -108,7 +108,7 @@ def test_two_instances_of_one_description_are_one_node_with_two_true_edges(make_
     memory = make_tiny_memory()
     look(memory, TABLE, [(7, MUG, ON), (7, MUG, ON)])
     look(memory, SHELF, [(7, MUG, IN)])
-    assert len(memory.objects) == 1
+    assert memory.objects.num_rows == 1
     assert read_edges(memory, "num_true", "is_true") == {
         (7, TABLE, ON): (1, True),
         (7, SHELF, IN): (1, True),
@@ -343,7 +343,7 @@ def test_a_table_grows_and_fills_what_is_not_given_with_zeros():
     table = Table({"a": np.int32, "b": np.bool_})
     assert table.append(1, a=5).tolist() == [0]
     assert table.append(100, a=np.arange(100), b=True).tolist() == list(range(1, 101))
-    assert len(table) == 101
+    assert table.num_rows == 101
     assert table["a"].tolist() == [5, *range(100)]
     assert table["b"].tolist() == [False] + [True] * 100
     assert (table["a"].dtype, table["b"].dtype) == (np.int32, np.bool_)

@@ -110,7 +110,7 @@ def test_confidence_by_hand(memory):
 def test_a_doubtful_sighting_makes_no_edge(memory):
     look(memory, 1.0, [Sighting("cup", confidence=0.4)])
     assert memory.places_of("cup") == []
-    assert len(memory.batch.edges) == 1
+    assert memory.batch.edges.num_rows == 1
 
 
 def test_partial_looks_survive_a_file(memory, tmp_path):

@@ -388,7 +388,7 @@ def test_bad_input_is_refused(home):
             memory.remove_room(node)
     with pytest.raises(TypeError, match=r"seen must hold Sighting objects, got 'milk' at white fr"):
         memory.observe(fridge, ["milk"])
-    assert len(memory.batch.edges) == 0
+    assert memory.batch.edges.num_rows == 0
     assert memory.furniture_ids == (0, 1)
     memory.observe(fridge, [])
     assert memory.batch.furniture_num_observed.tolist() == [[1, 0]]

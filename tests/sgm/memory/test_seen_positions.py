@@ -207,7 +207,7 @@ def test_furniture_that_is_merged_hands_its_positions_on(memory):
     assert seen.position == (5.0, 3.0, 0.85)
     assert seen.usual_position == pytest.approx((3.0, 3.0, 0.95 - 0.1 / 3))
     memory.remove_furniture(0)
-    assert len(memory.batch.positions) == 0
+    assert memory.batch.positions.num_rows == 0
 
 
 def test_files_and_logs_carry_them_to_the_bit(memory, tmp_path):

@@ -126,7 +126,7 @@ def test_a_graph_holds_what_was_seen(env):
     assert graph.nodes[4, NODE["steps_since_observed"]] == -1
     known = graph.edges[:, EDGE["is_remembered"]].astype(bool)
     known[:9] = False
-    assert known.sum() == len(memory.edges)
+    assert known.sum() == memory.edges.num_rows
     assert (graph.edge_links[known, 0] == 4 + 3).all()
     np.testing.assert_array_equal(graph.edges[known, EDGE["is_true"]], memory.edges["is_true"])
     np.testing.assert_array_equal(

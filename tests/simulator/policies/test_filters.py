@@ -365,7 +365,7 @@ def test_a_long_life_costs_no_more_than_a_short_one(make_tiny_homes, monkeypatch
             assert memory_time_is_covered(log, rollout.memory.time)
         half = len(sizes) // 2
         assert (np.max(sizes[half:], axis=0) <= 1.2 * np.max(sizes[:half], axis=0)).all()
-        assert len(policy._kept._entries) <= len(rollout.memory.objects)
+        assert policy._kept._entries.num_rows <= rollout.memory.objects.num_rows
 
 
 def memory_time_is_covered(log, time):

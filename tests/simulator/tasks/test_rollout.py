@@ -62,7 +62,7 @@ def test_the_memory_believes_what_was_there_at_the_last_look(make_tiny_homes):
             }
     memory = rollout.memory
     believed = {place: set() for place in truth}
-    for edge in range(len(memory.edges)):
+    for edge in range(memory.edges.num_rows):
         place = (int(memory.edges["home"][edge]), int(memory.edges["furniture"][edge]))
         assert place in truth, "an edge to furniture that nobody looked at"
         if memory.edges["is_true"][edge]:
