@@ -87,10 +87,6 @@ class Table(dict[str, np.ndarray]):
     def __reduce__(self) -> tuple[Any, ...]:
         return _read_table, (self.__dict__,)
 
-    def __len__(self):
-        raise RuntimeError("LEN")
-    def __bool__(self):
-        raise RuntimeError("BOOL")
     def append(self, num_rows: int, **values: np.ndarray | float) -> np.ndarray:
         """Add rows; columns that are not given are as by default. Returns the new row numbers."""
         start, end = self.num_rows, self.num_rows + num_rows

@@ -1,8 +1,7 @@
 """Where things may be: one algebra of beliefs, and what looks say about them."""
 
-from sgm.belief.belief import Belief
 from sgm.belief.detector import SEEN_NOW, Detector, compute_miss, compute_miss_over_steps
-from sgm.belief.posterior import Posterior, compute_posterior
+from sgm.belief.posterior import Belief, Posterior, compute_posterior
 from sgm.belief.stay import compute_stay
 
 __all__ = [

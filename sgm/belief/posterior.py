@@ -13,16 +13,92 @@ Nothing else changes what a policy believes. The numbers are those of the `Detec
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from sgm.belief.belief import Belief
+from sgm.arrays.grouped import join_groups
 from sgm.belief.detector import Detector
 from sgm.belief.same_spot import compute_same
 from sgm.belief.stay import compute_stay
 from sgm.memory.asking import Asked, Looks
 from sgm.memory.memory_batch import MemoryBatch
+
+
+@dataclass(frozen=True)  # no slots: probabilities are kept
+class Belief:
+    """Where each of K things may be: at one of F places, or elsewhere.
+
+    Attributes:
+        log_weights: float64 (K, F + 1), the last column for elsewhere; -inf for what is ruled out.
+            Only differences within a row mean something.
+    """
+
+    log_weights: np.ndarray
+
+    @classmethod
+    def of(cls, places: np.ndarray, elsewhere: np.ndarray | float) -> Belief:
+        """Make a belief of places and of elsewhere.
+
+        Args:
+            places: weights of the places, 0 or more, (K, F). Where none has any, the thing is
+                elsewhere.
+            elsewhere: probability of elsewhere, (K,) or one for all; the places share the rest in
+                proportion.
+        """
+        total = places.sum(axis=1)
+        is_some = total > 0
+        rest = np.where(is_some, 1 - np.asarray(elsewhere), 0.0)
+        weights = np.empty((len(places), places.shape[1] + 1))
+        weights[:, :-1] = places * (rest / np.where(is_some, total, 1.0))[:, None]
+        weights[:, -1] = 1 - rest
+        with np.errstate(divide="ignore"):
+            return cls(np.log(weights))
+
+    @classmethod
+    def of_logits(cls, scores: np.ndarray, elsewhere: np.ndarray | float) -> Belief:
+        """Make a belief of logits of the places, (K, F), -inf rules one out; see `of`."""
+        best = scores.max(axis=1, keepdims=True)
+        return cls.of(np.exp(scores - np.where(np.isfinite(best), best, 0.0)), elsewhere)
+
+    @cached_property
+    def probabilities(self) -> np.ndarray:
+        """Probability of each place and of elsewhere, (K, F + 1); zeros where all is ruled out.
+
+        Computed once; to be read.
+        """
+        best = self.log_weights.max(axis=1, keepdims=True)
+        weights = np.exp(self.log_weights - np.where(np.isfinite(best), best, 0.0))
+        total = weights.sum(axis=1, keepdims=True)
+        return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)
+
+    @property
+    def places(self) -> np.ndarray:
+        """Probability of each place, (K, F)."""
+        return self.probabilities[:, :-1]
+
+    @property
+    def elsewhere(self) -> np.ndarray:
+        """Probability of elsewhere, (K,)."""
+        return self.probabilities[:, -1]
+
+    def look(self, log_likelihood: np.ndarray) -> Belief:
+        """Fold looks in by Bayes' rule.
+
+        `log_likelihood` is that of what the looks showed, if the thing is at each place, (K, F); if
+        it is elsewhere, the likelihood is one.
+        """
+        if not log_likelihood.any():  # nothing was looked for
+            return self
+        changed = self.log_weights.copy()
+        changed[:, :-1] += log_likelihood
+        return Belief(changed)
+
+    def take(self, rows: list[int]) -> Belief:
+        """Return the belief about some of the things, about one perhaps several times."""
+        return Belief(self.log_weights[rows])
 
 
 class Posterior(NamedTuple):
@@ -50,7 +126,7 @@ def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Poster
     belief = belief.look(compute_log_likelihood(looks, asked.batch, detector))
     places, elsewhere = see(belief, detector.weigh_seen(looks))
     places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
-    same = compute_same(asked)
+    same = compute_same(asked) if len(asked.rows) > 1 else np.zeros(1)
     if same.any() and len(same) == len(places):  # what is another one of them is at no place more
         places, elsewhere = places * (1 - same)[:, None], same + elsewhere * (1 - same)
     shown = detector.compute_detection(looks.negative)
@@ -102,7 +178,7 @@ def find_last_word(asked: Asked) -> tuple[np.ndarray, np.ndarray]:
     memory, queries = asked.batch, asked.queries
     edges, objects = memory.edges, memory.objects
     last = objects["last_furniture"][queries.object]
-    query, edge = memory.edges_of(queries)
+    query, edge = join_groups(queries.object, edges["object"], objects.num_rows)
     is_last = edges["furniture"][edge] == last[query]
     is_last &= edges["last_true"][edge] == objects["last_observed"][queries.object[query]]
     confidence = np.zeros(len(last))

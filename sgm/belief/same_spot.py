@@ -28,7 +28,7 @@ def compute_same(asked: Asked) -> np.ndarray:
     memory, rows = asked.current, asked.rows
     same = np.zeros(len(rows))
     table, edges, objects = memory.positions, memory.edges, memory.objects
-    if len(rows) < 2 or not table.num_rows:
+    if not table.num_rows:
         return same
     own = asked.edges[edges["num_true"][asked.edges] > 0]
     at = np.array(find_positions(memory, own))

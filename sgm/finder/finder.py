@@ -22,6 +22,7 @@ from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
 from sgm.names.name_matching import Resolution, Similarity
 from sgm.policies.policy import Policy
+from sgm.text.vectors import TextVectors
 
 _MOST_ROWS = 16_000  # things times places that a policy is asked for at once: 50 MB
 _USUAL_DETECTOR = Detector()
@@ -71,6 +72,8 @@ class Finder:
         self._policy = policy.for_questions(asks_moved)
         self._lock = Lock()
         self._judged = JudgedBeliefs()
+        self._text: TextVectors | None = None  # of labels
+        self._cosines: tuple[list[str], np.ndarray] = ([], np.zeros((0, 0)))
 
     @property
     def detector(self) -> Detector:
@@ -90,8 +93,9 @@ class Finder:
             TypeError: if the memory is none.
             ValueError: if the description is no name (`read_words`).
         """
-        check_kind("memory", memory, SceneGraphMemory, "Give for example SceneGraphMemory().")
-        return memory.resolve(description, self._get_similarity())
+        if not isinstance(memory, SceneGraphMemory):
+            check_kind("memory", memory, SceneGraphMemory, "Give for example SceneGraphMemory().")
+        return memory.resolve(description, self._similarity)
 
     def resolve_among(
         self, memory: SceneGraphMemory, description: str, names: Sequence[str]
@@ -101,7 +105,7 @@ class Finder:
         Raises:
             ValueError: if the description is no name (`read_words`).
         """
-        return memory.resolve(description, self._get_similarity(), among=names)
+        return memory.resolve(description, self._similarity, among=names)
 
     def rank(
         self,
@@ -134,10 +138,10 @@ class Finder:
             )
         check_ids(exclude)
         resolution = self.resolve(memory, description)
-        asked_for, own = memory.find_places(description)
-        if own:
+        asked_for, ids = memory.find_places(description, resolution)
+        if ids:
             layout = memory.layout
-            names = {number: layout.describe(number) for number in own if number not in exclude}
+            names = {number: layout.describe(number) for number in ids if number not in exclude}
             return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
         asked = memory.ask(resolution.matches or (description,), at=at)
         posterior = self._compute_posterior(asked)
@@ -148,9 +152,9 @@ class Finder:
         chosen = order[:k].tolist()
         likely, shown = posterior.places.tolist(), posterior.detection.tolist()
         evidence = gather_evidence(asked, self._get_cosines(asked), chosen)
-        return Ranking(
-            description=description,
-            places=tuple(
+        places = []
+        for place, own in zip(chosen, evidence, strict=True):
+            places.append(
                 Place(
                     furniture=asked.furniture_ids[place],
                     name=asked.furniture_names[place],
@@ -160,11 +164,13 @@ class Finder:
                     detection=shown[place],
                     open_cost=asked.open_costs[place] if relations[place] == 0 else None,
                 )
-                for place, own in zip(chosen, evidence, strict=True)
-            ),
+            )
+        return Ranking(
+            description=description,
+            places=tuple(places),
             elsewhere=posterior.elsewhere,
             with_robot=float(1 - np.prod(1 - asked.carried)),
-            last_seen=asked.last_seen,
+            last_seen=next(iter(asked.sightings), None),
             resolution=resolution,
         )
 
@@ -260,13 +266,25 @@ class Finder:
         beliefs = [self._policy.believe(batch, queries.take(part)) for part in parts]
         return Belief(np.concatenate([belief.log_weights for belief in beliefs]))
 
-    def _get_similarity(self) -> Similarity | None:
-        """Return how alike labels are; None without text vectors."""
-        return None
+    @property
+    def _similarity(self) -> Similarity | None:
+        """How alike labels are; None without text vectors."""
+        return None if self._text is None else self._compare
+
+    def _compare(self, label: str, others: Sequence[str]) -> Sequence[float]:
+        assert self._text is not None
+        with self._lock:
+            return self._text.cosines([label, *others])[0, 1:].tolist()
 
     def _get_cosines(self, asked: Asked) -> np.ndarray | None:
         """Return the cosines of all pairs of labels (L, L); None without text vectors."""
-        return None
+        if self._text is None:
+            return None
+        labels = asked.batch.labels
+        with self._lock:
+            if labels != self._cosines[0]:  # a memory in use learns new labels now and then
+                self._cosines = list(labels), self._text.cosines(labels)
+            return self._cosines[1]
 
 
 def check_ids(exclude: Collection[int]) -> None:

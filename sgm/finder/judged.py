@@ -136,9 +136,8 @@ def _add_questions(asked: Asked, more: list[_Things]) -> Asked:
     rows = np.array([row for own in more for row, *_ in own])
     home = np.zeros(len(rows), dtype=np.int64)
     prior = asked.batch.place_prior.rows(home, asked.batch.objects["type"][rows])
-    # The memory has counted the things that are asked for, and not these.
     num_asked = np.array([len(own) for own in more for _ in own])
     return replace(
         asked,
-        queries=asked.queries.join(Queries(home, rows, prior, num_asked - len(asked.rows))),
+        queries=asked.queries.join(Queries(home, rows, prior, num_asked)),
     )

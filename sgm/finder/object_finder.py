@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from sgm.belief import Detector
 from sgm.finder.finder import Finder
-from sgm.memory.asking import Asked
-from sgm.names.name_matching import Similarity
 from sgm.network.network import Network, has_onnx
 from sgm.network.policy import NetworkPolicy
 from sgm.network.shipped import find_trained
@@ -49,9 +44,8 @@ class ObjectFinder(Finder):
                 simulated homes, or the share is out of range.
         """
         policy = self._make_policy(model, asks_moved)
-        self._text = load_text(policy.text_pipeline)
-        self._cosines: tuple[tuple[str, ...], np.ndarray] = ((), np.zeros((0, 0)))
         super().__init__(policy, detector, asks_moved)
+        self._text = load_text(policy.text_pipeline)
 
     @classmethod
     def load(
@@ -94,17 +88,3 @@ class ObjectFinder(Finder):
         `NetworkPolicy`, or one of its kind: with `text_pipeline` and `ask_anew`.
         """
         return NetworkPolicy(model, asks_moved)
-
-    def _get_similarity(self) -> Similarity:
-        def compare(label: str, others: Sequence[str]) -> Sequence[float]:
-            with self._lock:
-                return self._text.cosines([label, *others])[0, 1:].tolist()
-
-        return compare
-
-    def _get_cosines(self, asked: Asked) -> np.ndarray:
-        labels = tuple(asked.batch.labels)
-        with self._lock:
-            if labels != self._cosines[0]:  # a memory in use learns new labels now and then
-                self._cosines = labels, self._text.cosines(labels)
-            return self._cosines[1]

@@ -270,7 +270,7 @@ def gather_evidence(
     # What was never seen at a place was missed by every look at it, and by every search for it.
     negative, sought = np.ceil(asked.looks.negative), asked.looks.sought
     num_sought = np.ceil(asked.looks.negative + sought).max(axis=0).tolist()
-    num_missed = asked.batch.furniture_num_observed[0] + (negative + np.ceil(sought)).max(axis=0)
+    num_missed = asked.batch.furniture["num_observed"][0] + (negative + np.ceil(sought)).max(axis=0)
     absent = np.where(num_true > 0, np.maximum(num_observed - num_true, 0), num_missed)
     num_absent = absent.tolist()
     similar = _list_similar(asked, cosines)

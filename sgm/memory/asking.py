@@ -5,14 +5,14 @@ The memory stays as it is.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from sgm.arrays.grouped import join_groups
-from sgm.arrays.relations import NUM_RELATIONS, max_relations
+from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import Clock
 from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
@@ -20,8 +20,9 @@ from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
 from sgm.memory.seen_and_said import get_last_said, get_statements, list_places
 from sgm.memory.sighting import SeenAt
+from sgm.memory.step_log import StepLog
 from sgm.memory.thing import ROBOT_CONFIDENCE, Statement
-from sgm.names.words import read_words
+from sgm.names.name import Name
 
 _NOTHING_SAID = -2  # as a place
 
@@ -158,28 +159,31 @@ def ask(
     else:
         batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
         batch.time = current.time
-    question, known, descriptions = _find_asked(state, descriptions)
-    words = [read_words("description", description) for description in descriptions]
+    question, known, names = _find_asked(state, descriptions)
     is_known = (known >= 0) & (known < num_known)
-    keys = np.where(is_known, known, num_known + np.arange(len(words)))
+    keys = np.where(is_known, known, num_known + np.arange(len(names)))
     if is_known.all():
         kinds = [batch.objects["label"][known], batch.objects["type"][known]]
     else:
         vocabulary = state.vocabulary.with_labels(batch.labels)
-        kinds = list(np.array([vocabulary.find_type(name) for name in descriptions]).T)
+        kinds = list(np.array([vocabulary.find_type(name.text) for name in names]).T)
         batch.labels = vocabulary.labels
-    queries = batch.query(np.zeros(len(words), dtype=np.int64), keys, *kinds)
+    queries = batch.ask(np.zeros(len(names), dtype=np.int64), keys, *kinds)
     at_once = np.append(current.objects["num_at_once"], 0)
-    said = tuple(get_last_said(state, row) for row in known.tolist())
+    said, statements = [], []
+    for row in known.tolist():
+        said.append(get_last_said(state, row))
+        statements.append(get_statements(state, row).statements if row >= 0 else ())
     num_objects = current.objects.num_rows  # from what it does not know, no edges lead
     asked = np.where(known >= 0, known, num_objects)
     found = join_groups(asked, current.edges["object"], num_objects + 1)
     edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice
-    sightings = [
-        seen
-        for row in known[known >= 0].tolist()
-        for seen in list_places(state, row, current, edges)
-    ]
+    sightings: list[SeenAt] = []
+    for row in known[known >= 0].tolist():
+        sightings += list_places(state, row, current, edges)
+    if len(known) > 1:
+        sightings.sort(key=lambda seen: -seen.time)
+    places = state.furniture
     return Asked(
         batch=batch,
         origin=origin,
@@ -188,44 +192,42 @@ def ask(
         question=question,
         rows=known,
         edges=edges,
-        said=said,
-        statements=tuple(
-            get_statements(state, row).statements if row >= 0 else () for row in known.tolist()
-        ),
+        said=tuple(said),
+        statements=tuple(statements),
         descriptions=state.things.descriptions,
-        looks=_list_looks(state, batch, current, queries, known, found, words, said),
+        looks=_list_looks(state, batch, current, queries, known, found, names, said),
         num_instances=np.maximum(at_once[known], 1),
-        sightings=tuple(sorted(sightings, key=lambda seen: -seen.time)),
-        furniture_ids=state.furniture.ids,
-        furniture_names=state.furniture.names,
-        open_costs=state.furniture.open_costs,
+        sightings=tuple(sightings),
+        furniture_ids=places.ids,
+        furniture_names=places.names,
+        open_costs=places.open_costs,
         clock=state.clock,
     )
 
 
 def _find_asked(
     state: MemoryState, names: Sequence[str]
-) -> tuple[np.ndarray, np.ndarray, list[str]]:
+) -> tuple[np.ndarray, np.ndarray, list[Name]]:
     """Find the objects that names and ids mean; of things with ids, a name means all.
 
     Returns:
         Where among the K things that of each name is, the first of several, (n,); the row of each
-        thing, -1 for a new one, (K,), and its description, K of them.
+        thing, -1 for a new one, (K,), and its name, K of them.
     """
     rows: list[int] = []
-    firsts, descriptions = [], []
-    for name in names:
-        own = state.find_rows(name)
-        asked = [
-            row
-            for row in own
-            if row in rows and (state.things[row].id or len(state.list_members(row)) > 1)
-        ]  # by another of its names
+    firsts, read, things = [], [], state.things
+    for text in names:
+        asked, new = [], []
+        for row in state.find_rows(text):
+            if row in rows and (things[row].id or len(state.list_members(row)) > 1):
+                asked.append(row)  # by another of its names
+            else:
+                new.append(row)
         firsts.append(rows.index(asked[0]) if asked else len(rows))
-        for row in [row for row in own if row not in asked] if own else [-1]:
+        for row in new if new or asked else [-1]:
             rows.append(row)
-            descriptions.append(name if row < 0 else state.things[row].description)
-    return np.array(firsts), np.array(rows), descriptions
+            read.append(things.read(text if row < 0 else things[row].description))
+    return np.array(firsts), np.array(rows), read
 
 
 def _list_looks(
@@ -235,7 +237,7 @@ def _list_looks(
     queries: Queries,
     rows: np.ndarray,
     found: tuple[np.ndarray, np.ndarray],
-    words: Sequence[str],
+    names: Sequence[Name],
     said: Sequence[Statement | None],
 ) -> Looks:
     """List what all looks say about K objects.
@@ -258,12 +260,12 @@ def _list_looks(
     is_now = edges["last_true"][edge] == now
     is_now &= (said_there == _NOTHING_SAID) | (said_there == place)
     confidence[thing, place, edges["relation"][edge]] = edges["confidence"][edge] * is_now
-    seen = max_relations(confidence)
+    seen = confidence.max(axis=2)
     num_seen = (seen > 0).astype(np.int64)
     negative, sought, sought_ago = np.zeros((3, *seen.shape))
     sought_ago[:] = np.inf
     counts_looks = step.before is not None and batch.time == now == state.time
-    for number, (row, name) in enumerate(zip(rows.tolist(), words, strict=True)):
+    for number, (row, name) in enumerate(zip(rows.tolist(), names, strict=True)):
         members = state.list_members(row)
         if counts_looks:
             for member in members:
@@ -271,7 +273,9 @@ def _list_looks(
                     here = number, position[furniture]
                     num_seen[here] = max(num_seen[here], num_here) if seen[here] else 0
             own = None if share is None else share[number]
-            sums = [step.sum_negative(member, name, own, position) for member in members]
+            sums = []
+            for member in members:
+                sums.append(sum_negative(step, member, name, own, position))
             least = sums[0]
             if len(sums) > 1:  # where no name of it was seen
                 places = set.intersection(*map(set, sums))
@@ -279,11 +283,47 @@ def _list_looks(
             negative[number, [position[place] for place in least]] += [*least.values()]
         if not state.sought:
             continue
-        names = {name, *(state.things.list_words(members) if row >= 0 else ())}
+        words = {name.words, *(state.things.list_words(members) if row >= 0 else ())}
         for (other, furniture), (count, time) in state.sought.items():
-            if other in names and time == now:
+            if other in words and time == now:
                 negative[number, position[furniture]] += count
-            elif other in names:
+            elif other in words:
                 sought[number, position[furniture]] = count
                 sought_ago[number, position[furniture]] = now - time
     return Looks(negative, sought, sought_ago, seen, num_seen)
+
+
+def sum_negative(
+    step: StepLog,
+    row: int,
+    name: Name,
+    share: np.ndarray | None,
+    position: Mapping[int, int],
+) -> dict[int, float]:
+    """Return the coverage of the looks of a step that did not show an object, by furniture id.
+
+    Where it was seen in this step, surely or not, these are the looks since. `share` is how
+    likely it is "in" and "onTop" of the furniture that it is at, (F, 2) by `position`; None
+    where no look was `looks_by_relation`.
+    """
+    found = step.num_until_seen.get(row, {})
+    negative: dict[int, float] = {}
+    places: Iterable[int] = step.of_place
+    if step.is_plain:  # most things miss all looks
+        negative = dict(step.coverage)
+        for furniture in found:
+            negative.pop(furniture, None)
+        places = found
+    for furniture in places:
+        first = found.get(furniture, 0)
+        for number in step.of_place[furniture]:
+            look = step.looks[number]
+            if number < first or name.key in {hidden.key for hidden in look.hidden}:
+                continue
+            coverage = look.coverage
+            if isinstance(coverage, tuple):
+                assert share is not None
+                inside, on_top = share[position[furniture]].tolist()
+                coverage = inside * coverage[0] + on_top * coverage[1]
+            negative[furniture] = negative.get(furniture, 0.0) + coverage
+    return negative

@@ -13,6 +13,7 @@ from sgm.memory.seen_positions import forget_positions
 from sgm.memory.sighting import RELATIONS, read_relation
 from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence
 from sgm.messages import shorten
+from sgm.names.name import Name
 from sgm.names.name_matching import NameIndex
 from sgm.names.words import read_words
 
@@ -174,7 +175,7 @@ class MemoryCorrections(MemoryIdentities):
             if known is None and (only or kind == "picked_up"):
                 check_no_doubt(found)
             name = known or ThingName(thing)
-            row = self._state.things.get_row(name.description, name.id)
+            row = self._state.things.get_row(Name.read(name.description), name.id)
             if only is not None and row not in only:
                 held = ", ".join(self._state.things[own].description for own in only)
                 raise ValueError(
@@ -211,7 +212,7 @@ def _take_statement(
 
     Of several things of one description, it is no longer at `was_at`; None for all its places.
     """
-    row = state.ensure_object(name.description, name.id)
+    row = state.ensure_object(Name.read(name.description), name.id)
     batch, ids = state.batch, state.furniture.ids
     edges = batch.edges
     is_left = np.isin(edges["object"], state.list_members(row)) & edges["is_true"]

@@ -90,12 +90,6 @@ class HomeHistory:
         copied.counters = self.counters.copy()
         return copied
 
-    def share(self) -> HomeHistory:
-        """Return the same counts, of which the `counters` of homes alone can be changed alone."""
-        shared = clone(self)
-        shared.counters = self.counters.copy()
-        return shared
-
     def take(self, furniture: np.ndarray, edges: np.ndarray, objects: np.ndarray) -> HomeHistory:
         """Return a copy that keeps some furniture (F,), edges (E,) and objects (O,), bool."""
         kept = HomeHistory(0, 0)
@@ -170,7 +164,7 @@ class HomeHistory:
                 asked = asked.take(~is_out_of_view[asked.object] | is_seen[asked.object])
             self._note_answers(memory, looked, asked, is_seen[asked.object])
         home = np.flatnonzero((looked >= 0) & is_counted)
-        column = memory.furniture_num_observed[home, looked[home]] % NUM_LOOKS_KEPT
+        column = memory.furniture["num_observed"][home, looked[home]] % NUM_LOOKS_KEPT
         at = (home, looked[home], column)
         self.look_times[at] = time
         in_view = BOTH if look.relations is None else look.relations[home]

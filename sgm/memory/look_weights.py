@@ -20,6 +20,8 @@ class LookWeights:
         relations: which relations most was in view of, where that is said: 1 "in", 2 "onTop", 3
             both, (H,); None where one share is for both.
         is_counted: whether it counts as a look at the furniture, bool (H,).
+        confidence: of what was seen, the highest by key, 0 for what was not, (2 O,); None where all
+            is sure.
     """
 
     def __init__(
@@ -51,29 +53,25 @@ class LookWeights:
             self._is_hidden = mark_rows(hidden, memory.objects.num_rows)
         self._is_whole = coverage is None or bool((coverage == 1).all())
         self._is_whole &= self._by_relation is None and self._is_hidden is None
-        self._confidence: np.ndarray | None = None  # the highest by key, 0 for what was not seen
+        self.confidence: np.ndarray | None = None
 
     def sort_out(
         self, seen_object: np.ndarray, seen_relation: np.ndarray, confidence: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Take note of confidences, and return objects and relations of the sure sightings."""
-        self._confidence = np.zeros(2 * self._memory.objects.num_rows)
-        np.maximum.at(self._confidence, seen_object * 2 + seen_relation, confidence)
+        self.confidence = np.zeros(2 * self._memory.objects.num_rows)
+        np.maximum.at(self.confidence, seen_object * 2 + seen_relation, confidence)
         is_sure = confidence >= SURE
         return seen_object[is_sure], seen_relation[is_sure]
 
-    def get_confidence(self, keys: np.ndarray) -> np.ndarray | float:
-        """Return the confidence of sightings, (n,) or one for all."""
-        return 1.0 if self._confidence is None else self._confidence[keys]
-
     def weigh(self, keys: np.ndarray) -> np.ndarray:
         """Return what part of a look counts against keys (n,), should they not be seen."""
-        if self._is_whole and self._confidence is None:
+        if self._is_whole and self.confidence is None:
             return np.ones(len(keys))
         weight = self._get_share(keys)
-        if self._confidence is None:
+        if self.confidence is None:
             return weight
-        found = self._confidence[keys]
+        found = self.confidence[keys]
         return np.where(found > 0, 1 - found, weight)
 
     def counts(self, keys: np.ndarray) -> np.ndarray:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.grouped import mark_rows
 from sgm.arrays.table import clone
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.columns import NEVER
@@ -116,7 +115,7 @@ class MemoryBatch(Remembered):
         shared.labels = list(self.labels)
         shared.objects, shared.edges = self.objects.share(), self.edges.share()
         shared.positions = self.positions.share()
-        shared._history = None if self._history is None else self._history.share()
+        shared._history = None if self._history is None else clone(self._history)
         shared._row_of_key = self._row_of_key.copy()
         shared._pending = None
         return shared
@@ -171,6 +170,14 @@ class MemoryBatch(Remembered):
             self._history.count("num_asked", home)
         return self._pending
 
+    def ask(
+        self, home: np.ndarray, key: np.ndarray, label: np.ndarray, object_type: np.ndarray
+    ) -> Queries:
+        """Ask for objects as `query` does, where memories are `share`d: nothing is counted."""
+        rows = self.ensure_objects(home, key, label, object_type)
+        prior = self.place_prior.rows(home, object_type)
+        return Queries(home, rows, prior, more_asked=np.bincount(home)[home])
+
     def propose_places(self, queries: Queries) -> np.ndarray:
         """Mark the hypothetical edges of queries, bool (Q, F, 2)."""
         return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])
@@ -214,23 +221,25 @@ class MemoryBatch(Remembered):
         """
         looked = np.full(self.num_homes, -1, dtype=np.int32)
         looked[home] = furniture
-        look = LookWeights(self, home, furniture, coverage, hidden)
-        if confidence is not None and (confidence < 1).any():
-            seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
         edges = self.edges
         touched = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
         touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
+        look = LookWeights(self, home, furniture, coverage, hidden)
+        if confidence is not None and (confidence < 1).any():
+            seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
+        weight = look.weigh(touched_key)
         num_keys = 2 * self.objects.num_rows
-        is_seen_key = mark_rows(seen_object * 2 + seen_relation, num_keys)
+        is_seen_key, has_changed = np.zeros(num_keys, bool), np.zeros(num_keys // 2, bool)
+        is_seen_key[seen_object * 2 + seen_relation] = has_changed[seen_object] = True
         is_seen = is_seen_key[touched_key]
         again = touched[is_seen]
-        has_changed = mark_rows(seen_object, self.objects.num_rows)
+        sure = look.confidence  # (num_keys,), None if all are sure
         if self._history is not None and is_look:
             self._history.note_look(
                 self, looked, look, touched_key, has_changed, again, self._pending
             )
-        self._update_edges(touched, is_seen, look.weigh(touched_key))
-        edges["confidence"][again] = look.get_confidence(touched_key[is_seen])
+        self._update_edges(touched, is_seen, weight)
+        edges["confidence"][again] = 1.0 if sure is None else sure[touched_key[is_seen]]
         is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
         is_new_true = is_seen_key
         is_new_true[touched_key] = is_new_false[touched_key] = False
@@ -238,7 +247,7 @@ class MemoryBatch(Remembered):
         missed = look.weigh(new_false)
         new_false, missed = new_false[missed >= 0.5], missed[missed >= 0.5]
         added = self._add_edges(looked, np.concatenate([new_true, new_false]), len(new_true))
-        edges["confidence"][added[: len(new_true)]] = look.get_confidence(new_true)
+        edges["confidence"][added[: len(new_true)]] = 1.0 if sure is None else sure[new_true]
         false = added[len(new_true) :]
         edges["missed"][false] = edges["num_absent"][false] - 1 + missed
         if self._history is not None and self.clock is not None:
@@ -253,8 +262,8 @@ class MemoryBatch(Remembered):
 
         self._note_origin(np.concatenate([again, added[: len(new_true)]]))
         is_counted = look.is_counted[home]
-        self.furniture_num_observed[home, furniture] += is_counted
-        self.furniture_last_observed[home[is_counted], furniture[is_counted]] = self.time
+        self.furniture["num_observed"][home, furniture] += is_counted
+        self.furniture["last_observed"][home[is_counted], furniture[is_counted]] = self.time
         self._update_objects(np.flatnonzero(has_changed), looked)
         has_changed[edges["object"][added]] = True
         return Change(
@@ -318,10 +327,14 @@ class MemoryBatch(Remembered):
         proposed = self.propose_places(queries)
         proposed = proposed[np.arange(len(place)), place] & (place >= 0)[:, None]  # (Q, 2)
         query, relation = np.nonzero(proposed)
-        return mark_rows(queries.object[query] * 2 + relation, num_keys)
+        is_looked_up = np.zeros(num_keys, dtype=bool)
+        is_looked_up[queries.object[query] * 2 + relation] = True
+        return is_looked_up
 
     def _add_edges(self, looked: np.ndarray, keys: np.ndarray, num_true: int) -> np.ndarray:
         """Add first-time edges to the furniture looked at; the first `num_true` are true."""
+        if not len(keys):
+            return keys
         rows, relation = np.divmod(keys, 2)
         home = self.objects["home"][rows]
         is_true = np.arange(len(keys)) < num_true

@@ -10,6 +10,7 @@ import numpy as np
 from sgm.memory.memory_questions import MemoryQuestions
 from sgm.memory.thing import ROBOT, ThingName
 from sgm.messages import shorten
+from sgm.names.name import Name
 from sgm.names.name_matching import Resolution
 from sgm.names.words import read_words
 
@@ -64,7 +65,7 @@ class MemoryIdentities(MemoryQuestions):
         read_words("name", name)
         with self._lock:
             own, row = self._get_one(thing, matches)
-            if not own.id and self._state.things.get_row(name) not in (-1, row):
+            if not own.id and self._state.things.get_row(Name.read(name)) not in (-1, row):
                 raise ValueError(
                     f"name must be of no other thing, got {shorten(name)} for "
                     f"{shorten(own.description)}. Merge the two, if they are one."
@@ -157,12 +158,12 @@ class MemoryIdentities(MemoryQuestions):
                 f"{shorten(own.description)} at {state.layout.describe(place)}. Rename it, or name "
                 "another place."
             )
-        if state.things.get_row(name) >= 0:
+        if state.things.get_row(Name.read(name)) >= 0:
             raise ValueError(
                 f"name must be of no other thing, got {shorten(name)}. Choose another one."
             )
         self._write("split_off", **own.to_json(), furniture=place, name=name, by=by)
-        other = state.ensure_object(name)
+        other = state.ensure_object(Name.read(name))
         for table in (edges, batch.positions):
             table["object"][(table["object"] == row) & (table["furniture"] == at)] = other
         for number in (row, other):
@@ -219,7 +220,7 @@ class MemoryIdentities(MemoryQuestions):
 
     def _get_row(self, own: ThingName) -> int:
         things = self._state.things
-        row = things.get_row(own.description, own.id)
+        row = things.get_row(Name.read(own.description), own.id)
         if row < 0:
             raise KeyError(
                 f"description must be one that was seen or asked for, got "

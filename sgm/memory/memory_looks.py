@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
-from typing import Any
 
 import numpy as np
 
-from sgm.checks import read_optional
+from sgm.checks import check_kind
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import MAX_JUMP, MAX_TIME, count_steps
-from sgm.memory.look_weights import SURE
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import Sighting, read_coverage, read_hidden, read_share, read_sightings
-from sgm.memory.step_log import FrameWatch
+from sgm.memory.step_log import LookWatch, StepLook
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
@@ -25,8 +22,7 @@ from sgm.names.words import read_words
 class MemoryLooks(MemoryLayout):
     """The part of `SceneGraphMemory` for looks and for time."""
 
-    _frames: FrameWatch
-    _was_warned: bool  # of scores that are no probabilities
+    _watch: LookWatch
 
     def observe(
         self,
@@ -69,46 +65,37 @@ class MemoryLooks(MemoryLayout):
         Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
         code does not).
         """
-        place = self.describe(furniture)
-        seen = read_sightings(seen, place)  # may take its time: others go on meanwhile
-        share = read_coverage(coverage, place)
-        names = read_hidden(hidden, place)
-        hint = "Take that of a BuiltLook, or leave it out."
-        from_where = read_optional("viewpoint", viewpoint, Viewpoint, hint)
-        furniture = int(furniture)  # of any kind of number
-        rows = [one.to_row() for one in seen]
         with self._lock:
-            self._state.layout.check_furniture(furniture)
-            num_in_step = self._state.step.count_looks(furniture)
-            self._frames.note(furniture, place, seen, num_in_step, self._state.clock)
-            calibration = self._state.score_calibration
+            state = self._state
+            place = state.furniture.names[state.find_place(furniture)]
+        sightings = read_sightings(seen, place)  # may take its time: others go on meanwhile
+        share, names = read_coverage(coverage, place), read_hidden(hidden, place)
+        if viewpoint is not None:
+            hint = "Take that of a BuiltLook, or leave it out."
+            check_kind("viewpoint", viewpoint, Viewpoint, hint)
+        look = StepLook(int(furniture), sightings, share, names)  # an id is any kind of number
+        with self._lock:
+            state = self._state
+            state.find_place(furniture)
+            num_in_step = state.step.num_looks.get(look.furniture, 0.0)
+            calibration = state.score_calibration
+            self._watch.note(look, place, num_in_step, state.clock, calibration is not None)
+            if self._log is not None:
+                self._write(
+                    "look", furniture=look.furniture, coverage=share,
+                    seen=[sighting.to_row() for sighting in sightings],
+                    hidden=tuple(name.text for name in names), viewpoint=viewpoint,
+                )  # fmt: skip
             if calibration is not None:
-                seen = [replace(one, confidence=calibration(one.confidence)) for one in seen]
-            else:
-                self._warn_of_scores(seen)
-            look: dict[str, Any] = {"furniture": furniture, "coverage": share, "seen": rows}
-            self._write("look", **look, hidden=names, viewpoint=from_where)
-            self._state.look(furniture, seen, share, names)
+                sure = [replace(one, confidence=calibration(one.confidence)) for one in sightings]
+                look = replace(look, seen=tuple(sure))
+            state.look(look)
 
     @property
     def score_calibration(self) -> ScoreCalibration | None:
         """What the confidences of sightings mean; None if they are probabilities."""
         with self._lock:
             return self._state.score_calibration
-
-    def _warn_of_scores(self, seen: Sequence[Sighting]) -> None:
-        """Say once that most scores of a look count as not seen."""
-        num_doubted = sum(0 < one.confidence < SURE for one in seen)
-        if self._was_warned or 2 * num_doubted <= len(seen):
-            return
-        self._was_warned = True
-        warnings.warn(
-            f"{num_doubted} of {len(seen)} confidences of a look are below {SURE}, so that these "
-            "count as not seen: a confidence is the probability that a sighting is right. If they "
-            "are scores of a detector, give SceneGraphMemory(score_calibration="
-            "ScoreCalibration.open_vocabulary()), or one that was fitted.",
-            stacklevel=3,
-        )
 
     def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there.

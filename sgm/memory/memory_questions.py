@@ -15,6 +15,7 @@ from sgm.memory.columns import NEVER
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.queries import Queries
 from sgm.memory.seen_and_said import (
+    SeenRows,
     get_statements,
     list_home,
     list_places,
@@ -22,7 +23,6 @@ from sgm.memory.seen_and_said import (
     list_said_by,
     list_spoken_of,
 )
-from sgm.memory.seen_rows import SeenRows
 from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since
@@ -35,6 +35,8 @@ from sgm.names.words import read_words, strip_question
 
 if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame
+
+_SAME_NAME = ("exact", "same words")  # how a thing is meant that no other name comes before
 
 
 class MemoryQuestions(MemoryLayout):
@@ -143,11 +145,14 @@ class MemoryQuestions(MemoryLayout):
         matches = self.resolve(name, among=names).matches
         return tuple(number for number, node in furniture.items() if node.description in matches)
 
-    def find_places(self, name: str) -> tuple[str, tuple[int, ...]]:
+    def find_places(
+        self, name: str, resolution: Resolution | None = None
+    ) -> tuple[str, tuple[int, ...]]:
         """Return the furniture that a question is about, if it is about furniture or a room.
 
         Args:
             name: such as "the fridge", "kitchen table", "the kitchen".
+            resolution: what `resolve` gave for it, where that was asked for.
 
         Returns:
             "place" and the ids of the furniture of that name, "room" and those of what stands in
@@ -157,9 +162,11 @@ class MemoryQuestions(MemoryLayout):
         Raises:
             ValueError: if the name is none (`read_words`).
         """
-        layout, resolution = self.layout, self.resolve(name)
-        if resolution.how in ("exact", "same words"):
+        if resolution is None or resolution.how not in _SAME_NAME:
+            resolution = self.resolve(name)
+        if resolution.how in _SAME_NAME:
             return "thing", ()
+        layout = self.layout
         asked = Name.read(strip_question(name) or name)
         found = self.find_called(asked)
         if not found and not resolution.matches:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -19,10 +19,11 @@ from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
 from sgm.memory.same_things import find_roots, fuse
 from sgm.memory.seen_positions import note_positions
-from sgm.memory.sighting import RELATIONS, Coverage, Sighting
+from sgm.memory.sighting import RELATIONS
 from sgm.memory.step_log import MOST_LOOKS, StepLog, StepLook
 from sgm.memory.thing import ThingRows
 from sgm.names.aliases import AliasTable
+from sgm.names.name import Name
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
@@ -88,7 +89,7 @@ class MemoryState:
         self.begin_anew()
         queries = deque(content.queries)
         for number, look in enumerate(content.looks):
-            self.look(look.furniture, look.seen, look.coverage, look.hidden)
+            self.look(look)
             while queries and queries[0][0] == number + 1:
                 self.query(queries.popleft()[1])
         self.sought = dict(content.sought)  # as it is after these looks
@@ -146,44 +147,56 @@ class MemoryState:
             self._called = CalledFurniture(self.layout)
         return self._called
 
-    def look(
-        self,
-        furniture: int,
-        seen: Sequence[Sighting],
-        coverage: Coverage,
-        hidden: Sequence[str] = (),
-    ) -> None:
+    def find_place(self, furniture: int) -> int:
+        """Return where in the batch a furniture node is; raises KeyError for no such id."""
+        place = self.furniture.position.get(furniture) if type(furniture) is int else None
+        if place is None:
+            self.layout.check_furniture(furniture)
+            place = self.furniture.position[int(furniture)]
+        return place
+
+    def look(self, look: StepLook) -> None:
         """Fold one look at a furniture node in; see `SceneGraphMemory.observe`.
 
         From the `MOST_LOOKS`-th look of a time step on, those that show nothing new are left out:
         frames of a video are no looks.
         """
-        own = StepLook(furniture, tuple(seen), coverage, tuple(hidden))
-        if self.step.count_looks(furniture) >= MOST_LOOKS and self.step.shows_nothing_new(own):
+        furniture, seen, batch = look.furniture, look.seen, self.batch
+        place, step = self.furniture.position[furniture], self.step
+        if step.num_looks.get(furniture, 0.0) >= MOST_LOOKS and step.shows_nothing_new(look):
             return
-        if self.step.before is None:
-            self.step = StepLog(self.get_snapshot(), origin=self.version, asked=self.asked)
+        if step.before is None:
+            step = self.step = StepLog(self.get_snapshot(), origin=self.version, asked=self.asked)
         self.version = object()
-        rows = [self.ensure_object(sighting.description, sighting.id or "") for sighting in seen]
-        for row, sighting in zip(rows, seen, strict=True):
+        things, rows, relations, confidences = self.things, [], [], []
+        num_known, has_position = batch.objects.num_rows, False
+        for sighting in seen:
+            row = things.add(sighting.name, sighting.id or "")
+            rows.append(row)
+            relations.append(RELATIONS.index(sighting.relation))
+            confidences.append(sighting.confidence)
+            has_position |= sighting.position is not None
             if sighting.embedding and sighting.confidence >= SURE:
-                self.things[row] = replace(self.things[row], embedding=sighting.embedding)
-        relations = [RELATIONS.index(sighting.relation) for sighting in seen]
-        self.batch.observe(
-            _HOME, np.array([self.furniture.position[furniture]]), np.array(rows, dtype=np.int64),
-            np.array(relations, dtype=np.int64), np.array([coverage], dtype=float),
-            np.array([sighting.confidence for sighting in seen], dtype=float),
-            np.array(self.find_rows(*hidden), dtype=np.int64),
+                things[row] = replace(things[row], embedding=sighting.embedding)
+        if rows and max(rows) >= num_known:
+            self._ensure_rows(num_known)
+        hidden = self.find_rows(*look.hidden) if look.hidden else []
+        batch.observe(
+            _HOME, np.array([place]), np.array(rows, dtype=np.int64),
+            np.array(relations, dtype=np.int64), np.array([look.coverage], dtype=float),
+            np.array(confidences, dtype=float), np.array(hidden, dtype=np.int64),
         )  # fmt: skip
-        if any(sighting.position is not None for sighting in seen):
-            place = self.furniture.position[furniture]
-            note_positions(self.batch.positions, place, rows, seen, self.batch.time)
-        self.step.add(own, Counter(rows))
-        at_once = self.batch.objects["num_at_once"]
+        if has_position:
+            note_positions(batch.positions, place, rows, seen, batch.time)
+        step.add(look, Counter(rows))
+        at_once = batch.objects["num_at_once"]
         for row in set(rows):
-            at_once[row] = max(at_once[row], sum(self.step.counts[row].values()))
+            num_at_once = 0
+            for count in step.counts[row].values():
+                num_at_once += count
+            at_once[row] = max(at_once[row], num_at_once)
             if self.sought:
-                words = read_words("description", self.things[row].description)
+                words = read_words("description", things[row].description)
                 self.sought.pop((words, furniture), None)
 
     def note_absent(self, furniture: int, words: str, coverage: float) -> None:
@@ -222,11 +235,10 @@ class MemoryState:
         """Return what a snapshot holds, of which questions may be asked; what was merged is one."""
         return fuse(snapshot) if self.has_merged else snapshot.share()
 
-    def ensure_object(self, description: str, id: str = "") -> int:
+    def ensure_object(self, name: Name, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new; see `ThingRows.add`."""
-        num_known = len(self.things)
-        row = self.things.add(description, id)
-        if row == num_known:
+        row = self.things.add(name, id)
+        if row == self.batch.objects.num_rows:
             self._ensure_rows(row)
         return row
 
@@ -244,7 +256,7 @@ class MemoryState:
         members = np.flatnonzero(find_roots(self.batch.objects["same_as"]) == row).tolist()
         return [row, *(member for member in members if member != row)]
 
-    def find_rows(self, *names: str) -> list[int]:
+    def find_rows(self, *names: str | Name) -> list[int]:
         """Return the rows of all things of some names, or of the ones of those ids, each once.
 
         Of nodes that were merged, that is the one that stands for all.
@@ -286,7 +298,7 @@ class MemoryState:
         if self.step.before is not None:  # what it opens is a part of what later looks do
             self.step.queries.append((len(self.step.looks), description))
         self.version = object()
-        row = self.asked = self.ensure_object(description)
+        row = self.asked = self.ensure_object(Name.read(description))
         return self.query_row(row)
 
     def query_row(self, row: int) -> Queries:

@@ -18,7 +18,7 @@ class Queries:
         object: row of the query object in `MemoryBatch.objects`, (Q,).
         prior: prior weight of each place for it, float32 (Q, F, 2).
         more_asked: how many more questions than the memory has counted were put when each was, of
-            questions that are answered in one pass though they were put apart, (Q,); None for 0.
+            those that leave it as it is (`MemoryBatch.ask`), (Q,); None for 0.
     """
 
     home: np.ndarray

@@ -25,6 +25,7 @@ class Remembered:
         is_furniture: which columns are furniture of a home, bool (H, F).
         home_num_rooms, home_num_furniture: rooms and furniture nodes of each home, the first
             columns of its rows, (H,).
+        num_homes, num_furniture: H, and F.
         furniture: table of furniture nodes, looks so far and the last one, (H, F); the columns of
             this and of the next two are `FURNITURE`, `OBJECTS` and `EDGES`.
         objects: table of object nodes; `key` is the description, `type` the prior's object type or
@@ -56,8 +57,7 @@ class Remembered:
         self.clock = clock
         self.labels = list(labels)
         self._take_layout(layout)
-        num_homes, num_furniture = self.furniture_label.shape
-        self.furniture = make_table(FURNITURE, (num_homes,), num_furniture)
+        self.furniture = make_table(FURNITURE, (self.num_homes,), self.num_furniture)
         self.objects, self.edges = make_table(OBJECTS), make_table(EDGES)
         self.positions = make_table(POSITIONS)
 
@@ -79,16 +79,6 @@ class Remembered:
         """Time step of the last look, (H, F)."""
         return self.furniture["last_observed"]
 
-    @property
-    def num_homes(self) -> int:
-        """Number of homes, H."""
-        return len(self.furniture_label)
-
-    @property
-    def num_furniture(self) -> int:
-        """Furniture nodes of the largest home, F."""
-        return self.furniture_label.shape[1]
-
     def look_up_prior(self) -> None:
         """Look up the prior weight of every edge, again."""
         edges = self.edges
@@ -97,6 +87,7 @@ class Remembered:
     def _take_layout(self, layout: LayoutArrays) -> None:
         self.room_label, self.place_prior = layout.room_label, layout.place_prior
         self.furniture_label, self.furniture_room = layout.furniture_label, layout.furniture_room
+        self.num_homes, self.num_furniture = self.furniture_label.shape
         self.is_furniture = self.furniture_label >= 0
         self.home_num_rooms = np.count_nonzero(self.room_label >= 0, axis=1)
         self.home_num_furniture = np.count_nonzero(self.is_furniture, axis=1)

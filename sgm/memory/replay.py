@@ -64,7 +64,7 @@ class Replayer:
         furniture is distinguished from what was there before.
         """
         self.memory = memory
-        memory._was_warned = True  # of scores: the process that looked was warned
+        memory._watch.warns_of_scores = False  # the process that looked was warned
         self._prior = prior
         self._clock = clock
         self._gives_new_ids = gives_new_ids

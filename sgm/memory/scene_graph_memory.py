@@ -16,7 +16,7 @@ from sgm.memory.memory_files import load_content
 from sgm.memory.memory_looks import MemoryLooks
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.step_log import FrameWatch
+from sgm.memory.step_log import LookWatch
 from sgm.messages import shorten
 from sgm.names.aliases import Aliases, AliasTable
 from sgm.names.name_encoder import Encode, NameEncoder
@@ -102,8 +102,7 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
         self._aliases, self._own_encode = aliases, encoder  # for copies
         self._table = AliasTable.household(aliases)
         self._encoder = None if encoder is None else NameEncoder(encoder, self._table)
-        self._frames = FrameWatch()
-        self._was_warned = False
+        self._watch = LookWatch()
         prior = prior if prior is not None else PriorGraph.household()
         content = MemoryContent.empty(prior.checksum, clock, read_map_id(map_id))
         self._begin(replace(content, score_calibration=score_calibration), prior)
@@ -172,7 +171,7 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
             content, prior = self._state.get_content_to_save().copy(), self._state.prior
         memory = type(self)(prior, aliases=self._aliases, encoder=self._own_encode)
         memory._begin(content, prior)
-        memory._was_warned = self._was_warned
+        memory._watch.warns_of_scores = self._watch.warns_of_scores
         return memory
 
     @property

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Real
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.checks import MOST_METRES, is_number, read_all
+from sgm.checks import MOST_METRES, is_number
 from sgm.messages import shorten
+from sgm.names.name import Name
 from sgm.names.words import MAX_LENGTH, read_words
 
 RELATIONS = ("in", "onTop")
@@ -106,6 +107,7 @@ class Sighting:
             (`SceneGraphMemory.find_nearest`). Empty without one.
         position: where its middle is, x, y, z in the frame of the map, metres; None if unknown.
         position_sd: standard deviation of that, metres; None if unknown.
+        name: the description as it was read.
     """
 
     description: str
@@ -116,6 +118,7 @@ class Sighting:
     embedding: tuple[float, ...] = ()
     position: Point | None = None
     position_sd: float | None = None
+    name: Name = field(init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:  # what it takes is more than what it holds
 
@@ -133,12 +136,10 @@ class Sighting:
 
     def __post_init__(self) -> None:
         """Raise ValueError for what is no name, relation, confidence, id, embedding or position."""
-        read_words("description", self.description)
-        if self.owner is not None:
-            owner = read_words("owner", self.owner)
-            if not read_words("description", self.description).startswith(f"{owner}'s "):
-                named = f"{self.owner}'s {self.description}"
-                object.__setattr__(self, "description", named)
+        words = read_words("description", self.description)
+        if self.owner is not None and not words.startswith(f"{read_words('owner', self.owner)}'s "):
+            object.__setattr__(self, "description", f"{self.owner}'s {self.description}")
+        object.__setattr__(self, "name", Name.read(self.description))
         object.__setattr__(self, "relation", read_relation(self.relation))
         if not isinstance(self.confidence, Real) or not 0 <= self.confidence <= 1:
             raise ValueError(
@@ -199,12 +200,22 @@ class SeenAt:
 
 def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:
     """Return what a look showed at a place; anything but sightings raises TypeError."""
-    hint = "Write [Sighting('milk', relation='in')], and [] where nothing was detected."
-    return tuple(read_all("seen", seen, Sighting, hint, f" at {place}"))
+    wrong: Any = seen
+    if isinstance(seen, Iterable):
+        read = tuple(seen)
+        for wrong in read:
+            if not isinstance(wrong, Sighting):
+                break
+        else:
+            return read
+    raise TypeError(
+        f"seen must hold Sighting objects, got {shorten(wrong)} at {place}. Write "
+        "[Sighting('milk', relation='in')], and [] where nothing was detected."
+    )
 
 
-def read_hidden(hidden: Iterable[str], place: str) -> tuple[str, ...]:
-    """Return the descriptions of what a look at a place had out of view.
+def read_hidden(hidden: Iterable[str], place: str) -> tuple[Name, ...]:
+    """Return the names of what a look at a place had out of view.
 
     What is no list raises TypeError, what is no name ValueError.
     """
@@ -213,10 +224,10 @@ def read_hidden(hidden: Iterable[str], place: str) -> tuple[str, ...]:
             f"hidden must be a list of descriptions, got {shorten(hidden)} at {place}. Write [] "
             "where nothing was."
         )
-    names = tuple(hidden)
-    for name in names:
-        read_words("description of what is hidden", name)
-    return names
+    names = []
+    for name in hidden:
+        names.append(Name.read(name, "description of what is hidden"))
+    return tuple(names)
 
 
 def read_coverage(coverage: Any, place: str) -> Coverage:

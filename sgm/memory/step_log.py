@@ -1,21 +1,19 @@
-"""The looks of the present time step, the memory before them, and whether they are frames."""
+"""The looks of the present time step, the memory before them, and whether they can be looks."""
 
 from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
-
-import numpy as np
 
 from sgm.memory.clock import Clock
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import Coverage, Sighting, parse_coverage, split_coverage
 from sgm.messages import shorten
-from sgm.names.words import read_name, read_words
+from sgm.names.name import Name
 
 MOST_LOOKS = 10  # at one place in one time step; a search has three to five
 _MOST_IN_A_ROW = 100  # looks at one place that show the same, step after step
@@ -34,18 +32,18 @@ class StepLook:
         furniture: its id.
         seen: what was detected there.
         coverage: share of it that was in view, or of "in" and "onTop".
-        hidden: descriptions of what was not seen because its spot was out of view.
+        hidden: names of what was not seen because its spot was out of view.
     """
 
     furniture: int
     seen: tuple[Sighting, ...]
     coverage: Coverage = 1.0
-    hidden: tuple[str, ...] = ()
+    hidden: tuple[Name, ...] = ()
 
     def to_json(self) -> list[Any]:
         """Return JSON values, from which `from_json` makes the same look."""
         look = [self.furniture, self.coverage, [sighting.to_row() for sighting in self.seen]]
-        return [*look, list(self.hidden)] if self.hidden else look
+        return [*look, [name.text for name in self.hidden]] if self.hidden else look
 
     @classmethod
     def from_json(cls, data: Any) -> StepLook:
@@ -54,10 +52,9 @@ class StepLook:
         coverage = parse_coverage(share)
         if not isinstance(furniture, int) or not 0 < max(split_coverage(coverage)) <= 1:
             raise ValueError(f"look at {shorten(furniture)} with coverage {shorten(share)}")
-        (names,) = hidden or [()]
-        for name in names:
-            read_words("description", name)
-        return cls(furniture, tuple(Sighting(*one) for one in seen), coverage, tuple(names))
+        (texts,) = hidden or [()]
+        names = tuple(Name.read(text) for text in texts)
+        return cls(furniture, tuple(Sighting(*one) for one in seen), coverage, names)
 
 
 @dataclass(slots=True)
@@ -70,6 +67,7 @@ class StepLog:
         before: the memory before the first of them; None without any.
         looks: in order.
         of_place: numbers of the looks at each furniture id.
+        num_looks: how many these were, each by its coverage, by furniture id.
         coverage: sum of their shares that were in view, by furniture id; of use as long as all
             looks were at whole places, and none had something hidden (`is_plain`).
         counts: things seen, by object row and furniture id.
@@ -84,6 +82,7 @@ class StepLog:
     before: MemoryBatch | None = None
     looks: list[StepLook] = field(default_factory=list)
     of_place: dict[int, list[int]] = field(default_factory=dict)
+    num_looks: dict[int, float] = field(default_factory=dict)
     coverage: dict[int, float] = field(default_factory=dict)
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
     num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
@@ -95,11 +94,14 @@ class StepLog:
 
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""
-        if isinstance(look.coverage, tuple):
+        coverage, num_before = look.coverage, self.num_looks.get(look.furniture, 0.0)
+        if isinstance(coverage, tuple):
             self.looks_by_relation = True
+            self.num_looks[look.furniture] = num_before + sum(coverage) / 2
         else:
+            self.num_looks[look.furniture] = num_before + coverage
             before = self.coverage.get(look.furniture, 0.0)
-            self.coverage[look.furniture] = before + look.coverage
+            self.coverage[look.furniture] = before + coverage
         self.is_plain &= not look.hidden and not self.looks_by_relation
         self.of_place.setdefault(look.furniture, []).append(len(self.looks))
         self.looks.append(look)
@@ -108,11 +110,6 @@ class StepLog:
             here[look.furniture] = max(here.get(look.furniture, 0), count)
             self.num_until_seen.setdefault(row, {})[look.furniture] = len(self.looks)
 
-    def count_looks(self, furniture: int) -> float:
-        """Return how many looks there were at a furniture node, each by its coverage."""
-        looks = (self.looks[number] for number in self.of_place.get(furniture, ()))
-        return sum((sum(split_coverage(look.coverage)) / 2 for look in looks), 0.0)
-
     def shows_nothing_new(self, look: StepLook) -> bool:
         """Tell whether earlier looks there showed all that a look shows, and as surely."""
         known: Counter[tuple[tuple[str, ...], bool]] = Counter()
@@ -120,85 +117,71 @@ class StepLog:
             known |= _count_seen(self.looks[number])
         return _count_seen(look) <= known
 
-    def sum_negative(
-        self, row: int, words: str, share: np.ndarray | None, position: Mapping[int, int]
-    ) -> dict[int, float]:
-        """Return the coverage of the looks that did not show an object, by furniture id.
-
-        Where it was seen in this step, surely or not, these are the looks since. `share` is how
-        likely it is "in" and "onTop" of the furniture that it is at, (F, 2) by `position`; None
-        where no look was `looks_by_relation`.
-        """
-        found, name = self.num_until_seen.get(row, {}), read_name(words)
-        negative: dict[int, float] = {}
-        places: Iterable[int] = self.of_place
-        if self.is_plain:  # most things miss all looks
-            negative = {place: own for place, own in self.coverage.items() if place not in found}
-            places = found
-        for furniture in places:
-            first = found.get(furniture, 0)
-            for number in self.of_place[furniture]:
-                look = self.looks[number]
-                if number < first or (look.hidden and name in map(read_name, look.hidden)):
-                    continue
-                coverage = look.coverage
-                if isinstance(coverage, tuple):
-                    assert share is not None
-                    inside, on_top = share[position[furniture]].tolist()
-                    coverage = inside * coverage[0] + on_top * coverage[1]
-                negative[furniture] = negative.get(furniture, 0.0) + coverage
-        return negative
-
 
 def _count_seen(look: StepLook) -> Counter[tuple[tuple[str, ...], bool]]:
     """Count what a look shows by name, sure sightings and others apart."""
-    return Counter(
-        (read_name(sighting.description), sighting.confidence >= SURE) for sighting in look.seen
-    )
+    return Counter((sighting.name.key, sighting.confidence >= SURE) for sighting in look.seen)
 
 
 class LookPerFrameWarning(UserWarning):
     """A memory gets every frame of a camera as if it were a look."""
 
 
-class FrameWatch:
-    """Watches the looks of a memory, and warns once if they seem to be frames of a video."""
+class LookWatch:
+    """Watches the looks of a memory, and warns once of frames of a video, and once of scores.
+
+    Attributes:
+        warns_of_scores: whether it has yet to warn of confidences that are no probabilities.
+    """
 
     def __init__(self) -> None:
-        self._is_told = False
+        self.warns_of_scores = True
+        self._warns_of_frames = True
         self._furniture: int | None = None
-        self._names: frozenset[tuple[str, ...]] = frozenset()
+        self._names: set[tuple[str, ...]] = set()
         self._num_alike = 0
 
     def note(
-        self,
-        furniture: int,
-        place: str,
-        seen: Sequence[Sighting],
-        num_in_step: float,
-        clock: Clock | None,
+        self, look: StepLook, place: str, num_in_step: float, clock: Clock | None, has_scores: bool
     ) -> None:
-        """Take note of a look at a place, after looks there in this step, each by its coverage."""
-        names = frozenset(read_name(sighting.description) for sighting in seen)
+        """Take note of a look at a place, after looks there in this step, each by its coverage.
+
+        `has_scores` says that its confidences are scores, of which the memory knows what they mean.
+        """
+        names, num_doubted = set(), 0
+        for sighting in look.seen:
+            names.add(sighting.name.key)
+            num_doubted += 0 < sighting.confidence < SURE
         both, any_of_them = len(names & self._names), len(names | self._names)
-        is_alike = furniture == self._furniture and both >= _ALIKE * any_of_them
+        is_alike = look.furniture == self._furniture and both >= _ALIKE * any_of_them
         self._num_alike = self._num_alike + 1 if is_alike else 1
-        self._furniture, self._names = furniture, names
-        if self._is_told:
-            return
+        self._furniture, self._names = look.furniture, names
+        if self._warns_of_frames:
+            self._watch_frames(place, num_in_step, clock)
+        if self.warns_of_scores and not has_scores and 2 * num_doubted > len(look.seen):
+            self.warns_of_scores = False
+            warnings.warn(
+                f"{num_doubted} of {len(look.seen)} confidences of a look are below {SURE}, so "
+                "that these count as not seen: a confidence is the probability that a sighting is "
+                "right. If they are scores of a detector, give SceneGraphMemory(score_calibration="
+                "ScoreCalibration.open_vocabulary()), or one that was fitted.",
+                stacklevel=3,
+            )
+
+    def _watch_frames(self, place: str, num_in_step: float, clock: Clock | None) -> None:
         is_slow = clock is not None and clock.step_seconds >= _LONG_STEP
         if num_in_step >= MOST_LOOKS:
-            self._warn(
+            message = (
                 f"looks must be few in a time step, got more than {MOST_LOOKS} at {place}: further "
                 "ones of a step count if they show something new."
             )
         elif self._num_alike > _MOST_IN_A_ROW and not is_slow:
             lasting = "" if clock is None else f" of {clock.step_seconds:g} s"
-            self._warn(
+            message = (
                 f"looks must lie some time apart, got more than {_MOST_IN_A_ROW} in a row{lasting} "
                 f"at {place} that show the same: if they are frames, each counts as a look."
             )
-
-    def _warn(self, message: str) -> None:
-        self._is_told = True
+        else:
+            return
+        self._warns_of_frames = False
         warnings.warn(f"{message} {_WHAT_TO_DO}", LookPerFrameWarning, stacklevel=4)

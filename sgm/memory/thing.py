@@ -9,7 +9,8 @@ from typing import Any
 
 from sgm.memory.sighting import RELATIONS, read_embedding, read_id
 from sgm.messages import shorten
-from sgm.names.words import read_name, read_words
+from sgm.names.name import Name
+from sgm.names.words import read_words
 
 ROBOT = "robot"  # who says what the robot itself did
 # How far a statement is believed where its confidence is not given: people err and mix things up,
@@ -157,13 +158,13 @@ class ThingRows:
         """List things, one after the other."""
         self._things: list[Thing] = []
         self._descriptions: tuple[str, ...] = ()
-        # By `read_name` of the description, a tuple, or by id, a text.
+        # By `Name.key` of the description, a tuple, or by id, a text.
         self._rows: dict[tuple[str, ...] | str, int] = {}
         self._rows_with_id: dict[tuple[str, ...], list[int]] = {}
-        self._names: dict[tuple[str, ...], str] = {}  # each as first written
-        self._rows_as_written: dict[str, int] = {}
+        self._texts: dict[tuple[str, ...], str] = {}  # of each name, as first written
+        self._read: dict[str, Name] = {}  # what was read of these
         for thing in things:
-            self._things[self.add(thing.description, thing.id)] = thing
+            self._things[self.add(Name.read(thing.description), thing.id)] = thing
 
     def __len__(self) -> int:
         return len(self._things)
@@ -189,39 +190,42 @@ class ThingRows:
     @property
     def names(self) -> tuple[str, ...]:
         """What the things are called, each name once."""
-        return tuple(self._names.values())
+        return tuple(self._texts.values())
 
-    def add(self, description: str, id: str = "") -> int:
+    def add(self, name: Name, id: str = "") -> int:
         """Return the row of a thing by its id or, without one, its name, adding it if it is new."""
-        known = self._rows.get(id) if id else self._rows_as_written.get(description)
-        if known is not None:  # most things are called the same every time
-            return known
-        name = read_name(description)
-        row = self._rows.setdefault(id or name, len(self))
-        if row == len(self):
-            self._things.append(Thing(description, id))
-            self._names.setdefault(name, description)
+        row = self._rows.setdefault(id or name.key, len(self._things))
+        if row == len(self._things):
+            self._things.append(Thing(name.text, id))
+            if name.key not in self._texts:
+                self._texts[name.key], self._read[name.text] = name.text, name
             if id:
-                self._rows_with_id.setdefault(name, []).append(row)
-        if not id:
-            self._rows_as_written[description] = row
+                self._rows_with_id.setdefault(name.key, []).append(row)
         return row
 
-    def get_row(self, description: str, id: str = "") -> int:
+    def get_row(self, name: Name, id: str = "") -> int:
         """Return the row of a thing by its id or, without one, its name; -1 for none."""
-        return self._rows.get(id or read_name(description), -1)
+        return self._rows.get(id or name.key, -1)
 
     def has_id(self, name: str) -> bool:
         """Whether a name is the id of a thing."""
         return name in self._rows
 
-    def find_rows(self, name: str) -> list[int]:
+    def read(self, text: str) -> Name:
+        """Return a name; what things are called was read when they were added."""
+        return self._read.get(text) or Name.read(text)
+
+    def find_rows(self, name: str | Name) -> list[int]:
         """Return the rows of all things of a name, or of the one of that id."""
-        by_id = self._rows.get(name, -1)
+        text = name if isinstance(name, str) else name.text
+        by_id = self._rows.get(text, -1)
         if by_id >= 0:
             return [by_id]
-        own = self.get_row(name)
-        return ([own] if own >= 0 else []) + self._rows_with_id.get(read_name(name), [])
+        if isinstance(name, str):
+            name = self._read.get(name) or Name.read(name)
+        key = name.key
+        row = self._rows.get(key, -1)
+        return ([row] if row >= 0 else []) + self._rows_with_id.get(key, [])
 
     def list_words(self, rows: Iterable[int]) -> Iterator[str]:
         """List the words of the descriptions of things, and of their ids."""

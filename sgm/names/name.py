@@ -14,7 +14,11 @@ class Name:
     """What is called something.
 
     Attributes:
+        text: as it was written.
         words: as `read_words` gives them.
+        key: what tells one thing of a memory from another: the words without articles, in any order
+            but for the last one of each part, which says what it is: a "table lamp" is no "lamp
+            table". A plural is another thing: a detector that says "plates" means a stack of them.
         base: words without a counter or hash at the end.
         instance: that counter or hash, "2" of "mug_002"; empty without one.
         ordered: words of the base in the order by which names are the same, each as singular and in
@@ -22,7 +26,9 @@ class Name:
         joined: the same words as they stand, written together.
     """
 
+    text: str
     words: str
+    key: tuple[str, ...]
     base: str
     instance: str
     ordered: tuple[str, ...]
@@ -54,7 +60,7 @@ class Name:
 @lru_cache(maxsize=MOST_NAMES)
 def _read(words: str, text: str) -> Name:
     base, instance = split_instance(text)
-    return Name(words, base, instance, *_order(base))
+    return Name(text, words, order_words(list_plain(words)), base, instance, *_order(base))
 
 
 @lru_cache(maxsize=MOST_NAMES)

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from sgm.memory.asking import sum_negative
 from sgm.memory.sighting import Sighting
 from sgm.memory.step_log import StepLog, StepLook
+from sgm.names.name import Name
 
 
 def test_sums_are_those_of_all_looks_one_by_one():
@@ -15,7 +17,7 @@ def test_sums_are_those_of_all_looks_one_by_one():
             place = int(rng.choice([7, 8, 9]))
             both = tuple(rng.random(2).tolist())
             coverage = both if rng.random() < 0.2 and not is_plain else float(rng.random())
-            hidden = ("mug",) if rng.random() < 0.2 and not is_plain else ()
+            hidden = (Name.read("mug"),) if rng.random() < 0.2 and not is_plain else ()
             seen = {5: 1} if rng.random() < 0.2 else {}
             step.add(StepLook(place, (Sighting("mug"),) * len(seen), coverage, hidden), seen)
             if seen:
@@ -31,7 +33,8 @@ def test_sums_are_those_of_all_looks_one_by_one():
                 if isinstance(one, tuple):
                     one = float(share[position[look.furniture]] @ one)
                 expected[look.furniture] = expected.get(look.furniture, 0.0) + one
-            found = step.sum_negative(row, "mug", share, position)
+            found = sum_negative(step, row, Name.read("mug"), share, position)
             assert found.keys() == expected.keys()
             np.testing.assert_allclose([found[own] for own in expected], [*expected.values()])
-            np.testing.assert_allclose([*map(step.count_looks, position)], [*counted.values()])
+            num_looks = [step.num_looks.get(place, 0.0) for place in position]
+            np.testing.assert_allclose(num_looks, [*counted.values()])
