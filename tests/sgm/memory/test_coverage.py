@@ -206,7 +206,7 @@ def test_a_batch_of_homes_counts_each_as_alone(make_tiny_memory):
             (homes[edges["home"][row]], edges["object"][row] // len(shares)): (
                 edges["missed"][row].item(), edges["is_true"][row].item()
             )
-            for row in range(len(edges))
+            for row in range(edges.num_rows)
         }  # fmt: skip
 
     alone = {}

@@ -184,7 +184,7 @@ def test_is_saved_and_goes_on(lived_in, tmp_path):
     mine, theirs = lived_in.batch.history.to_json(), copy.batch.history.to_json()
     assert json.dumps(mine) == json.dumps(theirs)
     for table in ("objects", "edges"):
-        for name in lived_in.batch.objects.names if table == "objects" else EDGE_HISTORY:
+        for name in lived_in.batch.objects if table == "objects" else EDGE_HISTORY:
             column = getattr(lived_in.batch, table)[name]
             assert column.tolist() == getattr(copy.batch, table)[name].tolist()
 

@@ -34,7 +34,7 @@ def read_edges(memory, *columns):
         (int(keys[edges["object"][i]]), int(edges["furniture"][i]), int(edges["relation"][i])): (
             tuple(edges[column][i].item() for column in columns)
         )
-        for i in range(len(edges))
+        for i in range(edges.num_rows)
     }
 
 
@@ -57,7 +57,7 @@ def test_counters_over_a_sequence_of_looks(make_tiny_memory):
         (7, TABLE, ON): (4, 2, 3, 5, 5, 3, False),
         (7, SHELF, IN): (1, 1, 0, 4, NEVER, 4, True),
     }
-    node = {name: memory.objects[name][0].item() for name in memory.objects.names}
+    node = {name: memory.objects[name][0].item() for name in memory.objects}
     assert node["num_observed"] == 3
     assert node["last_observed"] == 4
     assert (node["num_moved"], node["last_moved"]) == (1, 4)  # table -> shelf, seen at t=4

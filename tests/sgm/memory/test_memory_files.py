@@ -57,7 +57,7 @@ def test_resumes_exactly(walk, tmp_path):
             one.step()
     for table in ("objects", "edges"):
         mine, theirs = getattr(memory.batch, table), getattr(copy.batch, table)
-        for name in mine.names:
+        for name in mine:
             assert mine[name].tobytes() == theirs[name].tobytes(), name
     assert memory.batch.labels == copy.batch.labels
     assert memory.to_dict() == copy.to_dict()

@@ -164,12 +164,12 @@ class MemoryMachine(RuleBasedStateMachine):
             return
         batch = self.memory.batch
         edges, objects = batch.edges, batch.objects
-        assert len(objects) == len(self.memory.descriptions)
+        assert objects.num_rows == len(self.memory.descriptions)
         assert (edges["num_true"] <= edges["num_observed"]).all()
         assert (edges["num_changed"] < np.maximum(edges["num_observed"], 1)).all()
         assert (edges["is_true"] <= (edges["last_true"] == edges["last_observed"])).all()
         assert (edges["furniture"] < len(self.furniture)).all()
-        assert (edges["object"] < len(objects)).all()
+        assert (edges["object"] < objects.num_rows).all()
         assert (objects["num_moved"] <= objects["num_observed"]).all()
         for column in ("last_observed", "last_changed", "last_true"):
             assert (edges[column] <= self.time).all()
