@@ -27,7 +27,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
 
     return (
         measure,
-        f"32 furniture nodes, {num_objects} objects, {len(robot.memory.batch.edges)} edges",
+        f"32 furniture nodes, {num_objects} objects, {robot.memory.batch.edges.num_rows} edges",
     )
 
 

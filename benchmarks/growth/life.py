@@ -58,7 +58,7 @@ def measure_life(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
             path = Path(folder) / "home.sgm"
             robot.save(path)
             yield Point("memory file in MB, by steps of a life", size, path.stat().st_size / 1e6)
-        edges = len(life.rollout.memory.edges)
+        edges = life.rollout.memory.edges.num_rows
         yield Point("edges remembered in number, by steps of a life", size, edges)
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tools.closures import MOST_FILES, list_closure, profile
+from tools.closures import MOST_FILES, MOST_WALKED, list_closure, profile, walk_calls
 
 FORBIDDEN = ("nep.bench", "nep.robot", "sgm.finder", "simulator.trace", "simulator.events", "tools")
 
@@ -29,3 +29,11 @@ def test_a_walk_is_counted_by_hand():
     assert walk.files == ("sgm/checks.py", "sgm/messages.py")
     assert walk.returns >= 1
     assert walk.calls >= 3
+
+
+def test_a_look_and_a_question_cross_no_more_files_than_they_may():
+    walks = walk_calls()
+    for name, (most_files, most_returns) in MOST_WALKED.items():
+        assert len(walks[name].files) <= most_files, (name, walks[name].files)
+        assert walks[name].returns <= most_returns, name
+    assert {"sgm/evidence/question.py"} <= {*walks["rank first"].files} - {*walks["rank"].files}

@@ -95,7 +95,9 @@ def _record(homes: Homes, num_steps: int) -> EventEpisode:
         happened.append(EpisodeQuestions(asked, answer.answers.copy(), memory.objects.num_rows))
 
     def note_change(change: Change) -> None:
-        happened.append(LookEvents(make_events(memory, change), memory.objects.num_rows, memory.time))
+        happened.append(
+            LookEvents(make_events(memory, change), memory.objects.num_rows, memory.time)
+        )
 
     game.on_answer, game.rollout.on_change = note_answer, note_change
     for _ in game.run(num_steps):
