@@ -195,9 +195,7 @@ def _copy_counters(memory: MemoryBatch) -> dict[str, np.ndarray]:
     """Copy all that a memory counts."""
     tables = {"objects": memory.objects, "edges": memory.edges}
     columns = {
-        f"{name} {column}": table[column]
-        for name, table in tables.items()
-        for column in table
+        f"{name} {column}": table[column] for name, table in tables.items() for column in table
     }
     columns["time"] = np.array(memory.time)
     columns["furniture num_observed"] = memory.furniture_num_observed
