@@ -37,13 +37,13 @@ def read_optional(name: str, value: Any, kind: type[Kind], hint: str) -> Kind | 
     return value
 
 
-def read_all(name: str, values: Any, kind: type[Kind], hint: str, where: str = "") -> list[Kind]:
+def read_all(name: str, values: Any, kind: type[Kind], hint: str) -> list[Kind]:
     """Return values of one kind; raises TypeError, which ends with a hint, for any others."""
     read = list(values) if isinstance(values, Iterable) else None
     wrong = [values] if read is None else [one for one in read if not isinstance(one, kind)]
     if read is None or wrong:
         raise TypeError(
-            f"{name} must hold {kind.__name__} objects, got {shorten(wrong[0])}{where}. {hint}"
+            f"{name} must hold {kind.__name__} objects, got {shorten(wrong[0])}. {hint}"
         )
     return read
 
