@@ -63,6 +63,11 @@ class Detection:
             if value is not None:
                 what = f"{field} of {shorten(self.name)}"
                 object.__setattr__(self, field, tuple(read_numbers(what, value, (num,)).tolist()))
+        if self.size is not None and min(self.size) < 0:
+            raise ValueError(
+                f"size of a detection must be 0 or more along each axis, got {shorten(self.size)} "
+                f"for {shorten(self.name)}. Give metres."
+            )
         if self.box is None and self.center is None:
             raise ValueError(
                 f"detection must have a box or a center, got neither for {shorten(self.name)}. "

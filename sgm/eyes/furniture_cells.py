@@ -54,6 +54,15 @@ class FurnitureCells:
         other._sum()
         self._new.append((other._keys, other._counts))
 
+    def move(self, turn: np.ndarray, shift: np.ndarray) -> None:
+        """Turn all cells by a rotation (3, 3) around the origin of the map, and shift them (3,)."""
+        self._sum()
+        total = self._counts[:, :2].sum(axis=1, keepdims=True)
+        counts = self._counts.copy()
+        counts[:, 2:] = self._counts[:, 2:] @ turn.T + total * shift
+        self._keys, self._counts = np.empty(0, dtype=np.int64), np.empty((0, 5))
+        self._new.append((_number_cells(counts[:, 2:] / np.maximum(total, 1)), counts))
+
     def _sum(self) -> None:
         if not self._new:
             return

@@ -14,6 +14,7 @@ from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection
 from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_points import measure_furniture
+from sgm.eyes.moved_furniture import follow_boxes
 from sgm.eyes.sketch import Sketch, compute_overlap, count_beside, get_area
 from sgm.eyes.sketch_matches import REACH, SketchMatches
 from sgm.layout.areas import Areas
@@ -84,7 +85,9 @@ class FurnitureMapper:
     is near; it goes over to furniture that is found there later.
 
     Whether furniture has doors, or an inside, is unknown until `LookBuilder.set_open` is called,
-    or until things are seen inside. Furniture that the memory had before is left as it is.
+    or until things are seen inside. Furniture that the memory had before is left as it is; so is
+    that whose size others have changed since. Where others move it, as `memory.transform` moves
+    all, what was seen of it moves along.
 
     Attributes:
         memory: that gets the furniture.
@@ -120,6 +123,7 @@ class FurnitureMapper:
         self._sketches: list[Sketch] = []
         self._num_sketches = 0  # so far
         self._by_id: dict[int, Sketch] = {}
+        self._drawn: dict[int, Box] = {}  # as this has left them in the memory
         self._spots: set[int] = set()
         self._left: set[int] = set()  # of them, those that furniture has left
         self._counts: Counter[str] = Counter()
@@ -154,6 +158,7 @@ class FurnitureMapper:
             known: furniture of the memory that each of them is of; None for none.
             others: detections of things in the same frame: what they show is not furniture.
         """
+        self._follow()
         if self._doubt is not None:
             self._doubt.extend(one is not None for one in known)
             if sum(self._doubt) < _SURE_AGAIN:
@@ -230,6 +235,7 @@ class FurnitureMapper:
 
     def settle(self) -> bool:
         """Add what is believed to the memory, and draw anew; return whether the map changed."""
+        self._follow()
         for sketch in self._sketches:
             sketch.draw(self._ground)
         self._sketches = [one for one in self._sketches if one.box is not None]
@@ -242,7 +248,14 @@ class FurnitureMapper:
                 has_changed = True
             elif sketch.furniture is not None:
                 has_changed |= self._update(sketch)
+        boxes = self.memory.boxes
+        self._drawn = {number: boxes[number] for number in self._by_id if number in boxes}
         return has_changed
+
+    def _follow(self) -> None:
+        """Take over where furniture was moved by others, as `memory.transform` moves all."""
+        for number in follow_boxes(self._by_id, self._sketches, self._drawn, self.memory.boxes):
+            self._sketches.remove(self._by_id.pop(number))
 
     def _leave_out(self) -> bool:
         """Take furniture from the map that is a part of another one, or not there, any more."""

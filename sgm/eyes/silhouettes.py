@@ -55,6 +55,13 @@ class Silhouettes:
             self._rows = self._rows[::2]
             self._stride *= 2
 
+    def move(self, turn: np.ndarray, shift: np.ndarray) -> None:
+        """Turn the cameras by a rotation (3, 3) around the origin, and shift them (3,)."""
+        self._rows = [
+            (turn @ rotation, turn @ position + shift, lens, seen)
+            for rotation, position, lens, seen in self._rows
+        ]
+
     def compute_overlap(self, box: Box) -> float:
         """Return the mean overlap of a box with what was seen, 0 to 1; 1 where nothing was."""
         if not self._rows:

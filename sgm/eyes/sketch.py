@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -79,6 +79,18 @@ class Sketch:
         self.sum_eye += other.sum_eye
         if self.furniture is None:
             self.furniture = other.furniture
+
+    def move(self, turn: np.ndarray, shift: np.ndarray) -> None:
+        """Turn all that was seen by a rotation (3, 3) around the origin, and shift it (3,)."""
+        self.cells.move(turn, shift)
+        self.silhouettes.move(turn, shift)
+        ends = np.stack([self.low, self.high]) @ turn.T + shift
+        self.low, self.high = ends.min(axis=0), ends.max(axis=0)
+        self.sum_eye = turn @ self.sum_eye + self.num_frames * shift
+        if self.box is not None:
+            center = turn @ self.box.center + shift
+            yaw = self.box.yaw + math.atan2(turn[1, 0], turn[0, 0])
+            self.box = replace(self.box, center=tuple(center.tolist()), yaw=yaw)
 
     def draw(self, ground: float) -> None:
         """Draw the box anew, where frames came since."""

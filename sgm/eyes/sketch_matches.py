@@ -36,6 +36,7 @@ class SketchMatches:
         drawn = [(one, one.box) for one in sketches if one.box is not None]
         self._sketches = [one for one, _ in drawn]
         self._boxes: list[Box] = [box for _, box in drawn]
+        self._names = [tuple(one.names) for one in self._sketches]
         self._center = np.array([box.center for box in self._boxes]).reshape(-1, 3)
         self._half = np.array([box.size for box in self._boxes]).reshape(-1, 3) / 2
         self._yaw = np.array([box.yaw for box in self._boxes])
@@ -82,23 +83,23 @@ class SketchMatches:
         """Tell which sketches may be of a label, (S,)."""
         known = self._is_same.get(label)
         if known is None:
-            known = self._is_same[label] = np.array(
-                [
-                    any(self._labels.are_same(label, name) for name in one.names)
-                    for one in self._sketches
-                ],
-                dtype=bool,
-            )
+            are_same = self._labels.are_same
+            is_same = {
+                names: any(are_same(label, name) for name in names) for names in {*self._names}
+            }
+            known = self._is_same[label] = np.array([is_same[names] for names in self._names], bool)
         return known
 
     def _compute_shares(self, points: np.ndarray, near: np.ndarray, reach: float) -> np.ndarray:
         """Return the share of points (n, 3) that lie within reach of boxes (k,), (k,)."""
-        offset = points - self._center[near][:, None]
+        x, y, z = points.T[:, None] - self._center[near].T[..., None]  # (k, n) each
         cos, sin = np.cos(self._yaw[near])[:, None], np.sin(self._yaw[near])[:, None]
-        ahead = cos * offset[..., 0] + sin * offset[..., 1]
-        left = cos * offset[..., 1] - sin * offset[..., 0]
-        own = np.abs(np.stack([ahead, left, offset[..., 2]], axis=-1)) - self._half[near][:, None]
-        share: np.ndarray = (np.linalg.norm(np.maximum(own, 0), axis=2) <= reach).mean(axis=1)
+        beyond = np.zeros(x.shape)  # squared
+        for along, half in zip(
+            (cos * x + sin * y, cos * y - sin * x, z), self._half[near].T, strict=True
+        ):
+            beyond += np.maximum(np.abs(along) - half[:, None], 0) ** 2
+        share: np.ndarray = (beyond <= reach**2).mean(axis=1)
         return share
 
     def _order(

@@ -36,6 +36,7 @@ class Track:
         sd: mean of the standard deviations of its middle by the pose, metres.
         names: how often it was called what.
         votes: how often it was assigned to each volume.
+        volume: where it was most often.
         frames: numbers of the frames in which it was seen.
         sum_logit: of the scores.
         num_in_view: frames in which its spot was in view.
@@ -48,7 +49,8 @@ class Track:
     height: float
     sd: float
     names: Counter[str] = field(default_factory=Counter)
-    votes: Counter[int] = field(default_factory=Counter)
+    votes: dict[int, int] = field(default_factory=dict)
+    volume: int = -1
     frames: list[int] = field(default_factory=list)
     sum_logit: float = 0.0
     num_in_view: int = 0
@@ -58,11 +60,6 @@ class Track:
     def name(self) -> str:
         """What it was called most often."""
         return self.names.most_common(1)[0][0]
-
-    @property
-    def volume(self) -> int:
-        """Where it was most often."""
-        return self.votes.most_common(1)[0][0]
 
     def compute_confidence(self) -> float:
         """Return the probability that it is there and called so, from all frames together.
@@ -94,7 +91,8 @@ class Track:
     def add(self, detection: Detection, frame: int, volume: int, at: Measured) -> None:
         """Note one more detection, and take its measurement into the means."""
         self.names[detection.name] += 1
-        self.votes[volume] += 1
+        self.votes[volume] = self.votes.get(volume, 0) + 1
+        self.volume = max(self.votes, key=self.votes.__getitem__)
         self.frames.append(frame)
         score = min(max(detection.score, 1e-9), 1 - 1e-9)
         logit = math.log(score / (1 - score))
@@ -158,7 +156,7 @@ class Tracks:
 
     def take_over(self, track: Track, volume: int) -> None:
         """Take in a thing that was followed elsewhere, and lies in a volume now."""
-        track.votes = Counter({volume: len(track.frames)})
+        track.votes, track.volume = {volume: len(track.frames)}, volume
         self._tracks.append(track)
 
     def take_sure(self, least_confidence: float, least_frames: int, frame: int) -> list[Track]:

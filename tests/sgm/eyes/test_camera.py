@@ -65,6 +65,8 @@ def test_uncertainty_grows_with_distance():
         (lambda: Detection("", 1, (0, 0, 1, 1)), "name of a detection must"),
         (lambda: Detection("mug", 1, (0, np.nan, 1, 1)), "box of 'mug' must be finite"),
         (lambda: Detection("mug", 1, (5, 0, 1, 1)), "box of a detection must be left, top"),
+        (lambda: Detection("mug", 1, (np.nan, 0, 1, 1)), "box of 'mug' must be finite numbers"),
+        (lambda: Detection("mug", center=(0, 0, 0), size=(1, -1, 1)), "size of a detection must"),
         (lambda: Detection("mug", 1, center=(0, 0)), "center of 'mug' must be finite numbers"),
     ],
 )

@@ -146,6 +146,84 @@ def test_a_jump_of_the_pose_moves_nothing():
     assert walk.builder.counts["pose jumped"] < 30
 
 
+@pytest.mark.parametrize(
+    ("angle", "shift"), [(0.0, (3.0, 0.0)), (0.0, (0.3, 0.0)), (2.0, (-1.0, 4.0))]
+)
+def test_a_map_that_is_transformed_goes_on_in_its_new_frame(angle, shift):
+    memory, mapper, walk = make()
+    mug, poses = put_on(TABLE, -0.2, 0.1), look_around(TABLE.center, num=20)
+    walk.see(poses, [("table", TABLE)], [("mug", mug)])
+    walk.tell(memory)
+    (number,) = memory.furniture_ids
+    before, at = memory.boxes[number], memory.last_seen("mug").position
+    memory.transform(angle, shift)
+    walk.builder.set_furniture(memory.layout.furniture)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    around = np.eye(3)
+    around[:2, :2] = turn
+    for pose in poses:
+        found = [detect("table", TABLE, pose), detect("mug", mug, pose)]
+        said = Pose(around @ pose.rotation, around @ pose.position + [*shift, 0])
+        walk.builder.frame(walk.time, said, CAMERA, found, render([FLOOR, TABLE, mug], pose))
+        walk.time += 0.2
+    walk.tell(memory)
+    box = memory.boxes[number]
+    assert memory.furniture_ids == (number,)
+    np.testing.assert_allclose(box.center[:2], turn @ before.center[:2] + shift, atol=0.02)
+    assert math.remainder(box.yaw - before.yaw - angle, math.pi / 2) == pytest.approx(0, abs=0.1)
+    assert box.size == pytest.approx(before.size, abs=0.04)
+    position = memory.last_seen("mug").position
+    np.testing.assert_allclose(position[:2], turn @ at[:2] + shift, atol=0.02)
+    assert "furniture that jumped" not in mapper.counts
+
+
+def test_furniture_that_a_person_has_drawn_anew_is_left_as_it_is():
+    memory, mapper, walk = make()
+    poses = look_around(TABLE.center, num=20)
+    walk.see(poses, [("table", TABLE)])
+    walk.tell(memory)
+    (number,) = memory.furniture_ids
+    own = Box((2.1, 0.0, 0.36), (0.9, 1.4, 0.72))
+    memory.move_furniture(number, box=own)
+    walk.builder.set_furniture(memory.layout.furniture)
+    walk.see(poses, [("table", TABLE)])
+    walk.tell(memory)
+    assert memory.boxes == {number: own}
+    assert not mapper.is_found(number)
+
+
+def test_a_crowd_of_detections_and_frames_out_of_order_are_counted():
+    memory, mapper, walk = make()
+    poses, rng = look_around(TABLE.center, num=6, turn=0.1), np.random.default_rng(0)
+    corner, side = rng.uniform(0, 100, (999, 2)), rng.uniform(0, 40, (999, 2))
+    names = ["Couches", "Стол", "mug"]
+    crowd = [Detection(names[n % 3], 0.9, box=(*a, *(a + b)))
+             for n, (a, b) in enumerate(zip(corner, side, strict=True))]  # fmt: skip
+    walk.see(poses, [("TABLES", TABLE)], also=crowd)
+    assert walk.builder.counts["detections of furniture"] == 6 * (333 + 1)
+    beyond = mapper.counts["detections of furniture beyond what is read"]
+    assert beyond == 6 * (334 - 100)
+    for time in (0.1, 0.3):
+        assert not walk.builder.frame(time, poses[0], CAMERA, crowd)
+    assert walk.builder.counts["time went back"] == 2
+    walk.tell(memory)
+
+
+def test_negative_depth_is_a_hole():
+    memory, _, walk = make()
+    poses = look_around(TABLE.center, num=20)
+    for pose in poses:
+        depth = render([TABLE, FLOOR], pose)
+        depth[::2], depth[:, ::3] = -1.0, -np.inf
+        walk.builder.frame(walk.time, pose, CAMERA, [detect("Tables", TABLE, pose)], depth)
+        walk.time += 0.2
+    walk.tell(memory)
+    ((_, box),) = memory.boxes.items()
+    assert compute_overlap(box, TABLE) > 0.7
+    walk.builder.frame(walk.time + 100, poses[0], CAMERA, (), np.full_like(depth, -3.0))
+    assert list(walk.builder.finish()) == []
+
+
 def test_doors_are_unknown_until_they_are_told():
     memory, _, walk = make()
     walk.see(look_around(SOFA.center, num=20), [("cabinet", SOFA)])
