@@ -25,7 +25,7 @@ from tools.robot_life import LifeGame
 
 _STEPS_PER_DAY = int(DAY_SECONDS / STEP_SECONDS)
 _ASKED = ("days", "play_days", "looks", "questions")
-WITHOUT = " without hours"
+_MINUS = "adaptive"  # who is compared with the others
 
 _ABOUT = """\
 `{command}`.
@@ -45,7 +45,8 @@ Of the things that go out the tables have:
 independent. *Of all things*: the calibration error where the others count as all things of the home
 that stay in it. A finder that does not know what goes out is too low for these things, and right
 over all. Of the others: *elsewhere* and the NLL of where they are.
-All but the calibration errors are means over homes.
+All but the calibration errors are means over homes. Differences are paired over homes, with 95 %
+intervals. The smallest true difference that would be found with 80 % power is *d*.
 
 No constant of `sgm.evidence.elsewhere` was chosen in these homes."""
 
@@ -142,7 +143,7 @@ class Elsewhere(TableSuite[ElsewhereGame]):
         for kind in dict.fromkeys(kinds.values()):
             scores = {name: report.scores[name] for name, own in kinds.items() if own == kind}
             heading = f"## {titles[kind][:1].upper()}{titles[kind][1:]}"
-            parts += [heading, make_tables(scores, WITHOUT)]
+            parts += [heading, make_tables(scores, _MINUS)]
         return [*parts, describe_made(report.cache, report.shown, report.networks)]
 
 

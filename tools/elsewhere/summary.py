@@ -91,14 +91,14 @@ def compute_chance_error(bins: Sequence[Any]) -> float:
     return float(deviation.sum() / number.sum()) if number.any() else float("nan")
 
 
-def make_tables(scores: Mapping[str, Mapping[str, Summary]], without: str) -> str:
+def make_tables(scores: Mapping[str, Mapping[str, Summary]], minus: str) -> str:
     """Return two Markdown tables of the homes of a kind.
 
     The first has the means over homes, the second what hours change.
 
     Args:
         scores: by home and player; the same players in each.
-        without: how names of players end that do not read hours.
+        minus: the player that all others are compared with.
     """
     players = list(next(iter(scores.values())))
     num_questions = sum(own[players[0]]["num_questions"] for own in scores.values())
@@ -120,12 +120,12 @@ def make_tables(scores: Mapping[str, Mapping[str, Summary]], without: str) -> st
     header = ["who", *titles[:5], "calibration error", "by chance", "of all things", *titles[5:]]
     compared = []
     for who in players:
-        if f"{who}{without}" in players:
+        if who != minus:
             cells = []
             for name in _COMPARED:
-                change = _gather(scores, who, name) - _gather(scores, f"{who}{without}", name)
+                change = _gather(scores, who, name) - _gather(scores, minus, name)
                 cells.append(_format(change[~np.isnan(change)]))
-            compared.append([who, f"{who}{without}", *cells])
+            compared.append([who, minus, *cells])
     how = "bootstrap" if len(scores) >= FEWEST_RESAMPLED else "t intervals"
     about = (
         f"{len(scores)} homes ({how}), {num_questions} questions about things that go out; at "

@@ -82,11 +82,13 @@ def test_a_home_without_such_questions_is_left_out_of_means():
     assert np.array(nothing["bins"]).shape == (3, NUM_BINS)
     own = summarise(make_answers([0.8, 0.1], [0.8, 0.9], [1, 0], [1, 0]))
     scores = {
-        "a": {"rule": own, "rule before": own},
-        "b": {"rule": nothing, "rule before": nothing},
+        "a": {"rule": own, "network": own},
+        "b": {"rule": nothing, "network": nothing},
     }
-    tables = make_tables(scores, " before")
+    tables = make_tables(scores, "rule")
     assert "| rule | 0.80 | n/a |" in tables
+    assert tables.count("| network | rule | ") == 1
+    assert "| rule | network | " not in tables
     assert "nan" not in tables
 
 
