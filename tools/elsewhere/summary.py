@@ -94,7 +94,7 @@ def compute_chance_error(bins: Sequence[Any]) -> float:
 def make_tables(scores: Mapping[str, Mapping[str, Summary]], minus: str) -> str:
     """Return two Markdown tables of the homes of a kind.
 
-    The first has the means over homes, the second what hours change.
+    The first has the means over homes, the second differences from one player.
 
     Args:
         scores: by home and player; the same players in each.
