@@ -20,6 +20,7 @@ from sgm.memory.sighting import RELATIONS, Sighting, read_coverage, split_covera
 from sgm.messages import shorten
 from sgm.names.words import read_name
 
+_HOLDS_IT = ("what it holds", "part of the name")  # where to look, and not what to find
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
 
 
@@ -174,7 +175,9 @@ class ObjectSearch:
     def found(self) -> None:
         """Say that it was found at the place that `next` gave; nothing is said of other things."""
         look = self._get_going()
-        (name, *_) = self._list_meant()
+        resolution = self._finder.resolve(self.memory, self.description)
+        is_it = bool(resolution.matches) and resolution.how not in _HOLDS_IT
+        name = resolution.matches[0] if is_it else self.description
         self.memory.observe(
             look.place.furniture, [Sighting(name, look.place.relation)], coverage=_GLANCE
         )
@@ -211,17 +214,22 @@ class ObjectSearch:
             Whether what is looked for was among it.
         """
         look = self._get_going()
-        others = {read_name(name) for name in self.memory.descriptions}
-        others -= {read_name(name) for name in self._list_meant()}
+        before = self._finder.resolve(self.memory, self.description)
+        meant = {read_name(name) for name in before.matches or (self.description,)}
+        others = {read_name(name) for name in self.memory.descriptions} - meant
+        if before.how in _HOLDS_IT:
+            meant = {read_name(self.description)}
         self.memory.observe(look.place.furniture, sightings, coverage, hidden, viewpoint)
         names = [sighting.description for sighting in sightings]
-        meant = {read_name(name) for name in self._list_meant()}
         # The detector may call it otherwise than before: "mug" for the "large red mug". A name
         # that was known of another thing is of that thing.
         new = [name for name in names if read_name(name) not in others]
-        resolution = self._finder.resolve_among(self.memory, self.description, new)
-        if resolution.is_sure:
-            meant |= {read_name(name) for name in resolution.matches}
+        for resolution in (
+            self._finder.resolve(self.memory, self.description),
+            self._finder.resolve_among(self.memory, self.description, new),
+        ):
+            if resolution.is_sure:
+                meant |= {read_name(name) for name in resolution.matches}
         is_found = any(
             read_name(one.description) in meant or one.id == self.description for one in sightings
         )

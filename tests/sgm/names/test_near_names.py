@@ -177,6 +177,43 @@ def test_a_doubtful_sighting_is_offered(make_service):
 
 @pytest.mark.parametrize(
     ("seen", "asked"),
+    [("bread box", "bread"), ("pill box", "pills"), ("jam jar", "jam"), ("zorb charger", "zorb")],
+)
+@pytest.mark.parametrize("is_known", [False, True])
+def test_what_holds_it_ends_no_search(make_service, seen, asked, is_known):
+    service = make_service(*([seen] if is_known else ["spanner"]))
+    search = service.finder.search(service.memory, asked)
+    search.next()
+    assert not search.seen([Sighting(seen)])
+    assert search.offered == (seen,)
+    search.next()
+    assert search.seen([Sighting(asked)])
+
+
+def test_what_was_found_is_not_what_holds_it(make_service):
+    memory = make_service("bread box").memory
+    before = [str(row) for row in memory.history("bread box")]
+    search = Finder(Bayesian()).search(memory, "bread")
+    search.next()
+    search.found()
+    assert [str(row) for row in memory.history("bread box")] == before
+    assert "bread" in memory.descriptions
+
+
+@pytest.mark.parametrize(
+    ("seen", "asked"),
+    [("front door key", "back door key"), ("upper bunk sheet", "lower bunk sheet"),
+     ("rear bike light", "front bike light"), ("inner tyre tube", "outer tyre tube")],
+)  # fmt: skip
+def test_what_picks_one_of_several_ends_no_search_for_another(make_service, seen, asked):
+    service = make_service("spanner")
+    search = service.finder.search(service.memory, asked)
+    search.next()
+    assert not search.seen([Sighting(seen)])
+
+
+@pytest.mark.parametrize(
+    ("seen", "asked"),
     [("tan leather glove", "glove"), ("anna's helmet", "helmet"), ("kitchen stool", "stool"),
      ("muddy boot", "boot"), ("left slipper", "slipper"), ("old striped scarf", "scarf")],
 )  # fmt: skip
