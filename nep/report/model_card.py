@@ -155,7 +155,7 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
 def _describe_measured(name: str, measured: Mapping[str, Any], kinds: str) -> str:
     """Write the sections on scores and probabilities."""
     source = measured.get("source", {})
-    is_recorded, is_mixed = source.get("source") == "recorded", source.get("homes") == "mixed"
+    is_recorded, is_mixed = source.get("source") == "recorded", source.get("homes") in _DRAWN
     first_guesses, looks = (measured["scores"][task] for task in SCORED_TASKS)
     scores = join_table(
         ["policy", "right first guesses", "std over homes", "looks until found", "std over homes"],
@@ -189,8 +189,7 @@ def _describe_measured(name: str, measured: Mapping[str, Any], kinds: str) -> st
         ],
     )
     return _MEASURED.format(
-        question="Share of right first guesses"
-        + ("" if is_recorded or is_mixed else " among 32 places"),
+        question="Share of right first guesses" + _tell_places(source),
         kind="recorded" if is_recorded else "simulated",
         homes=measured["homes"],
         steps=measured["steps"],
@@ -202,6 +201,14 @@ def _describe_measured(name: str, measured: Mapping[str, Any], kinds: str) -> st
         calibrated=calibrated,
         elsewhere_share=ELSEWHERE,
     )
+
+
+def _tell_places(source: Mapping[str, Any]) -> str:
+    """Say among how many places was guessed, where all homes have as many."""
+    if source.get("source") != "sampled":
+        return ""
+    home = source["home"]
+    return f" among {len(home['rooms']) * home['furniture_per_room']} places"
 
 
 def _describe_versions(versions: Mapping[str, str]) -> str:

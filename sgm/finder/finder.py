@@ -24,7 +24,7 @@ from sgm.names.name_matching import Resolution, Similarity
 from sgm.policies.policy import Policy
 from sgm.text.vectors import TextVectors
 
-_MOST_ROWS = 16_000  # things times places that a policy is asked for at once: 50 MB
+_MOST_PAIRS = 16_000  # of a thing and a place that a policy is asked for at once: 50 MB
 _USUAL_DETECTOR = Detector()
 _DETECTOR_HINT = "Give for example Detector(miss_rate=0.1)."
 
@@ -259,7 +259,7 @@ class Finder:
         batch, queries = asked.batch, asked.queries
         self._policy.reset(batch)
         num_things = len(queries.object)
-        most = max(_MOST_ROWS // batch.num_furniture, 1)
+        most = max(_MOST_PAIRS // batch.num_furniture, 1)
         if num_things <= most or not self._policy.answers_apart:
             return self._policy.believe(batch, queries)
         parts = np.split(np.arange(num_things), range(most, num_things, most))

@@ -13,7 +13,7 @@ from sgm.memory.asking import Asked
 from sgm.memory.queries import Queries
 
 MOST_TOGETHER = 16  # things in one pass: twice the time of one in a home
-_MOST_ROWS = 2_000  # things times places in one pass: then each thing takes its own time
+_MOST_PAIRS = 2_000  # of a thing and a place in one pass: with more, each thing takes its own time
 _MOST_BELIEFS = 2000  # that are kept of a state
 _MOST_LATELY = 500  # things of a home, or asked for, among which is chosen what comes along
 
@@ -98,7 +98,7 @@ class JudgedBeliefs:
             )
 
         known = max(sum(map(len, self._beliefs)), self._least_together)
-        together = min(MOST_TOGETHER, _MOST_ROWS // len(asked.furniture_ids))
+        together = min(MOST_TOGETHER, _MOST_PAIRS // len(asked.furniture_ids))
         most = min(known, together - len(things))
         more, num_more = dict[_Things, None](), 0
         for own in chain(reversed(self._lately), _list_seen(asked)):

@@ -27,9 +27,11 @@ class ThingChange:
         thing: its description.
         id: its id; empty if it has none.
         from_place: furniture id where it was; None for what is new, or where that was removed.
-        to_place: furniture id where it is; None for what is gone or carried.
+        to_place: furniture id where it is now, of what is new, too; None for what is gone or
+            carried.
         after: time step of the last look that still showed it as before, or, of what is new, of
-            the last one at its place that did not show it; None if there was none.
+            the last one at its place that did not show it; None if there was none, or if what is
+            new has been moved since: where it came to first is not kept.
         time: time step of the look, or of what was said, that shows the change.
         probability: how sure that is: the confidence of the sighting or statement. Of what is gone,
             by Bayes' rule, with the rates of moves and of misses that the memory has counted.
@@ -151,7 +153,9 @@ def _list_changes(
         here = there[0] if there else 0
         by = said[first].by if first in said else ""
         sure = float(edges["confidence"][own[here]])
-        before = _find_look_before(batch, int(edges["furniture"][own[here]]), first)
+        was_moved = int(objects["last_moved"][row]) > first
+        position = int(edges["furniture"][own[here]])
+        before = None if was_moved else _find_look_before(batch, position, first)
         yield ThingChange("new", *name, None, place[here], before, first, sure, by)
     carried = int(objects["carried_since"][row])
     if carried != NEVER:

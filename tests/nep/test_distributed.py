@@ -67,7 +67,7 @@ def fit(python: str, folder: Path, processes: int, *options: str) -> dict:
     ]  # fmt: skip
     environment = os.environ | {"PYTHONPATH": str(REPOSITORY), "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=1200
     )
     assert done.returncode == 0, done.stderr[-3000:]
     run = folder / name / "version_0"

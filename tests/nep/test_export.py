@@ -26,6 +26,9 @@ from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
+from simulator.world.mixture.lived_in_homes import LivedInSource
+from simulator.world.mixture.source import MixtureSource
+from simulator.world.source import SampledSource
 
 pytestmark = pytest.mark.slow
 
@@ -115,6 +118,28 @@ def test_the_card_of_a_network_from_recorded_homes_claims_no_simulated_ones():
     assert "Recorded homes (docs/traces.md): 180 memories of 3 homes x 80 time steps" in card
     for claim in ("No household", "one object in twenty", "had 32 places"):
         assert claim not in card
+
+
+@pytest.mark.parametrize(
+    ("source", "first", "test_homes"),
+    [
+        (SampledSource(), "first guesses among 32 places,", "simulated test homes x"),
+        (
+            SampledSource(home=HomeConfig(furniture_per_room=3)),
+            "first guesses among 12 places,",
+            "simulated test homes x",
+        ),
+        (MixtureSource(), "first guesses,", "test homes of a mixture x"),
+        (LivedInSource(), "first guesses,", "test homes of a mixture x"),
+    ],
+    ids=["paper's", "small", "mixed", "lived in"],
+)
+def test_the_card_says_in_which_homes_was_measured(source, first, test_homes):
+    config = load_config(PRETRAINED / "heat")
+    config["notes"]["measured"] = {**config["notes"]["measured"], "source": source.describe()}
+    card = " ".join(make_card("net", config).split())
+    assert f"Share of right {first}" in card
+    assert test_homes in card
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def test_notebook_runs_with_small_settings(path, tmp_path, monkeypatch, python):
         notebook,
         kernel_name="python3",
         resources={"metadata": {"path": str(work)}},
-        timeout=300,
+        timeout=1200,
     )
     client.execute()
     assert list_complaints(notebook) == []

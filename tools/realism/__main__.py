@@ -146,7 +146,10 @@ def _write(config: RealismConfig, table: str, moves: str) -> str:
             "",
             table,
             "",
-            f"![Every measure: {config.called} (grey: their spread), simulated homes](realism.png)",
+            f"![Every measure: {config.called} and simulated homes](realism.png)",
+            "",
+            f"Dots are {config.called}, grey is their spread. Squares are medians of simulated "
+            "homes; on the line of each lie nine homes of ten.",
             "",
             "## By the minute",
             "",

@@ -99,7 +99,9 @@ def make_move_table(recorded: Mapping[str, Moves], simulated: Mapping[str, Seque
     return join_table(["measure", *recorded, *simulated], rows).rstrip()
 
 
-def _compute_quantiles(homes: Sequence[Moves], name: str) -> tuple[float, float, float]:
+def _compute_quantiles(
+    homes: Sequence[Moves] | Sequence[Behaviour], name: str
+) -> tuple[float, float, float]:
     values = np.array([getattr(home, name) for home in homes], dtype=float)
     values = values[~np.isnan(values)]
     if not len(values):
@@ -141,7 +143,9 @@ def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[RealismCol
 def draw_behaviour(
     recorded: Mapping[str, Behaviour], simulated: Sequence[RealismColumn], called: str
 ) -> Figure:
-    """Draw every measure: a dot per recorded home, and mean and spread of the simulated ones.
+    """Draw every measure: a dot per recorded home, and quantiles of the simulated ones.
+
+    A square is the median over homes; nine homes of ten lie on its line.
 
     Args:
         recorded: by name.
@@ -159,8 +163,8 @@ def draw_behaviour(
             axis.axhspan(min(own), max(own), color="#dddddd")
         axis.plot([0] * len(own), own, "o", color="#404040", markersize=4)
         for place, column in enumerate(simulated, start=1):
-            values = [getattr(home, name) for home in column.homes]
-            axis.errorbar(place, np.mean(values), np.std(values), fmt="s", capsize=3)
+            low, middle, high = _compute_quantiles(column.homes, name)
+            axis.errorbar(place, middle, [[middle - low], [high - middle]], fmt="s", capsize=3)
         labels = [fill(called, 21), *(column.name for column in simulated)]
         axis.set_xticks(range(len(labels)), labels, rotation=35, ha="right", fontsize=6)
         axis.set_title(fill(title, 39), fontsize=7)

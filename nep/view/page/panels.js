@@ -70,7 +70,7 @@ const KINDS = {new: "new", moved: "moved", gone: "gone", picked_up: "picked up"}
 const sayPlaces = change => {
   const from = change.from ?? "a place that was removed", to = change.to ?? "a place that was removed";
   if (change.kind === "moved") return `${from} → ${to}`;
-  if (change.kind === "new") return `on or in ${to}`;
+  if (change.kind === "new") return `now on or in ${to}`;  // where it came to first is not kept
   return `from ${from}`;
 };
 
@@ -85,7 +85,7 @@ const fillChanges = (parent, changes, time, since, current, go) => {
     addText(button, "span", change.thing);
     addText(button, "span", sayExactly(change.probability));
     addText(button, "small", sayPlaces(change));
-    const between = change.after === null ? `seen ${time.say(change.time)}`
+    const between = change.after === null ? `${change.kind === "new" ? "first " : ""}seen ${time.say(change.time)}`
       : `between ${time.say(change.after)} and ${time.say(change.time)}`;
     addText(button, "small", between + (change.by ? `, said by ${change.by}` : ""));
     button.setAttribute("aria-current", String(isSameChange(change, current)));

@@ -168,7 +168,7 @@ def test_many_things_are_judged_a_few_at_a_time(make_home, network, monkeypatch)
     expected = ObjectFinder(network).rank(memory, "teapot")
     finder = ObjectFinder(network)
     passes = count_passes(finder, monkeypatch)
-    monkeypatch.setattr(finders, "_MOST_ROWS", 3 * memory.num_furniture)
+    monkeypatch.setattr(finders, "_MOST_PAIRS", 3 * memory.num_furniture)
     assert finder.rank(memory, "teapot") == expected
     assert len(passes) > 1
     assert max(passes) == 3

@@ -49,6 +49,18 @@ def test_new_moved_and_gone(memory):
     }  # fmt: skip
 
 
+def test_of_what_was_moved_since_it_came_no_look_tells_when_it_came(memory):
+    memory.observe(SHELF, [])
+    memory.step()
+    memory.observe(FRIDGE, [Sighting("milk", "in")])
+    memory.step()
+    memory.observe(SHELF, [Sighting("milk")])
+    memory.observe(FRIDGE, [])
+    new, moved = sorted(memory.changes(5), key=lambda change: change.time)
+    assert tell([new]) == [("new", "milk", None, SHELF, None, 5)]
+    assert tell([moved]) == [("moved", "milk", FRIDGE, SHELF, 5, 6)]
+
+
 def test_how_sure_it_is_that_something_is_gone(memory):
     """Two looks miss the cup: it stayed in six steps with exp(-6 r) and was missed with m^2."""
     memory.step(2)

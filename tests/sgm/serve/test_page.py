@@ -47,7 +47,7 @@ def test_the_lines_of_javascript_run(tmp_path):
             env={**os.environ, "SGM_SERVER": f"http://127.0.0.1:{running.port}"},
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=600,
             check=False,
         )
     assert done.returncode == 0, done.stderr

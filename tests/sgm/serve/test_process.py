@@ -222,4 +222,4 @@ assert set(sys.modules) == before, set(sys.modules) - before
 @pytest.mark.parametrize("finder", ["bayesian", "adaptive", "any_home"])
 def test_nothing_is_left_to_load_for_the_first_questions(finder, tmp_path):
     arguments = [sys.executable, "-c", LOADED, finder, str(tmp_path / "home.sgm")]
-    subprocess.run(arguments, check=True, timeout=120)
+    subprocess.run(arguments, check=True, timeout=600)

@@ -1,5 +1,7 @@
 """Measures of behaviour, worked out by hand, and the report of the command line."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from tools.realism.measures import NOT_THERE, OUT
 from tools.realism.moves import MOVE_MEASURES, measure_moves
 from tools.realism.report import (
     RealismColumn,
+    draw_behaviour,
     list_outside,
     make_move_table,
     make_table,
@@ -100,6 +103,20 @@ def test_a_mean_outside_the_spread_is_marked():
     assert row == "| objects that ever move | 0.667 | 1 | *0 ± 0* |"
     # Without recorded homes nothing is marked: the command ended with "min() arg is an empty ...".
     assert "| objects that ever move | 0 ± 0 |" in make_table({}, [still]).splitlines()
+
+
+def test_the_figure_shows_medians_and_where_nine_homes_of_ten_lie():
+    """Standard deviations went below 0 and above 1."""
+    behaviour = measure_behaviour(AT, HOURS)
+    shares = np.array([0.0, 1.0, *[0.9] * 8])
+    homes = tuple(replace(behaviour, ever_moves=share) for share in shares)
+    figure = draw_behaviour({"a": behaviour}, [RealismColumn("some", homes)], "recorded homes")
+    (axis,) = (one for one in figure.axes if one.get_title() == MEASURES["ever_moves"])
+    (middle, _, (line,)) = axis.containers[0]
+    low, high = line.get_segments()[0][:, 1]
+    assert middle.get_ydata() == [0.9]
+    # Of ten values in order the quantile of 5 % is at 0.45 of the way from the first to the second.
+    np.testing.assert_allclose([low, high], [0.45 * 0.9, 0.9 + 0.55 * 0.1])
 
 
 def test_routines_are_as_regular_as_the_recorded_homes_that_we_know():

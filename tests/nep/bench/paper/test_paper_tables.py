@@ -419,7 +419,7 @@ def test_networks_of_other_homes_are_refused_beside_others(tmp_path):
         Beside.load(tmp_path / "temporal.json")
 
 
-@pytest.mark.parametrize("page", ["table_1", "location_200"])
+@pytest.mark.parametrize("page", [pytest.param("table_1", marks=pytest.mark.slow), "location_200"])
 def test_a_page_that_ships_is_what_its_scores_say(page):
     results = Path(__file__).parents[4] / "results"
     files = make_table_1(*load_table_1(results / f"{page}.json"), page)
