@@ -55,11 +55,24 @@ def _read_code(module: str) -> str:
 
 
 def strip_code(source: str) -> str:
-    """Return the syntax tree of code as text, without docstrings."""
+    """Return the syntax tree of code as text, without docstrings; the same on every Python."""
     tree = ast.parse(source)
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
             if isinstance(body[0].value, ast.Constant):
                 del body[0]
-    return ast.dump(tree)
+        if isinstance(node, ast.JoinedStr):  # 3.12 puts empty text behind a format
+            node.values = [part for part in node.values if getattr(part, "value", None) != ""]
+    return _spell(tree)
+
+
+def _spell(node: object) -> str:
+    """Write a syntax tree without empty fields, of which later Pythons have more (`ast.dump`)."""
+    if isinstance(node, ast.AST):
+        fields = ((name, part) for name, part in ast.iter_fields(node) if part not in (None, []))
+        parts = (f"{name}={_spell(part)}" for name, part in fields)
+        return f"{type(node).__name__}({', '.join(parts)})"
+    if isinstance(node, list):
+        return f"[{', '.join(map(_spell, node))}]"
+    return ascii(node)  # what can be printed is more in later ones

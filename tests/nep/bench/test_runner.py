@@ -78,6 +78,16 @@ def test_of_code_only_what_it_computes_counts():
     assert strip_code(code) != strip_code("def f(x):\n    return -x\n")
 
 
+def test_code_is_spelled_alike_on_every_python():
+    """Written by hand: Pythons differ in empty fields, in f-strings and in what can be printed."""
+    assert strip_code("def f(): return f'{x:{w}}\\u180f'") == (
+        "Module(body=[FunctionDef(name='f', args=arguments(), body=[Return(value=JoinedStr("
+        "values=[FormattedValue(value=Name(id='x', ctx=Load()), conversion=-1, "
+        "format_spec=JoinedStr(values=[FormattedValue(value=Name(id='w', ctx=Load()), "
+        "conversion=-1)])), Constant(value='\\u180f')]))])])"
+    )
+
+
 def test_commands_that_share_a_file_lose_nothing(tmp_path):
     path = tmp_path / "table.json"
     first, second = (ScoreCache.load(path, {"game": 1}, {"net": "abc"}) for _ in range(2))
