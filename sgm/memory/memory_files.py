@@ -19,7 +19,8 @@ from sgm.files import (
     check_version,
     compute_checksum,
     make_read_error,
-    read_json,
+    parse_json,
+    read_file,
     write_whole,
 )
 from sgm.memory.locks import SaveLock
@@ -29,6 +30,7 @@ from sgm.memory.memory_state import MemoryState
 from sgm.messages import shorten
 
 FORMAT = "scene graph memory"
+_END = b"}\n"
 
 
 def save_content(path: str | Path, data: dict[str, Any]) -> None:
@@ -45,10 +47,21 @@ def save_content(path: str | Path, data: dict[str, Any]) -> None:
             f"folder of a memory file must exist, got {shorten(str(path.parent))} for {path}. Make "
             "it."
         )
-    checksum = _compute_checksum(data)
+    write_whole(path, write_file(data))
+
+
+def write_file(data: Any) -> bytes:
+    """Return a memory file: one line of JSON, which names the checksum of what it holds."""
+    body = json.dumps(data, ensure_ascii=False, separators=(",", ":")).encode()
+    return b"".join((_write_head(body), body, _END))
+
+
+def _write_head(body: bytes | memoryview) -> bytes:
+    """Return what a file says of its content, as it is written."""
+    checksum = hashlib.sha256(body).hexdigest()
     head = {"format": FORMAT, "version": VERSION, "checksum": checksum}
-    text = json.dumps({**head, "content": data}, ensure_ascii=False, separators=(",", ":"))
-    write_whole(path, f"{text}\n".encode())
+    text = json.dumps(head, separators=(",", ":"))
+    return f'{text[:-1]},"content":'.encode()
 
 
 def load_content(path: str | Path) -> MemoryContent:
@@ -60,7 +73,8 @@ def load_content(path: str | Path) -> MemoryContent:
             package, or was altered or cut short.
     """
     try:
-        file = read_json(path, allow_nan=True)
+        written = read_file(path)
+        file = parse_json(written, allow_nan=True)
     except OSError as error:
         rule = "memory file must be one that can be read"
         raise make_read_error(error, rule, f"for {path}. Check the path.") from error
@@ -76,7 +90,8 @@ def load_content(path: str | Path) -> MemoryContent:
         )
     check_version("memory file's", file.get("version"), path)
     try:
-        if file.get("checksum") != _compute_checksum(file.get("content")):
+        body = memoryview(written)[_HEAD_BYTES : -len(_END)]
+        if not written.startswith(_write_head(body)) or not written.endswith(_END):
             raise ValueError("another checksum than the one it states")
         return MemoryContent.from_json(file["content"])
     except ValueError as error:
@@ -86,17 +101,15 @@ def load_content(path: str | Path) -> MemoryContent:
         ) from error
 
 
-def _compute_checksum(data: Any) -> str:
-    """Return the checksum of a content and its version."""
-    return hashlib.sha256(json.dumps([VERSION, data], sort_keys=True).encode()).hexdigest()
-
-
 def _compute_file_checksum(path: Path) -> str:
     """Return the checksum of a memory file; "" if there is none."""
     try:
         return compute_checksum(path)
     except OSError:
         return ""
+
+
+_HEAD_BYTES = len(_write_head(b""))  # of any content
 
 
 class MemoryFiles:

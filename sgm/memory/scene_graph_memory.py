@@ -91,22 +91,28 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
             OSError: if the log cannot be written, here or with any later change; a change that
                 could not be written was not made.
         """
-        for name, value, kind in (
-            ("prior", prior, PriorGraph),
-            ("clock", clock, Clock),
-            ("score_calibration", score_calibration, ScoreCalibration),
-        ):
-            read_optional(name, value, kind, "Leave it out for the default.")
+        _check_parts(prior, clock, score_calibration)
+        prior = prior if prior is not None else PriorGraph.household()
+        content = MemoryContent.empty(prior.checksum, clock, read_map_id(map_id))
+        content = replace(content, score_calibration=score_calibration)
+        self._make(content, prior, aliases, encoder)
+        self._start_log(log)
+
+    def _make(
+        self,
+        content: MemoryContent,
+        prior: PriorGraph,
+        aliases: Aliases | None,
+        encoder: Encode | None,
+    ) -> None:
+        """Make all parts, of a memory of that content."""
         self._lock, self._saving, self._naming = RLock(), Lock(), Lock()
         self._save_lock = self._kept_lock = self._log = None
         self._aliases, self._own_encode = aliases, encoder  # for copies
         self._table = AliasTable.household(aliases)
         self._encoder = None if encoder is None else NameEncoder(encoder, self._table)
         self._watch = LookWatch()
-        prior = prior if prior is not None else PriorGraph.household()
-        content = MemoryContent.empty(prior.checksum, clock, read_map_id(map_id))
-        self._begin(replace(content, score_calibration=score_calibration), prior)
-        self._start_log(log)
+        self._begin(content, prior)
 
     @classmethod
     def load(
@@ -158,8 +164,10 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
                 "the map was moved, or start a new memory."
             )
         content.layout.map_id = read_map_id(map_id) or own
-        memory = cls(prior, aliases=aliases, encoder=encoder, score_calibration=score_calibration)
-        memory._begin(content if clock is None else replace(content, clock=clock), prior)
+        _check_parts(prior, clock, score_calibration)
+        memory = cls.__new__(cls)
+        content = content if clock is None else replace(content, clock=clock)
+        memory._make(content, prior, aliases, encoder)
         if score_calibration is not None:
             memory._state.score_calibration = score_calibration
         memory._start_log(log, goes_on=True)
@@ -169,8 +177,8 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
         """Return a memory of the same content that goes its own way; it writes no log."""
         with self._lock:
             content, prior = self._state.get_content_to_save().copy(), self._state.prior
-        memory = type(self)(prior, aliases=self._aliases, encoder=self._own_encode)
-        memory._begin(content, prior)
+        memory = type(self).__new__(type(self))
+        memory._make(content, prior, self._aliases, self._own_encode)
         memory._watch.warns_of_scores = self._watch.warns_of_scores
         return memory
 
@@ -213,3 +221,13 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
         with self._lock:
             self._begin(content.copy(), prior)
             self._start_log(goes_on=True)
+
+
+def _check_parts(prior: object, clock: object, score_calibration: object) -> None:
+    """Raise TypeError for a part of a memory that is something else."""
+    for name, value, kind in (
+        ("prior", prior, PriorGraph),
+        ("clock", clock, Clock),
+        ("score_calibration", score_calibration, ScoreCalibration),
+    ):
+        read_optional(name, value, kind, "Leave it out for the default.")

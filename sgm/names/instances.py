@@ -34,9 +34,11 @@ def split_instance(name: str) -> tuple[str, str]:
     Returns:
         The words, as `normalize` gives them, and the instance; empty where the name has none.
     """
-    text = _SENSE.sub("", normalize(name)).strip()
+    text = normalize(name)
+    if "." in text:
+        text = _SENSE.sub("", text).strip()
     marks: list[str] = []
-    if _LOCATED.match(text):
+    if "|" in text and _LOCATED.match(text):
         text, _, where = text.partition("|")
         text, marks = text.strip(), ["".join(where.split())]
     while (found := _LAST.search(text) or _ON_SIGN.search(text)) and any(

@@ -155,33 +155,30 @@ class NameReader:
         """Read by the names of a table."""
         self._table = table
         self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
-        self.read_things = lru_cache(maxsize=MOST_NAMES)(self._read_things)
-        self._find_things = lru_cache(maxsize=MOST_NAMES)(self._find_things_of)
         self._read_text = lru_cache(maxsize=MOST_NAMES)(self._read_words_of)
         self._spell = lru_cache(maxsize=20_000)(self._spell_by_table)
 
     def _read(self, name: str) -> tuple[Reading, ...]:
         """Return the readings of a name, the main ones first."""
-        text, instance = self._split_number(name)
+        text, instance = self.split_number(name)
         readings = self._read_text(text)
         if instance:
             readings = tuple(reading.number(instance) for reading in readings)
         return readings
 
-    def _read_things(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    def read_things(self, text: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
         """Return the words and things of the first reading of a name, without the others.
 
         Of plain words these are the longest name of the table that they end in, found for a tenth
-        of the work.
+        of the work. `text` is the name without its number.
         """
-        text, _ = self._split_number(name)
-        found = self._find_things(text)
+        found = self._find_things_of(text)
         if found is None:
-            reading = self.read(name)[0]
+            reading = self._read_text(text)[0]
             return reading.words, reading.things
         return found
 
-    def _split_number(self, name: str) -> tuple[str, str]:
+    def split_number(self, name: str) -> tuple[str, str]:
         """Split a counter, or else what is written on a thing, from the words of a name."""
         text, instance = split_instance(name)
         return (text, instance) if instance else split_written_on(text, self._is_known)

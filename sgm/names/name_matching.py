@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from bisect import insort
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import Any
 
 from sgm.names.aliases import AliasTable, Row
 from sgm.names.known_words import is_word
@@ -20,6 +22,7 @@ Similarity = Callable[[str, Sequence[str]], Sequence[float]]
 SYNONYM = 0.9  # mug and cup .96, phone and telephone .93; plate and bowl .87 stay apart
 RELATED = 0.8  # enough for a "did you mean"
 _MOST_ALTERNATIVES = 3
+_MOST_RENAMED = 20  # descriptions that are replaced one by one; of more, all are read again
 _MOST_RESOLVED = 2000  # questions whose answers are kept
 _LEAST_MENDED = 5  # letters
 _LONG_NAME = 8  # letters from which on two of them may be wrong
@@ -147,32 +150,54 @@ class NameIndex:
     def update(self, descriptions: Sequence[str]) -> None:
         """Take over the descriptions of a memory; only those that are new cost anything."""
         known = len(self._descriptions)
-        if list(descriptions[:known]) != self._descriptions:  # some were removed
-            self._clear()
-            known = 0
+        if list(descriptions[:known]) != self._descriptions:
+            pairs = zip(self._descriptions, descriptions, strict=False)
+            changed = [number for number, (old, new) in enumerate(pairs) if old != new]
+            if len(descriptions) < known or len(changed) > _MOST_RENAMED:  # some were removed
+                self._clear()
+                known = 0
+            else:
+                for number in changed:
+                    self._replace(number, descriptions[number])
         for description in descriptions[known:]:
             self._add(description)
 
     def _add(self, description: str) -> None:
         self._resolved.clear()
-        number = len(self._descriptions)
-        words = read_words("description", description)
-        readings = self._reader.read(description)
         self._descriptions.append(description)
-        self._readings.append(readings)
-        self._written.add(words)
+        self._readings.append(self._reader.read(description))
+        self._written.add(read_words("description", description))
+        for table, key, entry in self._list_rows(len(self._descriptions) - 1):
+            table.setdefault(key, []).append(entry)
+
+    def _replace(self, number: int, description: str) -> None:
+        """Take over a description instead of another one, as if it had always been there."""
+        self._resolved.clear()
+        for table, key, _ in self._list_rows(number):
+            left = [entry for entry in table.pop(key, ()) if _get_number(entry) != number]
+            if left:
+                table[key] = left
+        self._written.discard(read_words("description", self._descriptions[number]))
+        self._descriptions[number] = description
+        self._readings[number] = self._reader.read(description)
+        self._written.add(read_words("description", description))
+        for table, key, entry in self._list_rows(number):
+            insort(table.setdefault(key, []), entry, key=_get_number)
+
+    def _list_rows(self, number: int) -> Iterator[tuple[dict[Any, list[Any]], object, object]]:
+        """List where a description stands: each table, the key in it, and what it has there."""
+        description, readings = self._descriptions[number], self._readings[number]
         for key in self._list_keys(Name.read(description)):
-            self._same.setdefault(key, []).append(number)
+            yield self._same, key, number
         for word in readings[0].said.union(map(spell, split_words(description))):
-            self._words.setdefault(word, []).append(number)
+            yield self._words, word, number
         for reading in readings:
             entry = number, reading
             for thing in reading.things:
-                by_thing = self._contents if reading.is_content else self._things
-                by_thing.setdefault(thing, []).append(entry)
+                yield self._contents if reading.is_content else self._things, thing, entry
             if not reading.is_content:
                 for ending in reading.endings:
-                    self._endings.setdefault(ending, []).append(entry)
+                    yield self._endings, ending, entry
 
     def _list_keys(self, name: Name) -> list[tuple[object, str]]:
         """List by what names are exactly the same: one of these is."""
@@ -502,6 +527,11 @@ def _add_types(table: AliasTable, types: tuple[str, ...]) -> AliasTable:
     """Add types that the table does not have; a "soap bottle" is none: it is soap, and a bottle."""
     reader = make_reader(table)
     return table.with_names(label for label in types if len(reader.read(label)) < 2)
+
+
+def _get_number(entry: int | _Entry) -> int:
+    """Return the number of the description of what stands in a table."""
+    return entry if isinstance(entry, int) else entry[0]
 
 
 _ALL_SAID, _LESS_SAID, _DOUBTFUL = 1, 2, 3

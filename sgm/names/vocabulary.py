@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 from sgm.arrays.table import clone
 from sgm.names.aliases import AliasTable
 from sgm.names.name_grammar import make_reader
-from sgm.names.words import read_words
+from sgm.names.words import MOST_NAMES, read_words
 from sgm.prior.prior_graph import PriorGraph
 
 
@@ -26,12 +27,7 @@ class Vocabulary:
         By the table of aliases a "skillet" is of the prior's type "frying pan"; without one the
         last words decide.
         """
-        self._table = table
-        names = [*prior.rooms, *(row.label for row in prior.furniture)]
-        objects = {read_words("label", row.label): row.label for row in prior.objects}
-        self._known = {read_words("label", name): name for name in names} | objects
-        self._known_objects = objects
-        self._type_of = {row.label: index for index, row in enumerate(prior.objects)}
+        self._types = _make_type_names(prior, table)
         self._index = {label: index for index, label in enumerate(labels)}
         self.labels = list(self._index)
 
@@ -44,12 +40,7 @@ class Vocabulary:
 
     def number(self, label: str) -> int:
         """Return the index of a label, giving it one if it is new."""
-        words = read_words("label", label)
-        label = self._known.get(words, words)
-        if label not in self._index:
-            self._index[label] = len(self.labels)
-            self.labels.append(label)
-        return self._index[label]
+        return self._number(self._types.spell(label))
 
     def get_text(self, label: str) -> str:
         """Return a label as the prior spells it, its words if the prior does not know it."""
@@ -61,27 +52,70 @@ class Vocabulary:
         Its label is the longest known type that the name of the thing ends with, else what the
         thing is called besides, else a kind above it, else its last word.
         """
-        words = read_words("description", description).split()
-        starts = range(len(words))
-        own = (start for start in starts if " ".join(words[start:]) in self._known_objects)
-        start = next(own, len(words) - 1)
+        label = self._types.find(read_words("description", description))
+        return self._number(label), self._types.number_of.get(label, -1)
+
+    def _number(self, label: str) -> int:
+        index = self._index.get(label)
+        if index is None:
+            index = self._index[label] = len(self.labels)
+            self.labels.append(label)
+        return index
+
+
+class _TypeNames:
+    """The labels of a prior, and which one a description has; the same for all its memories.
+
+    Attributes:
+        number_of: number of each object type by its label.
+    """
+
+    def __init__(self, prior: PriorGraph, table: AliasTable | None) -> None:
+        self._table = table
+        names = [*prior.rooms, *(row.label for row in prior.furniture)]
+        objects = {read_words("label", row.label): row.label for row in prior.objects}
+        self._known = {read_words("label", name): name for name in names} | objects
+        self._objects = frozenset(objects)
+        self._last_words = {words.rpartition(" ")[2] for words in objects}
+        self.number_of = {row.label: index for index, row in enumerate(prior.objects)}
+        # Of things that are called alike but for their numbers, one is read.
+        self._find_by_table = lru_cache(maxsize=MOST_NAMES)(self._read)
+
+    def spell(self, label: str) -> str:
+        """Return a label as the prior spells it, its words if the prior does not know it."""
+        words = read_words("label", label)
+        return self._known.get(words, words)
+
+    def find(self, description: str) -> str:
+        """Return the label of the words of a description; see `Vocabulary.find_type`."""
+        words = description.split()
+        start = self._find_start(words)
         # A type of several words says more than its parts: a "large bottle of soap" is no soap.
         is_named = len(words) - start > 1 and not {"of", "with", "in"} & set(words[:start])
-        is_exact = " ".join(words) in self._known_objects
-        if self._table is not None and not is_exact and not is_named:
-            return self._read_type(" ".join(words), self._table)
-        return self._number_type(" ".join(words[start:]))
+        if self._table is None or is_named or description in self._objects:
+            return self.spell(" ".join(words[start:]))
+        reader = make_reader(self._table)
+        return self._find_by_table(reader.split_number(description)[0], self._table)
 
-    def _number_type(self, name: str) -> tuple[int, int]:
-        label = self.number(name)
-        return label, self._type_of.get(self.labels[label], -1)
+    def _find_start(self, words: list[str]) -> int:
+        """Return where the longest type begins that words end in, else the last word."""
+        last = len(words) - 1
+        if words[-1] not in self._last_words:
+            return last
+        starts = (n for n in range(last) if " ".join(words[n:]) in self._objects)
+        return next(starts, last)
 
-    def _read_type(self, description: str, table: AliasTable) -> tuple[int, int]:
-        """Find the type by the grammar of names and the table of aliases."""
-        words, things = make_reader(table).read_things(description)
+    def _read(self, text: str, table: AliasTable) -> str:
+        """Find a label by the grammar of names and the table of aliases."""
+        words, things = make_reader(table).read_things(text)
         names = [" ".join(words[start:]) for start in range(len(words))]
         for thing in things:
             kinds = [table.names[kind] for kind in table.list_above(thing)]
             names += [*table.list_names(thing), *kinds]
-        known = next((name for name in names if name in self._known_objects), words[-1])
-        return self._number_type(known)
+        known = (name for name in names if name in self._objects)
+        return self.spell(next(known, words[-1]))
+
+
+@lru_cache(maxsize=8)  # all memories of one prior have the same
+def _make_type_names(prior: PriorGraph, table: AliasTable | None) -> _TypeNames:
+    return _TypeNames(prior, table)

@@ -131,28 +131,34 @@ def read_words(what: str, text: str) -> str:
     """
     if not isinstance(text, str):
         raise ValueError(f"{what} must be a non-empty text, got {shorten(text)}. Name it in words.")
-    return _read_words(what, text)
+    words, fault = _read_words(text)
+    if fault:
+        raise ValueError(f"{what} must {fault}")
+    return words
 
 
 @lru_cache(maxsize=MOST_NAMES)
-def _read_words(what: str, text: str) -> str:
+def _read_words(text: str) -> tuple[str, str]:
+    """Return the words of a name, and what is wrong with it, empty if nothing is."""
+    words = normalize(text) if len(text) <= MAX_LENGTH else ""
+    fault = ""
     if len(text) > MAX_LENGTH:
-        raise ValueError(
-            f"{what} must have at most {MAX_LENGTH} characters, got {len(text)} in "
-            f"{shorten(text[:40])}... Shorten it."
+        fault = (
+            f"have at most {MAX_LENGTH} characters, got {len(text)} in {shorten(text[:40])}... "
+            "Shorten it."
         )
-    if len(text.splitlines()) > 1:
-        raise ValueError(f"{what} must be one line, got {shorten(text)}. Leave line breaks out.")
-    words = normalize(text)
-    if not words:
-        raise ValueError(f"{what} must be a non-empty text, got {shorten(text)}. Name it in words.")
-    is_plain = words.isascii() and words.isprintable()  # as most names are
-    if not is_plain and any(unicodedata.category(letter) in ("Cc", "Cs") for letter in words):
-        raise ValueError(
-            f"{what} must not hold control characters or half a character, got {shorten(text)}. "
-            "Decode it as UTF-8 and leave them out."
+    elif len(text.splitlines()) > 1:
+        fault = f"be one line, got {shorten(text)}. Leave line breaks out."
+    elif not words:
+        fault = f"be a non-empty text, got {shorten(text)}. Name it in words."
+    elif not (words.isascii() and words.isprintable()) and any(  # as most names are
+        unicodedata.category(letter) in ("Cc", "Cs") for letter in words
+    ):
+        fault = (
+            f"not hold control characters or half a character, got {shorten(text)}. Decode it as "
+            "UTF-8 and leave them out."
         )
-    return words
+    return words, fault
 
 
 @lru_cache(maxsize=MOST_NAMES)

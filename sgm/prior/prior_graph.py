@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from importlib import resources
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -158,9 +159,9 @@ class PriorGraph:
             "version": VERSION,
             "metadata": self.metadata,
             "rooms": list(self.rooms),
-            "furniture": [_to_row(row) for row in self.furniture],
-            "objects": [_to_row(row) for row in self.objects],
-            "placements": [_to_row(row) for row in self.placements],
+            "furniture": _to_rows(self.furniture),
+            "objects": _to_rows(self.objects),
+            "placements": _to_rows(self.placements),
         }
 
     def save(self, path: str | Path) -> None:
@@ -186,15 +187,19 @@ class PriorGraph:
         for index, node in enumerate(self.furniture):
             node_index.setdefault((node.room, node.label), []).append(index)
             node_index.setdefault((None, node.label), []).append(index)
-        for row in self.placements:
-            nodes = node_index[row.room, row.furniture]
-            weights[object_index[row.object], nodes, RELATIONS.index(row.relation)] = row.prob
+        places = [
+            (object_index[row.object], node, RELATIONS.index(row.relation), row.prob)
+            for row in self.placements
+            for node in node_index[row.room, row.furniture]
+        ]
+        *at, prob = zip(*places, strict=True)
+        weights[tuple(map(list, at))] = prob
         weights.setflags(write=False)
         return weights
 
 
 # The priors that ship with the package, by the name that command lines use.
-SHIPPED: Mapping[str, Callable[[], PriorGraph]] = {
+SHIPPED: dict[str, Callable[[], PriorGraph]] = {
     "default": PriorGraph.default,
     "household": PriorGraph.household,
 }
@@ -221,8 +226,12 @@ def load_prior(source: str | None) -> PriorGraph:
 
 
 def find_shipped(checksum: str) -> PriorGraph | None:
-    """Return the shipped prior of a checksum, None if there is none."""
-    return next((own for make in SHIPPED.values() if (own := make()).checksum == checksum), None)
+    """Return the shipped prior of a checksum, None if there is none.
+
+    The one that most memories have is made first: the other one need not be.
+    """
+    shipped = reversed(SHIPPED.values())
+    return next((own for make in shipped if (own := make()).checksum == checksum), None)
 
 
 def parse_prior(content: str | bytes, *, where: str) -> Any:
@@ -244,8 +253,11 @@ def parse_prior(content: str | bytes, *, where: str) -> Any:
         ) from None
 
 
-def _to_row(row: FurnitureType | ObjectType | Placement) -> dict[str, Any]:
-    return {name: getattr(row, name) for name in row.__slots__}
+def _to_rows(rows: Sequence[FurnitureType | ObjectType | Placement]) -> list[dict[str, Any]]:
+    if not rows:
+        return []
+    names = rows[0].__slots__
+    return [dict(zip(names, values, strict=True)) for values in map(attrgetter(*names), rows)]
 
 
 def _freeze(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -98,10 +98,8 @@ def change_memory(folder: Path, rng: Rng) -> None:
     if rng.random() < 0.3:
         path.write_bytes(mutate.mutate_bytes(path.read_bytes(), rng))
         return
-    file = json.loads(path.read_bytes())
-    file["content"] = mutate.mutate_json(file["content"], rng)
-    file["checksum"] = memory_files._compute_checksum(file["content"])
-    path.write_text(json.dumps(file))
+    content = json.loads(path.read_bytes())["content"]
+    path.write_bytes(memory_files.write_file(mutate.mutate_json(content, rng)))
 
 
 def make_trace(folder: Path) -> None:

@@ -1,6 +1,5 @@
 """What time it is in a home: seconds of the week by hand, and memories that keep their clock."""
 
-import hashlib
 import json
 from datetime import datetime, timedelta, timezone
 
@@ -10,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sgm.memory.clock import compute_week_seconds, make_clock_rows
+from sgm.memory.memory_files import write_file
 from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
 from simulator.snapshots.snapshots import forget
 from simulator.snapshots.taken import take_snapshots
@@ -100,9 +100,7 @@ def test_a_forged_clock_is_refused(memory, tmp_path, clock):
     memory.save(path)
     file = json.loads(path.read_text())
     file["content"]["clock"] = clock
-    text = json.dumps([file["version"], file["content"]], sort_keys=True)
-    file["checksum"] = hashlib.sha256(text.encode()).hexdigest()
-    path.write_text(json.dumps(file))
+    path.write_bytes(write_file(file["content"]))
     with pytest.raises(
         ValueError, match=r"must be as it was saved, got (?!another checksum).*home\.sgm"
     ):

@@ -1,12 +1,12 @@
 """Memory files: exact resume, small, and never trusted."""
 
-import hashlib
 import json
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
+from sgm.memory.memory_files import write_file
 from simulator import (
     Bayesian,
     HomeConfig,
@@ -170,9 +170,7 @@ def test_content_that_does_not_fit_together_is_refused(file, path, value):
     for step in path[:-1]:
         part = part[step]
     part[path[-1]] = value
-    text = json.dumps([data["version"], data["content"]], sort_keys=True)
-    data["checksum"] = hashlib.sha256(text.encode()).hexdigest()
-    file.write_text(json.dumps(data), encoding="utf-8")
+    file.write_bytes(write_file(data["content"]))
     with pytest.raises(
         ValueError, match=r"must be as it was saved, got (?!another checksum).*home\.sgm"
     ):
