@@ -145,6 +145,7 @@ class NameIndex:
         self._contents: dict[int, list[_Entry]] = {}
         self._endings: dict[str, list[_Entry]] = {}
         self._same: dict[object, list[int]] = {}
+        self._spelled: dict[tuple[tuple[str, ...], str], list[int]] = {}  # by words, no numbers
         self._resolved: dict[str, Resolution] = {}
 
     def update(self, descriptions: Sequence[str]) -> None:
@@ -187,7 +188,9 @@ class NameIndex:
     def _list_rows(self, number: int) -> Iterator[tuple[dict[Any, list[Any]], object, object]]:
         """List where a description stands: each table, the key in it, and what it has there."""
         description, readings = self._descriptions[number], self._readings[number]
-        for key in self._list_keys(Name.read(description)):
+        name = Name.read(description)
+        yield self._spelled, (name.ordered, name.joined), number
+        for key in self._list_keys(name):
             yield self._same, key, number
         for word in readings[0].said.union(map(spell, split_words(description))):
             yield self._words, word, number
@@ -228,7 +231,7 @@ class NameIndex:
             for number, _ in self._endings.get(key, ())
             if not any(reading.stem ^ other.stem for other in self._readings[number])
         ]
-        spelled = [n for n, other in enumerate(self._descriptions) if _is_near(asked, other)]
+        spelled = self._find_spelled(asked)
         names = (*taken.matches, *taken.doubtful, *self._name([*spelled, *near]))
         return Resolution(
             name, (), "unknown", taken.alternatives, owner=taken.owner,
@@ -436,9 +439,13 @@ class NameIndex:
             if not reading.things:
                 found += self._find_holding(reading)
         if not is_word(readings[0].head[-1]):
-            asked = Name.read(text)
-            found += [n for n, one in enumerate(self._descriptions) if _is_near(asked, one)]
+            found += self._find_spelled(Name.read(text))
         return list(dict.fromkeys(found))
+
+    def _find_spelled(self, asked: Name) -> list[int]:
+        """Find what is spelled nearly alike; names that differ in a number are compared once."""
+        alike = [numbers for name, numbers in self._spelled.items() if _is_near(asked, *name)]
+        return sorted(number for numbers in alike for number in numbers)
 
     def _mend(self, word: str) -> str:
         """Return the word of the memory that this one may be a typo of; itself if it is a word."""
@@ -598,17 +605,15 @@ def _is_doubtful(asked: Reading, said: Reading) -> bool:
     return _is_possible(asked, said) and bool(missing) != bool(extra)
 
 
-def _is_near(asked: Name, description: str) -> bool:
+def _is_near(asked: Name, ordered: tuple[str, ...], joined: str) -> bool:
     """Tell whether a name is spelled nearly alike: one word of it differs, by a letter or two."""
-    other = Name.read(description)
     most = 1 if len(asked.joined) < _LONG_NAME else 2
-    if count_mistakes(asked.joined, other.joined, most) <= most:
+    if count_mistakes(asked.joined, joined, most) <= most:
         return True
-    pairs = list(zip(asked.ordered, other.ordered, strict=False))
-    differing = [(one, two) for one, two in pairs if one != two]
-    if len(asked.ordered) != len(other.ordered) or len(pairs) < 2 or len(differing) != 1:
+    if len(asked.ordered) != len(ordered) or len(ordered) < 2:
         return False
-    return count_mistakes(*differing[0], most) <= most
+    differing = [pair for pair in zip(asked.ordered, ordered, strict=True) if pair[0] != pair[1]]
+    return len(differing) == 1 and count_mistakes(*differing[0], most) <= most
 
 
 def _is_written(asked: Reading, said: Reading) -> bool:
@@ -651,9 +656,12 @@ def is_typo(word: str, meant: str) -> bool:
 def count_mistakes(one: str, other: str, most: int | None = None) -> int:
     """Count letters wrong, missing, too many, or two in the wrong order (edit distance).
 
-    Where it is plain that there are more than `most`, any number above that is returned.
+    Where there are more than `most`, any number above that is returned, as soon as it is plain.
     """
-    if most is not None and abs(len(one) - len(other)) > most:
+    if most is None:
+        most = len(one) + len(other)
+    # A letter more or less changes the set of letters by one, and a wrong one by two.
+    if abs(len(one) - len(other)) > most or len(set(one) ^ set(other)) > 2 * most:
         return most + 1
     before: list[int] = []
     row = list(range(len(other) + 1))
@@ -664,6 +672,8 @@ def count_mistakes(one: str, other: str, most: int | None = None) -> int:
             if i > 1 and j > 1 and letter == other[j - 2] and one[i - 2] == expected:
                 cost = min(cost, before[j - 2] + 1)
             row.append(cost)
+        if min(row) > most:
+            break
         before = last
     return row[-1]
 

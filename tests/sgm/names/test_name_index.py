@@ -7,7 +7,7 @@ from sgm.names.name_matching import NameIndex
 
 WORDS = "red blue mug cup box of soap bottle piano bench dad's phone glasses keys zorb 1 2".split()
 TABLES = ("_descriptions", "_readings", "_written", "_words", "_things", "_contents", "_endings",
-          "_same")  # fmt: skip
+          "_same", "_spelled")  # fmt: skip
 
 
 def sample_names(rng, number):

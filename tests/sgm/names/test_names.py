@@ -1,6 +1,7 @@
 """What a question is taken for: the table of docs/robot/names.md, rule by rule."""
 
 import re
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -108,6 +109,16 @@ def test_plurals(plural, singular):
 )
 def test_mistakes_counted_by_hand(one, other, mistakes):
     assert count_mistakes(one, other) == count_mistakes(other, one) == mistakes
+
+
+def test_more_mistakes_than_are_asked_for_are_more():
+    """A comparison that stops early says of no pair that it is nearer, or farther, than it is."""
+    words = ["".join(letters) for length in range(5) for letters in product("ab", repeat=length)]
+    for one, other in product(words, repeat=2):
+        mistakes = count_mistakes(one, other)
+        for most in range(4):
+            found = count_mistakes(one, other, most)
+            assert found == mistakes if mistakes <= most else found > most, (one, other, most)
 
 
 def test_the_examples_of_the_page_hold():
