@@ -26,6 +26,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -63,16 +64,24 @@ def save_home(path: Path, num_objects: int) -> list[tuple[int, list[str]]]:
     return list(seen.items())
 
 
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A server that runs: its port, and the number of its process."""
+
+    port: int
+    process_id: int
+
+
 @contextmanager
-def run_server(path: Path) -> Iterator[int]:
-    """Run the command; yields its port."""
-    options = ["--port", "0", "--rate", "100000", "--accept_jump"]
+def run_server(path: Path, *more: str) -> Iterator[Running]:
+    """Run the command, with more options."""
+    options = ["--port", "0", "--rate", "100000", "--accept_jump", *more]
     command = [sys.executable, "-W", "ignore", "-m", "sgm.serve", str(path), *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         line = process.stdout.readline()
         try:
-            yield int(line.rstrip().rstrip("/").rpartition(":")[2])
+            yield Running(int(line.rstrip().rstrip("/").rpartition(":")[2]), process.pid)
         finally:
             process.terminate()
 
@@ -89,10 +98,13 @@ class LoadClient:
 
     def send(self, call: str, body: str) -> int:
         """Send a request; returns the status of the answer."""
+        return self.ask(call, body)[0]
+
+    def ask(self, call: str, body: str) -> tuple[int, bytes]:
+        """Send a request; returns the status and the body of the answer."""
         self._connection.request("POST", f"/v1/{call}", body, {"Content-Type": "application/json"})
         answer = self._connection.getresponse()
-        answer.read()
-        return answer.status
+        return answer.status, answer.read()
 
     def run(self, begin: float) -> None:
         """Keep to the plan."""
@@ -192,8 +204,8 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         with tempfile.TemporaryDirectory(prefix="serve-") as folder:
             path = Path(folder) / "home.sgm"
             looks = save_home(path, num_objects)
-            with run_server(path) as port:
-                return load_twice(port, looks)
+            with run_server(path) as server:
+                return load_twice(server.port, looks)
 
     def load_twice(port: int, looks: list[tuple[int, list[str]]]) -> tuple[float, dict[str, float]]:
         first = LoadClient(port, [])
