@@ -52,7 +52,7 @@ class LoggedThing:
     name: str
     description: str
     place: int = GONE  # also since it was seen absent there
-    spot: LoggedSpot = field(default_factory=lambda: LoggedSpot(0))
+    spot: LoggedSpot = field(default_factory=lambda: LoggedSpot(relation=0))
     time_s: float = -math.inf
     unseen: float = 0.0  # parts of looks at its place that did not show it since
 
@@ -233,7 +233,7 @@ class _LogReader:
             words = read_words("description", values["description"])
             self.descriptions.setdefault(name, words)
             relation = RELATIONS.index(read_relation(values["relation"]))
-            self._add_look(place, 0.0, {name: [LoggedSpot(relation)]})
+            self._add_look(place, 0.0, {name: [LoggedSpot(relation=relation)]})
 
     def _transform(self, angle: float, shift: tuple[float, float]) -> None:
         """Move all that was known in the map until now into the frame of another one."""
@@ -243,7 +243,7 @@ class _LogReader:
                 for row, (relation, position) in enumerate(spots):
                     if position is not None:
                         x, y = turn(position[:2], angle, shift)
-                        spots[row] = LoggedSpot(relation, (x, y, position[2]))
+                        spots[row] = LoggedSpot(relation=relation, position=(x, y, position[2]))
 
     def make_layout(self) -> Layout:
         """Return rooms and furniture; those of one label are numbered."""
@@ -296,7 +296,8 @@ class _LogReader:
                 name = (about[1],) if about and about[1] else read_name(description)
                 self.descriptions.setdefault(name, read_words("description", description))
                 position = tuple(about[3]) if len(about) > 3 else None
-                seen[name].append(LoggedSpot(RELATIONS.index(read_relation(relation)), position))
+                at = RELATIONS.index(read_relation(relation))
+                seen[name].append(LoggedSpot(relation=at, position=position))
         hidden = frozenset(map(read_name, values.get("hidden", ())))
         self._add_look(place, values["coverage"], seen, None, hidden)
 

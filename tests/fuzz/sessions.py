@@ -81,7 +81,7 @@ def _act(memory: SceneGraphMemory, folder: Path, rng: Rng, log: Path | None) -> 
         ]
         return take((seen, tuple(seen), iter(seen)))
 
-    position = (share(), share()) if rng.random() < 0.5 else None
+    position = tuple(map(float, rng.uniform(0.01, 1, 2))) if rng.random() < 0.5 else None
     box = Box((share(), share(), 0.5), (0.5, 1.0, 1.0), share(), take(("none", "open", "door")))
     acts: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
         (memory.add_room, (take(ROOMS),)),

@@ -53,5 +53,5 @@ def test_saved_and_loaded_it_answers_the_same(memory, tmp_path):
     copy = SceneGraphMemory.load(tmp_path / "home.sgm")
     for description in (memory.descriptions[77], "purple gizmo"):
         assert copy.rank(Bayesian(), description) == memory.rank(Bayesian(), description)
-    for name in memory.batch.edges.names:
+    for name in memory.batch.edges:
         np.testing.assert_array_equal(copy.batch.edges[name], memory.batch.edges[name])
