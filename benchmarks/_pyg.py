@@ -8,8 +8,9 @@ import torch
 from torch import Tensor
 from torch_geometric.nn import HEATConv as PyGHEATConv
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
+from datamodules.batch import Batch
 from nep.encoders.heat import HEATConv
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 
 
 class PyGLayer(torch.nn.Module):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.memory.sighting import Sighting
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import RELATIONS
 from simulator.tasks.rollout import sample_query
 from simulator.world.config import HomeConfig
 from simulator.world.sampled_homes import SampledHomes

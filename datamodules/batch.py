@@ -12,21 +12,14 @@ import torch
 from torch import Tensor
 
 from datamodules.heterograph import Heterograph
-from simulator.snapshots.graph import (
-    EDGE_TYPES,
-    ENTERING,
-    FURNITURE,
-    NODE_TYPES,
-    OBJECT_UP,
-    QUERY_EDGE_TYPES,
-    RELATIONS,
-)
+from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
+from simulator.snapshots.graph import ENTERING, FURNITURE, OBJECT_UP
 
 if TYPE_CHECKING:
     import dgl
     from torch_geometric.data import HeteroData
 
-__all__ = ["EDGE_TYPES", "ENTERING", "NODE_TYPES", "QUERY_EDGE_TYPES", "RELATIONS", "Batch"]
+__all__ = ["ENTERING", "Batch"]
 
 
 @dataclass(frozen=True)

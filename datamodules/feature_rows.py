@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from sgm.memory.columns import NEVER
+from sgm.schema import NEVER
 
 if TYPE_CHECKING:
     from simulator.snapshots.snapshots import Counters, Snapshots

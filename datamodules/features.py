@@ -20,8 +20,8 @@ from sgm.evidence.columns import (
     QUESTION_GROUP_COLUMNS,
 )
 from sgm.memory.clock import DAY_SECONDS, compute_week_seconds
-from sgm.memory.columns import NEVER
 from sgm.messages import shorten
+from sgm.schema import NEVER
 
 # Paper appendix B: average number of nodes (200) or edges (500) over ten times the steps (100).
 NODE_SCALE = 200 / (100 * 10.0)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import torch
 from torch import Tensor
 
-from simulator.snapshots.graph import EDGE_TYPES, NODE_TYPES
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 
 if TYPE_CHECKING:
     import dgl

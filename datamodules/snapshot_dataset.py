@@ -12,7 +12,7 @@ from datamodules.batch import Batch
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_tables import SnapshotTables
 from sgm.arrays.grouped import compute_starts, number_keys
-from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from simulator.snapshots.shards import (
     EXTRA,
     QUESTION_EXTRA,

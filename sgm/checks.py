@@ -11,7 +11,6 @@ from sgm.messages import shorten
 
 Kind = TypeVar("Kind")
 MOST_COST = 1e100  # of a way or a look: sums of many are finite
-MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
 
 
 def is_number(value: object) -> TypeGuard[float]:

@@ -27,7 +27,7 @@ DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 # imports from those before it alone. A package's own name is its `__init__.py`; its `__main__` are
 # the commands of all its folders.
 ORDER = """
-    sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.text
+    sgm.schema sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.text
     sgm.prior sgm.names sgm.layout sgm.memory sgm.belief sgm.evidence sgm.policies
     sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm sgm.__main__
     simulator.caches simulator.kernel_store simulator.kernel simulator.yaml_text simulator.process

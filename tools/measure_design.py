@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
+from sgm.schema import NUM_RELATIONS
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.policies import make_policy
 from simulator.tasks.rollout import Rollout

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 from curves import Point
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.queries import Change
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.memory.sighting import Sighting
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import NUM_RELATIONS, RELATIONS
 from simulator.policies import make_policy
 from simulator.tasks.rollout import Rollout, sample_query
 from simulator.world.config import HomeConfig

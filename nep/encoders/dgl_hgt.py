@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, cast
 import torch
 from torch import Tensor, nn
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from datamodules.heterograph import EdgeType
 from nep.encoders.encoder import DGLEncoder, check_heads, check_num_convolutions
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 
 if TYPE_CHECKING:
     import dgl

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import torch
 from torch import Tensor, nn
 
-from datamodules.batch import NODE_TYPES, Batch
+from datamodules.batch import Batch
 from datamodules.heterograph import EdgeType, import_dgl
 from nep.layers.equal_rows import Linear
 from nep.layers.segment import segment_sum
 from sgm.checks import check_at_least
+from sgm.schema import NODE_TYPES
 
 if TYPE_CHECKING:
     import dgl

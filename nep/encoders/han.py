@@ -8,10 +8,11 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
+from datamodules.batch import Batch
 from nep.encoders.encoder import ConvolvingEncoder, check_heads, draw_glorot
 from nep.layers.equal_rows import project_per_node_type
 from nep.layers.segment import segment_softmax, segment_sum
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 
 _NEGATIVE_SLOPE = 0.2  # of LeakyReLU
 

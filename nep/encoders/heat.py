@@ -9,11 +9,12 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
+from datamodules.batch import Batch
 from nep.encoders.encoder import ConvolvingEncoder, check_heads, draw_glorot
 from nep.layers.equal_rows import Linear, apply_to_each, multiply, project_per_node_type
 from nep.layers.segment import attend, segment_softmax, segment_sum
 from sgm.checks import check_choice
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 
 # How the neighbours of a node share its attention.
 Sharing = Literal["softmax", "sigmoid"]

@@ -20,8 +20,8 @@ import torch
 from nep.tensor_file import read_tensors
 from sgm.files import read_json
 from sgm.memory.clock import DAY_SECONDS
-from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten, shorten_text
+from sgm.schema import RELATIONS
 from simulator.priors.types import load_types
 from simulator.trace import Event, Furniture, Layout, Room, Trace
 from simulator.trace.layout import number_names

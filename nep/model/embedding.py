@@ -8,11 +8,12 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, RELATIONS, Batch
+from datamodules.batch import Batch
 from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, count_columns
 from nep.layers.ensemble_linear import gelu, make_linear, split_members
 from nep.layers.equal_rows import Linear, multiply
 from sgm.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
+from sgm.schema import EDGE_RELATIONS, EDGE_TYPES, NODE_TYPES
 
 _LEAST_VARIANCE = 4e-4  # of a column, so that one that hardly varies is not blown up
 BELIEFS = tuple(name for name in PLACE_COLUMNS if name.startswith("filters.log_belief_"))
@@ -98,9 +99,9 @@ class EdgeEmbedding(FeatureEmbedding):
     relation: Tensor
 
     def __init__(self, units: int, reads: Collection[str] = (), members: int = 1) -> None:
-        super().__init__(count_columns("edge", reads) + len(RELATIONS), units, members)
-        one_hot = torch.eye(len(RELATIONS))
-        relation = torch.stack([one_hot[RELATIONS.index(name)] for _, name, _ in EDGE_TYPES])
+        super().__init__(count_columns("edge", reads) + len(EDGE_RELATIONS), units, members)
+        one_hot = torch.eye(len(EDGE_RELATIONS))
+        relation = torch.stack([one_hot[EDGE_RELATIONS.index(name)] for _, name, _ in EDGE_TYPES])
         self.register_buffer("relation", relation, persistent=False)  # (10, 4)
 
     def forward(self, batch: Batch, edges: Tensor | None = None) -> Tensor:

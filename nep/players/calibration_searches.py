@@ -9,10 +9,10 @@ import numpy as np
 
 from sgm.belief import Belief, Detector
 from sgm.evidence.elsewhere import ELSEWHERE
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy
+from sgm.schema import NEVER
 from simulator.tasks.metrics import compute_calibration_error, compute_nll
 from simulator.tasks.rollout import Rollout, sample_query
 from simulator.tasks.search import Search, SearchOrder

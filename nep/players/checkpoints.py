@@ -14,7 +14,6 @@ from safetensors import SafetensorError
 from safetensors.torch import load as load_tensors
 from safetensors.torch import save as save_tensors
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 from datamodules.features import (
     EDGE_FEATURE_DIM,
     FEATURE_SCHEMA_VERSION,
@@ -44,6 +43,7 @@ from sgm.files import (
 from sgm.messages import shorten
 from sgm.network.network import ONNX, describe_onnx
 from sgm.network.shipped import CONFIG, NEW, find_part, find_trained
+from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 
 FORMAT = "node edge predictor"
 WEIGHTS = "weights.safetensors"

@@ -10,7 +10,6 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from datamodules.batch import NODE_TYPES, RELATIONS
 from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, FeatureConfig, list_columns
 from nep.encoders import MLP, Sets
 from nep.layers.ensemble_linear import EnsembleLinear
@@ -19,6 +18,7 @@ from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.network.network import INPUTS, OUTPUTS
+from sgm.schema import EDGE_RELATIONS, NODE_TYPES
 
 _OPSET, _IR_VERSION = 20, 9  # the first with Gelu; ONNX Runtime reads them from 1.17 on
 _FAR = 1e30  # above every logit: what is subtracted where there is no place
@@ -179,8 +179,8 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         """Return the embedding of the query edges, (Q, F, D)."""
         embedding = predictor.edge_embedding
         weight, bias = _take(embedding.first, member, encoder.members)  # (13, D)
-        relation = weight[-len(RELATIONS) :]
-        inside, on_top = (relation[RELATIONS.index(name)] for name in ("in", "onTop"))
+        relation = weight[-len(EDGE_RELATIONS) :]
+        inside, on_top = (relation[EDGE_RELATIONS.index(name)] for name in ("in", "onTop"))
         prior = weight[_PRIOR] * features.prior
         bias = _add(bias, inside)
         hidden = graph.linear("edge", torch.stack([prior, on_top - inside]), bias)

@@ -14,11 +14,11 @@ import numpy as np
 from nep.view.page_state import Judges, Stage
 from nep.view.plan_shapes import PlanShapes, list_ways, make_cone
 from nep.view.texts import tell_furniture, tell_step
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.finder.ranking import Ranking
 from sgm.finder.search_plan import plan_search
 from sgm.memory.seen_positions import tell_positions
-from sgm.memory.sighting import RELATIONS, Point
+from sgm.memory.sighting import Point
+from sgm.schema import RELATIONS, PlaceCode
 from simulator.drawing.history import History
 from simulator.replay.story import Story
 
@@ -95,9 +95,7 @@ class Desk:
             "plan": plan,
             "numNames": len(self._names),
             "things": {
-                "place": (
-                    edges["furniture"][rows] * NUM_RELATIONS + edges["relation"][rows]
-                ).tolist(),
+                "place": PlaceCode.of(edges["furniture"][rows], edges["relation"][rows]).tolist(),
                 "name": names[edges["object"][rows]].tolist(),
                 "seen": edges["last_true"][rows].tolist(),
                 "there": edges["is_true"][rows].astype(int).tolist(),

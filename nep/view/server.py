@@ -14,9 +14,9 @@ from nep.view.answers import Desk
 from nep.view.document import make_document, make_policy
 from nep.view.page_state import Judges, Stage
 from sgm.files import parse_json
-from sgm.memory.clock import MAX_TIME
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten, shorten_text
+from sgm.schema import MAX_TIME
 from sgm.serve.guard import Guard, Refused
 from sgm.serve.rules import TEXT, make_choice_rule, make_whole_rule
 from simulator.replay.replay import StillMemory

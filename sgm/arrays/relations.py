@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-NUM_RELATIONS = 2  # 0 "in", 1 "onTop"; place p of a home = furniture p // 2, relation p % 2
-
 
 def max_relations(values: np.ndarray) -> np.ndarray:
     """Return the higher value of each place, (..., 2) -> (...)."""

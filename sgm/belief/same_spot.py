@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.belief.stay import compute_stay
 from sgm.memory.asking import Asked
-from sgm.memory.columns import NEVER
 from sgm.memory.seen_positions import find_positions
 from sgm.names.words import read_name
+from sgm.schema import NEVER, PlaceCode
 
 _SAME_SPOT = 0.3  # metres from where a thing was, within which it was not moved
 _LOST = 0.5  # probability that a tracker gives a thing another number after a time out of view
@@ -42,7 +41,7 @@ def compute_same(asked: Asked) -> np.ndarray:
         return same
     words = [read_name(asked.descriptions[row]) for row in thing.tolist()]
     name = np.array([words.index(one) for one in words])
-    place = edges["furniture"][own] * NUM_RELATIONS + edges["relation"][own]
+    place = PlaceCode.of(edges["furniture"][own], edges["relation"][own])
     point = np.column_stack([table[axis][at] for axis in ("x", "y", "z")])
     is_one = np.linalg.norm(point[gone, None] - point[there], axis=2) <= _SAME_SPOT
     for column in (name, place):

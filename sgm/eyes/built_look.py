@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.checks import MOST_METRES
 from sgm.eyes.tracks import Track
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.memory.sighting import Sighting
+from sgm.schema import MOST_METRES, RELATIONS, PlaceCode
 
 _DIGITS = 3  # of positions: millimetres
 
@@ -50,5 +50,5 @@ def make_sighting(track: Track, confidence: float) -> Sighting:
     if np.abs(track.center).max() <= MOST_METRES:  # nan is not
         x, y, z = np.round(track.center, _DIGITS).tolist()
         position, sd = (x, y, z), min(round(track.center_sd, _DIGITS), MOST_METRES)
-    relation = RELATIONS[track.volume % 2]
+    relation = RELATIONS[PlaceCode.relation(track.volume)]
     return Sighting(track.name, relation, confidence, position=position, position_sd=sd)

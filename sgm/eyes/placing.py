@@ -14,8 +14,8 @@ from sgm.eyes.look_rules import Gate
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP
 from sgm.layout.outline import compute_outline_distance
-from sgm.memory.sighting import RELATIONS
 from sgm.names.ignored import IgnoredNames
+from sgm.schema import RELATIONS, PlaceCode
 
 NOWHERE = -1
 _IN_SIGHT = 2.0  # standard deviations of the pose by which volumes are dilated
@@ -87,8 +87,8 @@ class Placing:
             if self._on_detection is not None:
                 self._on_detection(
                     detection,
-                    scene.ids[volume // 2] if is_known else None,
-                    RELATIONS[volume % 2] if is_known else None,
+                    scene.ids[PlaceCode.furniture(volume)] if is_known else None,
+                    RELATIONS[PlaceCode.relation(volume)] if is_known else None,
                 )
             if not is_known:
                 self._counts["detections at no place"] += 1

@@ -9,8 +9,8 @@ import numpy as np
 from sgm.layout.box import Box, read_box, sample_volume
 from sgm.layout.furniture import Furniture
 from sgm.layout.outline import compute_prism_entries
-from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
+from sgm.schema import RELATIONS, PlaceCode
 
 _TOUCHING = 0.005  # metres: points of one box on the surface of another one are free
 
@@ -71,7 +71,10 @@ class Scene:
         self.is_free = np.zeros((num_volumes, num_points), dtype=bool)
         self.volume_center, self.volume_half = np.zeros((2, num_volumes, 3))
         for number in range(num_volumes):
-            box, relation = self.boxes[number // 2], RELATIONS[number % 2]
+            box, relation = (
+                self.boxes[PlaceCode.furniture(number)],
+                RELATIONS[PlaceCode.relation(number)],
+            )
             volume = box.volume(relation)
             if volume is not None:
                 self.points[number] = sample_volume(box, relation, num_points)

@@ -18,10 +18,10 @@ from sgm.finder.search_plan import SearchPlan, plan_search
 from sgm.finder.travel_costs import Distance, check_start, find_distance
 from sgm.memory.asking import Asked
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
 from sgm.names.name_matching import Resolution, Similarity
 from sgm.policies.policy import Policy
+from sgm.schema import RELATIONS
 from sgm.text.vectors import TextVectors
 
 _MOST_PAIRS = 16_000  # of a thing and a place that a policy is asked for at once: 50 MB

@@ -16,9 +16,10 @@ from sgm.finder.search_plan import MOST_ROUNDS, Look, check_look_cost, plan_sear
 from sgm.finder.travel_costs import Distance, TravelCosts, is_at
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS, Sighting, read_coverage, split_coverage
+from sgm.memory.sighting import Sighting, read_coverage, split_coverage
 from sgm.messages import shorten
 from sgm.names.words import read_name
+from sgm.schema import RELATIONS
 
 _HOLDS_IT = ("what it holds", "part of the name")  # where to look, and not what to find
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was

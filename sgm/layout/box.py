@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.checks import MOST_METRES, read_optional
+from sgm.checks import read_optional
 from sgm.layout.outline import (
     Outline,
     compute_area,
@@ -20,6 +20,7 @@ from sgm.layout.outline import (
     read_outline,
 )
 from sgm.messages import shorten
+from sgm.schema import MOST_METRES
 
 INTERIORS = ("none", "open", "door")
 BELOW_TOP, ABOVE_TOP = 0.03, 0.40  # metres around the top within which things are on top

@@ -12,9 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from sgm.arrays.grouped import join_groups
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import Clock
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
@@ -23,6 +21,7 @@ from sgm.memory.sighting import SeenAt
 from sgm.memory.step_log import StepLog
 from sgm.memory.thing import ROBOT_CONFIDENCE, Statement
 from sgm.names.name import Name
+from sgm.schema import NEVER, NUM_RELATIONS
 
 _NOTHING_SAID = -2  # as a place
 

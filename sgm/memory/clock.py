@@ -12,12 +12,12 @@ import numpy as np
 
 from sgm.checks import is_finite
 from sgm.messages import shorten
+from sgm.schema import MAX_TIME
 
 HOUR_SECONDS = 3600.0
 DAY_SECONDS = 24 * HOUR_SECONDS
 WEEK_SECONDS = 7 * DAY_SECONDS
 DEFAULT_STEP_SECONDS = HOUR_SECONDS
-MAX_TIME = 2**31 - 2  # time stamps are 32-bit integers
 # A wall clock that is wrong is wrong by weeks or years (an empty battery, day and month exchanged);
 # a robot that was switched off comes back within a month.
 MAX_JUMP = timedelta(days=31)

@@ -10,12 +10,13 @@ from sgm.memory.memory_identities import MemoryIdentities, check_no_doubt
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.seen_and_said import get_statements, list_spoken_of
 from sgm.memory.seen_positions import forget_positions
-from sgm.memory.sighting import RELATIONS, read_relation
+from sgm.memory.sighting import read_relation
 from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.name_matching import NameIndex
 from sgm.names.words import read_words
+from sgm.schema import RELATIONS
 
 
 class MemoryCorrections(MemoryIdentities):

@@ -12,11 +12,12 @@ from sgm.arrays.read_numbers import read_sparse, write_sparse
 from sgm.arrays.relations import sum_relations
 from sgm.arrays.table import clone
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
-from sgm.memory.columns import HOME, NEVER, make_table
+from sgm.memory.columns import make_table
 from sgm.memory.look_weights import LookWeights
 from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
 from sgm.memory.week_hours import WeekHours
+from sgm.schema import HOME, NEVER
 
 NUM_LOOKS_KEPT = 8  # of every furniture node; what older ones said has been overtaken by moves
 BOTH = 3  # of `look_relations`

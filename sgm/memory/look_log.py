@@ -23,13 +23,14 @@ from sgm.layout.box import Box
 from sgm.layout.furniture import read_open_cost
 from sgm.layout.layout import Layout, read_map_id
 from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.clock import MAX_TIME, Clock
+from sgm.memory.clock import Clock
 from sgm.memory.locks import LogLock
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.sighting import parse_coverage
 from sgm.memory.thing import LEAST_CONFIDENCE, STATEMENTS, ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
+from sgm.schema import MAX_TIME
 
 MOST_LOG_BYTES = 1 << 34
 # What the values of a line must name, by kind.

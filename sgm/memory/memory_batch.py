@@ -9,11 +9,11 @@ import numpy as np
 
 from sgm.arrays.table import clone
 from sgm.layout.layout import LayoutArrays
-from sgm.memory.columns import NEVER
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.look_weights import LookWeights
 from sgm.memory.queries import Change, Queries, propose_places
 from sgm.memory.remembered import Remembered
+from sgm.schema import NEVER
 
 
 class MemoryBatch(Remembered):

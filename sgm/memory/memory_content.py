@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from sgm.layout.layout import Layout
-from sgm.memory.clock import MAX_TIME, Clock
+from sgm.memory.clock import Clock
 from sgm.memory.columns import (
-    Columns,
     Tables,
     check_tables,
     keep_rows,
@@ -27,6 +26,7 @@ from sgm.memory.thing import Thing, read_things, write_things
 from sgm.memory.week_hours import WeekHours
 from sgm.messages import shorten
 from sgm.names.words import read_words
+from sgm.schema import MAX_TIME, Columns
 
 HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 

@@ -10,13 +10,14 @@ import numpy as np
 
 from sgm.checks import check_kind
 from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.clock import MAX_JUMP, MAX_TIME, count_steps
+from sgm.memory.clock import MAX_JUMP, count_steps
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import Sighting, read_coverage, read_hidden, read_share, read_sightings
 from sgm.memory.step_log import LookWatch, StepLook
 from sgm.messages import shorten
 from sgm.names.words import read_words
+from sgm.schema import MAX_TIME
 
 
 class MemoryLooks(MemoryLayout):

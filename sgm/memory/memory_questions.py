@@ -11,7 +11,6 @@ import numpy as np
 
 from sgm.memory.asking import Asked, Scorer, ask
 from sgm.memory.clock import count_steps
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.queries import Queries
 from sgm.memory.seen_and_said import (
@@ -32,6 +31,7 @@ from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_matching import NameIndex, Resolution, Similarity
 from sgm.names.words import read_words, strip_question
+from sgm.schema import NEVER
 
 if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame

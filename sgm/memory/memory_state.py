@@ -19,7 +19,6 @@ from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
 from sgm.memory.same_things import find_roots, fuse
 from sgm.memory.seen_positions import note_positions
-from sgm.memory.sighting import RELATIONS
 from sgm.memory.step_log import MOST_LOOKS, StepLog, StepLook
 from sgm.memory.thing import ThingRows
 from sgm.names.aliases import AliasTable
@@ -27,6 +26,7 @@ from sgm.names.name import Name
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import RELATIONS
 
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
 

@@ -10,8 +10,9 @@ from sgm.arrays.grouped import join_groups
 from sgm.arrays.relations import share_relations
 from sgm.arrays.table import Table
 from sgm.layout.layout import LayoutArrays
-from sgm.memory.columns import EDGES, FURNITURE, OBJECTS, POSITIONS, make_table
+from sgm.memory.columns import make_table
 from sgm.memory.queries import Queries
+from sgm.schema import EDGES, FURNITURE, OBJECTS, POSITIONS
 
 
 class Remembered:

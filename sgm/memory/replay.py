@@ -10,9 +10,10 @@ from sgm.memory.clock import Clock
 from sgm.memory.look_log import LogLine
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.memory.sighting import Sighting
 from sgm.memory.thing import STATEMENTS, Statement, ThingName
 from sgm.prior.prior_graph import PriorGraph, find_shipped
+from sgm.schema import RELATIONS
 
 
 def replay(

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.memory.columns import EDGES, NEVER, POSITIONS, make_table
+from sgm.memory.columns import make_table
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.seen_positions import join_positions
+from sgm.schema import EDGES, NEVER, POSITIONS, PlaceCode
 
 _HIGHEST_COUNT = 2**16 - 1  # of `HomeHistory.edge_hours`
 
@@ -64,7 +65,7 @@ def _fuse_objects(batch: MemoryBatch, roots: np.ndarray) -> None:
 def _fuse_edges(batch: MemoryBatch, roots: np.ndarray) -> None:
     edges = batch.edges
     owner = roots[edges["object"]]
-    key = (owner * batch.num_furniture + edges["furniture"]) * 2 + edges["relation"]
+    key = PlaceCode.of(owner * batch.num_furniture + edges["furniture"], edges["relation"])
     _, first, group = np.unique(key, return_index=True, return_inverse=True)
     order = np.argsort(first)  # edges stay in the order in which they came up
     place = np.empty(len(order), dtype=np.int64)

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from sgm.layout.layout import Layout
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.same_things import find_roots
 from sgm.memory.seen_positions import Told, tell_positions
-from sgm.memory.sighting import RELATIONS, SeenAt
+from sgm.memory.sighting import SeenAt
 from sgm.memory.thing import Statement, Thing
+from sgm.schema import NEVER, RELATIONS
 
 
 @dataclass(frozen=True, slots=True)

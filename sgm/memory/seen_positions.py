@@ -9,13 +9,12 @@ from typing import TypeAlias
 import numpy as np
 
 from sgm.arrays.table import Table
-from sgm.checks import MOST_METRES
 from sgm.layout.box import Box
-from sgm.memory.columns import NEVER, Columns
 from sgm.memory.look_weights import SURE
 from sgm.memory.remembered import Remembered
-from sgm.memory.sighting import RELATIONS, Point, Sighting
+from sgm.memory.sighting import Point, Sighting
 from sgm.messages import shorten
+from sgm.schema import MOST_METRES, NEVER, RELATIONS, Columns, PlaceCode
 
 # Position, its standard deviation, and the usual position.
 Told: TypeAlias = tuple[Point | None, float | None, Point | None]
@@ -157,8 +156,7 @@ def find_positions(memory: Remembered, edges: np.ndarray) -> list[int]:
 
     def number(columns: Table, rows: np.ndarray | slice) -> np.ndarray:
         place = columns["object"][rows].astype(np.int64) * memory.num_furniture
-        numbered: np.ndarray = (place + columns["furniture"][rows]) * 2 + columns["relation"][rows]
-        return numbered
+        return PlaceCode.of(place + columns["furniture"][rows], columns["relation"][rows])
 
     own = number(table, slice(None))
     order = np.argsort(own)

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.checks import MOST_METRES, is_number
+from sgm.checks import is_number
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import MAX_LENGTH, read_words
+from sgm.schema import MOST_METRES, RELATIONS
 
-RELATIONS = ("in", "onTop")
 SPELLINGS = {"in": "in", "onTop": "onTop", "inside": "in", "on": "onTop", "on top": "onTop"}
 _BY_LETTERS = {
     "": "onTop", **{name.casefold().replace(" ", ""): own for name, own in SPELLINGS.items()}

@@ -7,10 +7,11 @@ from dataclasses import astuple, dataclass, replace
 from numbers import Real
 from typing import Any
 
-from sgm.memory.sighting import RELATIONS, read_embedding, read_id
+from sgm.memory.sighting import read_embedding, read_id
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import read_words
+from sgm.schema import RELATIONS
 
 ROBOT = "robot"  # who says what the robot itself did
 # How far a statement is believed where its confidence is not given: people err and mix things up,

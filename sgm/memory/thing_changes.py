@@ -10,11 +10,11 @@ import numpy as np
 
 from sgm.arrays.grouped import compute_starts, join_groups
 from sgm.memory.clock import Clock
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.sighting import RELATIONS, SeenAt
+from sgm.memory.sighting import SeenAt
 from sgm.memory.thing import Thing
 from sgm.messages import shorten
+from sgm.schema import NEVER, RELATIONS
 
 
 @dataclass(frozen=True, slots=True)

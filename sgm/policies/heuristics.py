@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS, max_relations, sum_relations
-from sgm.memory.columns import NEVER
+from sgm.arrays.relations import max_relations, sum_relations
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture, spread_over_furniture
+from sgm.schema import NEVER, NUM_RELATIONS
 
 
 class Random(Policy):

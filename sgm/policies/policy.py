@@ -12,10 +12,10 @@ from sgm.arrays.grouped import sum_rows
 from sgm.belief import Belief, Detector
 from sgm.evidence.adaptive_filter import compute_own_rates, list_look_times
 from sgm.evidence.elsewhere import compute_elsewhere
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.messages import shorten
+from sgm.schema import NEVER
 
 ScoreKind = Literal["weights", "logits"]
 UNEXPECTED = 0.05  # share of what is asked for that is anywhere, whatever a rule says

@@ -8,8 +8,8 @@ from typing import Any
 
 from sgm.files import VERSION
 from sgm.messages import shorten
+from sgm.schema import RELATIONS
 
-RELATIONS = ("in", "onTop")
 MOST_DESCRIPTIONS = 100_000  # of a type: every combination of its adjectives is one
 MOST_DESCRIPTIONS_OF_ALL = 1_000_000
 

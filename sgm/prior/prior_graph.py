@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from sgm.files import VERSION, make_read_error, parse_json, read_file, write_whole
 from sgm.prior.household import build_household
-from sgm.prior.prior_check import PARTS, RELATIONS, check_prior
+from sgm.prior.prior_check import PARTS, check_prior
+from sgm.schema import RELATIONS
 
 Adjectives = tuple[tuple[str, ...], ...]
 

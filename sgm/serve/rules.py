@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from sgm.checks import MOST_METRES, is_finite
+from sgm.checks import is_finite
 from sgm.files import parse_json
-from sgm.memory.clock import MAX_TIME
 from sgm.memory.sighting import MOST_NUMBERS, SPELLINGS, Sighting, read_relation
 from sgm.messages import shorten, shorten_text
 from sgm.names.words import MAX_LENGTH
+from sgm.schema import MAX_TIME, MOST_METRES
 
 MOST_SEEN = 500  # sightings of a look
 _LARGEST = 1e9  # number of an embedding, or of a start in metres

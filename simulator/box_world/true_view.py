@@ -8,7 +8,7 @@ import numpy as np
 
 from sgm.eyes.camera import Pose
 from sgm.layout.box import ABOVE_TOP, Box
-from sgm.memory.sighting import RELATIONS
+from sgm.schema import RELATIONS
 from simulator.box_world.depth_camera import DepthCamera
 from simulator.box_world.ray_kernel import Solids, find_hidden
 from simulator.box_world.world import BoxWorld

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.layout.box import ABOVE_TOP, Box
+from sgm.schema import PlaceCode
 from simulator.box_world.floor import BoxFloor, sample_floor
 from simulator.box_world.ray_kernel import Solids
 from simulator.box_world.sizes import find_thing_size, list_levels, list_parts
@@ -29,7 +29,7 @@ class ThingBoxes:
     Attributes:
         center, half: metres, (C, 3).
         yaw: (C,).
-        place: furniture * 2 + relation, -1 where there is none, (C,). A thing that is "in"
+        place: `PlaceCode`, -1 where there is none, (C,). A thing that is "in"
             furniture without an inside lies on top.
     """
 
@@ -70,13 +70,13 @@ class ThingBoxes:
         """Return the place of every slot, "onTop" where there is no inside, (C,)."""
         places = self._homes.object_place[0].astype(np.int64)
         has_inside = np.array([box.interior != "none" for box in self._floor.furniture])
-        furniture = places // NUM_RELATIONS  # -1 where there is none
+        furniture = PlaceCode.furniture(places)  # -1 where there is none
         is_moved = (places >= 0) & ~has_inside[furniture]
-        return np.where(is_moved, furniture * NUM_RELATIONS + 1, places)
+        return np.where(is_moved, PlaceCode.of(furniture, np.ones_like(furniture)), places)
 
     def _put(self, slot: int, place: int) -> None:
         """Give a thing a spot at a place."""
-        furniture, relation = divmod(place, NUM_RELATIONS)
+        furniture, relation = PlaceCode.split(place)
         box, shape = self._floor.furniture[furniture], self._floor.shapes[furniture]
         low, high, levels, headroom = _list_surfaces(box.size, shape, relation)
         kind = int(self._homes.object_type[0, slot])
@@ -199,8 +199,8 @@ class BoxWorld:
 
     def list_there(self, furniture: int) -> list[tuple[int, int]]:
         """Return slot and relation of everything at a piece of furniture."""
-        slots = np.flatnonzero(self.things.place // NUM_RELATIONS == furniture)
-        return [(int(slot), int(self.things.place[slot] % NUM_RELATIONS)) for slot in slots]
+        slots = np.flatnonzero(PlaceCode.furniture(self.things.place) == furniture)
+        return [(int(slot), PlaceCode.relation(int(self.things.place[slot]))) for slot in slots]
 
     def _make_solids(self) -> Solids:
         pieces = zip(self.floor.furniture, self.floor.shapes, strict=True)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.schema import PlaceCode
 from simulator.world.homes import Homes
 
 COLUMNS = 4  # furniture nodes side by side in a room that is laid out
@@ -151,7 +151,7 @@ class FloorPlan:
         order = np.argsort(group, kind="stable")
         turn = np.zeros(len(places), dtype=np.int64)  # of each object at its place
         turn[order] = compute_rank_in_group(group[order])
-        furniture, relation = np.divmod(places, NUM_RELATIONS)
+        furniture, relation = PlaceCode.split(places)
         rows = np.array(list(ROWS.values()))  # (2, 3)
         per_row = np.maximum(DOTS_PER_ROW, -(-count // rows.shape[1]))[group]
         row, column = np.divmod(turn, per_row)

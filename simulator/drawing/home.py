@@ -12,10 +12,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, Rectangle
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.finder.ranking import Ranking
-from sgm.memory.columns import NEVER
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.schema import NEVER, PlaceCode
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.priors.draw import ROOM_COLOURS
 
@@ -111,7 +110,7 @@ def list_dots(memory: SceneGraphMemory) -> Dots:
     """Return what a memory holds: what the last look at its place showed, and what it missed."""
     edges = memory.batch.edges
     was_seen = edges["num_true"] > 0
-    place = edges["furniture"] * NUM_RELATIONS + edges["relation"]
+    place = PlaceCode.of(edges["furniture"], edges["relation"])
     is_true = edges["is_true"]
     missing = {"s": 9, "facecolors": "none", "edgecolors": MISSING, "linewidths": 0.8}
     return {

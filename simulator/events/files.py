@@ -22,8 +22,8 @@ from sgm.files import (
     read_json,
     write_whole,
 )
-from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten, shorten_text
+from sgm.schema import RELATIONS
 from simulator.events.table import KINDS, EventQuestions, Events, EventTable, Nodes, Rows
 
 MANIFEST = "events.json"

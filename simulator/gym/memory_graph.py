@@ -6,9 +6,9 @@ import numpy as np
 from gymnasium.spaces import Box, Graph, GraphInstance
 
 from sgm.arrays.grouped import compute_starts, mark_rows
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries, propose_rows
+from sgm.schema import NEVER
 from simulator.snapshots.graph import FURNITURE, OBJECT, SnapshotGraph
 from simulator.snapshots.snapshots import Snapshots
 from simulator.snapshots.taken import take_snapshots

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
+from sgm.schema import NEVER
 
 # Of a place and the object asked for: its prior weight; whether the last look there showed the
 # object; how often it was seen there, and how often a look there missed it, log(1 + n); how lately

@@ -11,11 +11,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS, max_relations, sum_relations
-from sgm.memory.columns import NEVER
+from sgm.arrays.relations import max_relations, sum_relations
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy, mask_furniture, spread_over_furniture
+from sgm.schema import NEVER, NUM_RELATIONS
 
 _FAR = np.iinfo(np.int32).max  # steps since what never happened
 

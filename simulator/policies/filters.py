@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from sgm.arrays.grouped import sum_rows
-from sgm.arrays.relations import NUM_RELATIONS, sum_relations
+from sgm.arrays.relations import sum_relations
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
+from sgm.schema import NUM_RELATIONS
 from simulator.policies.filter_kernel import OWN_POSSIBLE, TYPE_POSSIBLE, UNSEEN, Rules, Subjects
 from simulator.policies.place_filter import PlaceFilter
 from simulator.world.homes import Homes

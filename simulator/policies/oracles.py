@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS, sum_relations
+from sgm.arrays.relations import sum_relations
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, WEEK_SECONDS
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.policies.heuristics import LastSeenUnlessAbsent
 from sgm.policies.policy import Policy, mask_furniture
+from sgm.schema import NEVER, NUM_RELATIONS
 from simulator.world.homes import Homes
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.source import TRUE_SCHEDULES, TRUE_TRANSITIONS

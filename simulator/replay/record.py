@@ -7,7 +7,7 @@ import numpy as np
 from sgm.files import VERSION
 from sgm.memory.look_log import LogLine
 from sgm.memory.memory_content import MemoryContent
-from sgm.memory.sighting import RELATIONS
+from sgm.schema import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import make_policy
 from simulator.replay.replay import Replay

@@ -17,7 +17,8 @@ from sgm.eyes.look_rules import Gate
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.memory.sighting import Sighting
+from sgm.schema import RELATIONS, PlaceCode
 from simulator.box_world.floor import STANDOFF
 from simulator.box_world.robot_body import RobotBody, RobotFrame
 from simulator.box_world.world import BoxWorld
@@ -282,7 +283,13 @@ class MappingRobot(HomeRobot):
             things.center[slots], _AT
         )
         return [
-            (Sighting(self.world.describe_thing(slot), RELATIONS[things.place[slot] % 2]), slot)
+            (
+                Sighting(
+                    self.world.describe_thing(slot),
+                    RELATIONS[PlaceCode.relation(int(things.place[slot]))],
+                ),
+                slot,
+            )
             for slot in slots[is_there].tolist()
         ]
 

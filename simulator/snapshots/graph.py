@@ -7,30 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, PlaceCode
+
 if TYPE_CHECKING:
     from simulator.snapshots.snapshots import Snapshots
 
 
-NODE_TYPES = ("house", "floor", "room", "furniture", "object")
-RELATIONS = ("in", "contains", "onTop", "under")
-EDGE_TYPES = (
-    ("house", "contains", "floor"),
-    ("floor", "in", "house"),
-    ("floor", "contains", "room"),
-    ("room", "in", "floor"),
-    ("room", "contains", "furniture"),
-    ("furniture", "in", "room"),
-    ("furniture", "contains", "object"),
-    ("object", "in", "furniture"),
-    ("object", "onTop", "furniture"),
-    ("furniture", "under", "object"),
-)
 # The edge types that enter each node type: the columns of its `degrees`.
 ENTERING = {
     ntype: tuple(etype for etype in EDGE_TYPES if etype[2] == ntype) for ntype in NODE_TYPES
 }
 MAX_ENTERING = 3
-QUERY_EDGE_TYPES = (("object", "in", "furniture"), ("object", "onTop", "furniture"))
 HOUSE, FLOOR, ROOM, FURNITURE, OBJECT = range(len(NODE_TYPES))
 # The first of the edge types that join objects.
 FIRST_OBJECT_TYPE = EDGE_TYPES.index(("furniture", "contains", "object"))
@@ -180,7 +167,7 @@ def _join_objects(
     num_remembered = len(snapshots.edge_object)
     snapshot = snapshots.object_snapshot[snapshots.edge_object]
     is_own = snapshots.query_object[snapshot] == snapshots.edge_object
-    places = snapshots.edge_furniture * 2 + snapshots.edge_relation
+    places = PlaceCode.of(snapshots.edge_furniture, snapshots.edge_relation)
     is_hypothetical = proposed.ravel()
     is_hypothetical[places[is_own]] = False
     is_asked = is_own
@@ -192,7 +179,7 @@ def _join_objects(
         best = num_true.argmax(axis=1)[snapshots.edge_furniture[own]]
         is_asked = is_own.copy()
         is_asked[own] = snapshots.edge_relation[own] == best
-    furniture, relation = np.divmod(np.flatnonzero(is_hypothetical), 2)
+    furniture, relation = PlaceCode.split(np.flatnonzero(is_hypothetical))
     of_query = snapshots.furniture_snapshot[furniture]
     # Two ascending runs, those remembered first: a merge.
     order = np.argsort(np.concatenate([snapshot, of_query]), kind="stable")

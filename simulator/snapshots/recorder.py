@@ -9,9 +9,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
-from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
+from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from simulator.snapshots.shards import EXTRA, QUESTION_EXTRA
 
 Arrays = dict[str, np.ndarray]

@@ -24,8 +24,8 @@ from sgm.files import (
     read_json,
     write_whole,
 )
-from sgm.memory.columns import EDGES, FURNITURE, NOW, OBJECTS
 from sgm.messages import shorten
+from sgm.schema import EDGES, FURNITURE, NOW, OBJECTS
 
 MANIFEST = "manifest.json"
 # What the columns of extras are called in a shard: where their own names begin.

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sgm.memory.clock import compute_week_seconds
-from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
+from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
 
-# Counters and time stamps by name, as `sgm.memory.columns` declares them.
+# Counters and time stamps by name, as `sgm.schema` declares them.
 Counters = Mapping[str, np.ndarray]
 
 

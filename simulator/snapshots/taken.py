@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from sgm.arrays.grouped import compute_starts, join_groups, number_keys
-from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
+from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from simulator.snapshots.snapshots import Snapshots
 
 

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS, sum_relations
+from sgm.arrays.relations import sum_relations
 from sgm.checks import check_at_least
 from sgm.policies.policy import Policy
+from sgm.schema import NUM_RELATIONS
 from simulator.tasks.answer import Answer
 from simulator.tasks.ndcg import compute_ndcg
 from simulator.tasks.rollout import compute_answers, compute_query_weights

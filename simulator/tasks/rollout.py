@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.place_prior import PlacePrior
+from sgm.schema import PlaceCode
 from simulator.world.homes import Homes
 from simulator.world.sensing import Observation, observe
 from simulator.world.streams import sample_categorical
@@ -64,7 +64,7 @@ def compute_answers(homes: Homes, code: np.ndarray, home: np.ndarray | None = No
     answers = np.zeros((len(code), homes.num_furniture), dtype=bool)
     is_asked = (homes.object_code[home] == code[:, None]) & homes.is_present[home]
     query, slot = np.divmod(np.flatnonzero(is_asked), homes.num_slots)
-    answers[query, homes.object_place[home[query], slot] // NUM_RELATIONS] = True
+    answers[query, PlaceCode.furniture(homes.object_place[home[query], slot])] = True
     return answers
 
 

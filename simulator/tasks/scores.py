@@ -8,10 +8,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
-from sgm.memory.columns import NEVER
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, compute_probabilities
+from sgm.schema import NEVER
 from simulator.tasks.answer import Answer
 from simulator.tasks.task import Task
 from simulator.tasks.usual_places import UsualPlaces

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
+from sgm.schema import NUM_RELATIONS, PlaceCode
 from simulator.world.homes import Homes
 from simulator.world.sensing import observe
 from simulator.world.streams import Streams
@@ -133,7 +133,7 @@ def _check_objects(homes: Homes, step: int) -> None:
     for name in _BY_SLOT:
         _expect_shape(name, getattr(homes, name), shape)
     place, is_present = homes.object_place, homes.is_present
-    most = homes.home_num_furniture * NUM_RELATIONS
+    most = PlaceCode.count(homes.home_num_furniture)
     is_slot = np.arange(homes.num_slots) < homes.home_num_slots[:, None]
     _expect(is_present.any(axis=1).all(), "hold an object at every step", "none", step)
     _expect((place < most[:, None]).all(), "have objects at their own furniture", "others", step)
@@ -148,7 +148,7 @@ def _check_objects(homes: Homes, step: int) -> None:
 
 
 def _check_rows(homes: Homes, rows: np.ndarray, step: int) -> None:
-    _expect_shape("transition_rows", rows, (homes.num_homes, homes.num_furniture * NUM_RELATIONS))
+    _expect_shape("transition_rows", rows, (homes.num_homes, PlaceCode.count(homes.num_furniture)))
     total = rows.sum(axis=1)
     is_place = np.repeat(homes.is_furniture, NUM_RELATIONS, axis=1)
     _expect((rows >= 0).all() and not rows[~is_place].any(), "go to own places", "others", step)

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
-from sgm.memory.sighting import RELATIONS
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import Adjectives, FurnitureType, ObjectType, Placement, PriorGraph
+from sgm.schema import RELATIONS, PlaceCode
 from simulator.priors.types import FurnitureRow, ObjectRow, load_types
 from simulator.trace.episode import Episode
 from simulator.trace.recorded_homes import RecordedTypes
@@ -184,7 +183,7 @@ def _count_home(
             own.most = max(own.most, present[label])
         own.moves += is_move
         if is_new or is_move:
-            furniture, relation = divmod(place, NUM_RELATIONS)
+            furniture, relation = PlaceCode.split(place)
             own.arrivals[home][(*layout[furniture], RELATIONS[relation])] += 1
     for label in set(labels):
         counts[label].home_steps += end

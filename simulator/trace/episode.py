@@ -10,8 +10,8 @@ from itertools import groupby
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import DAY_SECONDS, Clock
+from sgm.schema import PlaceCode
 from simulator.trace.events import GONE, Event
 from simulator.trace.trace import Trace
 
@@ -216,7 +216,7 @@ def _follow_slots(
             changed[slots[name]] = (-1, 0, False, False, False)
             heapq.heappush(free, slots.pop(name))
         for name, event in last.items():
-            place = event.furniture * NUM_RELATIONS + event.relation
+            place = PlaceCode.of(event.furniture, event.relation)
             before = places.get(name)
             if event.furniture == GONE or before == place:
                 continue
@@ -224,7 +224,7 @@ def _follow_slots(
             if before is None:
                 slots[name] = heapq.heappop(free)
             else:
-                came_from = before // NUM_RELATIONS
+                came_from = PlaceCode.furniture(before)
                 is_move = came_from != event.furniture
                 crosses = rooms[came_from] != rooms[event.furniture]
             number = descriptions.setdefault(event.description, len(descriptions))

@@ -12,9 +12,10 @@ from datetime import datetime
 from pathlib import Path
 
 from sgm.layout.layout import Layout
-from sgm.memory.sighting import RELATIONS, Point, read_point, read_relation
+from sgm.memory.sighting import Point, read_point, read_relation
 from sgm.messages import shorten, shorten_values
 from sgm.names.words import read_words
+from sgm.schema import RELATIONS
 from simulator.trace.layout import LAYOUT_FILE, get_label, read_part, read_start
 
 EVENTS_FILE = "events.csv"

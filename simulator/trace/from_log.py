@@ -15,8 +15,9 @@ from sgm.layout.layout import Layout
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from sgm.memory.look_log import LogLine
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.sighting import RELATIONS, Coverage, Point, read_relation, split_coverage
+from sgm.memory.sighting import Coverage, Point, read_relation, split_coverage
 from sgm.names.words import read_name, read_words
+from sgm.schema import RELATIONS
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import get_label, number_names
 from simulator.trace.trace import Trace

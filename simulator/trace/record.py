@@ -7,10 +7,10 @@ from datetime import datetime
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
 from sgm.memory.clock import DEFAULT_STEP_SECONDS
+from sgm.schema import PlaceCode
 from simulator.trace.events import GONE, Event
 from simulator.trace.layout import number_names
 from simulator.trace.trace import Trace, Truth, list_weights
@@ -89,7 +89,7 @@ class TraceRecorder:
         self._codes[home].add(int(self._code[home, slot]))
 
     def _add(self, home: int, slot: int, place: int) -> None:
-        furniture, relation = divmod(place, NUM_RELATIONS) if place >= 0 else (GONE, 0)
+        furniture, relation = PlaceCode.split(place) if place >= 0 else (GONE, 0)
         text = self._homes.object_descriptions.text(int(self._code[home, slot]))
         time = self._time * self._step_seconds[home]
         self._events[home].append(Event(time, self._name[home, slot], text, furniture, relation))

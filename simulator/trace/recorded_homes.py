@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from sgm.arrays.grouped import pad_rows
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import make_clock_rows
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import PlaceCode
 from simulator.trace.episode import Episode
 from simulator.trace.trace import Trace, fill_row
 from simulator.world.config import HomeConfig
@@ -171,7 +171,7 @@ class RecordedHomes(Homes):
         Raises:
             ValueError: if a home was recorded, not simulated.
         """
-        num_places = self.num_furniture * NUM_RELATIONS
+        num_places = PlaceCode.count(self.num_furniture)
         weights = np.zeros((len(self._traces), len(self.object_labels), num_places), np.float32)
         for number, trace in enumerate(self._traces):
             if trace.truth is None:
@@ -194,7 +194,7 @@ class RecordedHomes(Homes):
 
     def _count_transitions(self, trace: Trace) -> np.ndarray:
         """Return T of a home by description code, float32 (codes, P)."""
-        num_places = self.num_furniture * NUM_RELATIONS
+        num_places = PlaceCode.count(self.num_furniture)
         rows = np.zeros((self._types.num_descriptions, num_places), dtype=np.float32)
         if trace.truth is not None:
             for text, weights in trace.truth.transitions.items():

@@ -20,15 +20,15 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.files import VERSION, VersionError, check_version, read_json, write_whole
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS, Sighting
+from sgm.memory.sighting import Sighting
 from sgm.messages import shorten, shorten_values
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import RELATIONS, PlaceCode
 from simulator.trace.events import EVENTS_FILE, GONE, Event, load_events, make_events_csv
 from simulator.trace.layout import LAYOUT_FILE, load_layout, make_layout_json
 from simulator.world.config import HomeConfig
@@ -191,7 +191,7 @@ class Trace:
         at: dict[str, int] = {}
         for event in self.events:
             if event.furniture not in (GONE, at.get(event.object, GONE)):
-                place = event.furniture * NUM_RELATIONS + event.relation
+                place = PlaceCode.of(event.furniture, event.relation)
                 counts[read_words("description", event.description)][place] += 1
             at[event.object] = event.furniture
         return counts
@@ -219,7 +219,7 @@ def load_trace(folder: str | Path) -> Trace:
             f"{folder / LAYOUT_FILE}: end_s must not be before the last event, got "
             f"{until_s:g} before {events[-1].time_s:g}. Raise it, or leave it out."
         )
-    truth = load_truth(folder / TRUTH_FILE, len(layout.furniture) * NUM_RELATIONS)
+    truth = load_truth(folder / TRUTH_FILE, PlaceCode.count(len(layout.furniture)))
     return Trace(folder.resolve().name, layout, events, truth, start, until_s)
 
 

@@ -10,9 +10,9 @@ from typing import Protocol
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import Clock
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import PlaceCode
 from simulator.world.parts import Part
 from simulator.world.rules import HomeRules
 from simulator.world.streams import Streams
@@ -100,7 +100,7 @@ class Homes(ABC):
     @property
     def object_furniture(self) -> np.ndarray:
         """Furniture index that each object is at, -1 for an empty slot, (H, C)."""
-        return self.object_place // NUM_RELATIONS  # -1 // 2 == -1
+        return PlaceCode.furniture(self.object_place)
 
     @property
     def labels(self) -> list[str]:

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import NUM_RELATIONS, PlaceCode
 from simulator.world.rules import HomeRules
 from simulator.world.sampled_state import SampledState
 from simulator.world.streams import sample_categorical
@@ -164,7 +164,7 @@ def sample_initial_objects(
             found, relation = np.divmod(options[home, node, drawn], NUM_RELATIONS)
             count[home, found] += 1
             types[home, turn, furniture] = found
-            places[home, turn, furniture] = node * NUM_RELATIONS + relation
+            places[home, turn, furniture] = PlaceCode.of(node, relation)
     own = np.nonzero(types >= 0)
     return own[0], types[own], places[own], uniform[(*own, 1)]
 
@@ -191,7 +191,7 @@ def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray]:
     row, place = np.divmod(option, homes.num_places)
     home, types = np.divmod(row, len(homes.prior.objects))
     weight = homes.place_weights.ravel()[option] * homes.sample_prob[types]
-    node = home * homes.num_furniture + place // NUM_RELATIONS
+    node = home * homes.num_furniture + PlaceCode.furniture(place)
     order = np.argsort(node, kind="stable")
     order = order[weight[order] > 0]
     node, rank = node[order], compute_rank_in_group(node[order])

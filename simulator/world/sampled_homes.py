@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group, pad_rows
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import make_clock_rows
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import NUM_RELATIONS, PlaceCode
 from simulator.world.config import HomeConfig
 from simulator.world.descriptions import make_descriptions
 from simulator.world.dynamics import Life
@@ -69,7 +69,7 @@ class SampledHomes(SampledState):
             [list_rooms(config, layout) for config in self.configs], -1, np.int64
         )
         self.num_furniture = self.furniture_room.shape[1]
-        self.num_places = self.num_furniture * NUM_RELATIONS
+        self.num_places = PlaceCode.count(self.num_furniture)
         self.place_room = np.repeat(self.furniture_room, NUM_RELATIONS, axis=1)
         self.object_descriptions = make_descriptions(prior.objects)
         self.furniture_descriptions = make_descriptions(prior.furniture)

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
+from sgm.schema import NUM_RELATIONS, PlaceCode
 from simulator.world.descriptions import DescriptionTable
 from simulator.world.homes import Homes
 from simulator.world.noise import NUMBERS_AT_ONCE, compute_noisy_weights, list_positive
@@ -70,7 +70,7 @@ class SampledState(Homes):
         """
         relation_of_type = np.argmax(self.prior.weights.sum(axis=0), axis=1)
         relations = relation_of_type[self.furniture_type]
-        return np.arange(self.num_furniture) * NUM_RELATIONS + relations
+        return PlaceCode.of(np.arange(self.num_furniture), relations)
 
     def read_transitions(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:
         """Return the T^i rows of descriptions, (n,), (n,) -> (n, P); zero for unknown ones."""
@@ -125,7 +125,7 @@ class SampledState(Homes):
         at_once = max(NUMBERS_AT_ONCE // (self.num_places * 2), 1)
         for first in range(0, len(new_codes), at_once):
             some = slice(first, first + at_once)
-            num_numbers = self.home_num_furniture * NUM_RELATIONS * 2
+            num_numbers = PlaceCode.count(self.home_num_furniture) * 2
             noise = self.streams.rows("instance noise", num_numbers).claim(new_homes[some])
             rows, places, weights = list_positive(
                 self.place_weights.reshape(-1, self.num_places),
@@ -133,7 +133,7 @@ class SampledState(Homes):
             )
             noisy = compute_noisy_weights(
                 weights, rows, places, noise.read(rows, places * 2, 2), new_homes[some],
-                self.place_room, self.home_num_furniture * NUM_RELATIONS,
+                self.place_room, PlaceCode.count(self.home_num_furniture),
                 zero_prob=self.noise_zero_prob, scale=self.noise_scale,
             )  # fmt: skip
             self._row_of_code[new_homes[some], new_codes[some]] = self.transitions.append(

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.messages import shorten
+from sgm.schema import PlaceCode
 from simulator.world.homes import Homes
 from simulator.world.parts import Part, Registry
 
@@ -83,8 +83,7 @@ class Misses(Sensing):
         # Only homes that look draw numbers: a home's numbers do not depend on its neighbours.
         uniform = homes.streams.rows("detection", homes.home_num_slots).take(looking)  # (n, C)
         places = homes.object_place[looking]
-        first = furniture[:, None] * NUM_RELATIONS
-        is_seen = (places >= first) & (places < first + NUM_RELATIONS)
+        is_seen = PlaceCode.furniture(places) == furniture[:, None]
         is_seen &= uniform >= miss_rate
         row, slot = np.divmod(np.flatnonzero(is_seen), homes.num_slots)
         home = looking[row]
@@ -94,7 +93,7 @@ class Misses(Sensing):
             coverage=np.ones(len(looking)) if coverage is None else coverage,
             seen_home=home,
             seen_code=homes.object_code[home, slot],
-            seen_relation=homes.object_place[home, slot] % NUM_RELATIONS,
+            seen_relation=PlaceCode.relation(homes.object_place[home, slot]),
             seen_confidence=np.ones(len(home)),
         )
 
@@ -183,7 +182,7 @@ class Confidences(ConstantMisses):
         for wrong in np.flatnonzero(uniform[:, 1] >= confidence):
             home = seen.seen_home[wrong]
             places = homes.object_place[home]
-            is_here = places // NUM_RELATIONS == furniture[row[wrong]]
+            is_here = PlaceCode.furniture(places) == furniture[row[wrong]]
             own = homes.object_code[home]
             elsewhere = np.setdiff1d(own[(places >= 0) & ~is_here], own[is_here])
             if len(elsewhere):

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.memory.clock import Clock
+from sgm.schema import PlaceCode
 from simulator.world.dynamics import Life
 from simulator.world.sampled_state import SampledState
 
@@ -66,7 +66,7 @@ class TimedLife(Life):
         self._num_steps += 1
         self.live(self.state, self._members, self._start + self._num_steps * self._step)
         after = homes.object_place[self._members]
-        has_moved = before // NUM_RELATIONS != after // NUM_RELATIONS
+        has_moved = PlaceCode.furniture(before) != PlaceCode.furniture(after)
         homes.object_moved[self._members] = has_moved & (after >= 0)
         homes.num_objects[self._members] = (after >= 0).sum(axis=1)
 
@@ -82,7 +82,7 @@ class TimedLife(Life):
         """
         if self._outlook is None:
             state = self._start_copy(f"{self._purpose} outlook")
-            num_places = self._homes.num_furniture * NUM_RELATIONS
+            num_places = PlaceCode.count(self._homes.num_furniture)
             counts = np.zeros((*state.place.shape, num_places), dtype=np.float32)
             for hour in range(1, self._outlook_hours.max() + 1):
                 is_on = hour <= self._outlook_hours
@@ -100,7 +100,7 @@ class TimedLife(Life):
         lived = np.empty((num_homes, num_hours, num_slots), dtype=np.int16)
         for hour in range(num_hours):
             self.live(state, self._members, self._start + HOUR * hour)
-            lived[:, hour] = state.place // NUM_RELATIONS  # -1 // 2 == -1
+            lived[:, hour] = PlaceCode.furniture(state.place)
         return lived
 
     def transition_rows(self, homes: np.ndarray, codes: np.ndarray) -> np.ndarray:

@@ -6,10 +6,11 @@ from dataclasses import fields, replace
 import pytest
 import torch
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, Batch
+from datamodules.batch import Batch
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from sgm.policies.heuristics import Bayesian
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.snapshots.taken import take_snapshots
 from simulator.tasks.predict_location import predict_locations

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.batch import EDGE_TYPES
 from datamodules.features import FeatureConfig, compute_clock_features
 from datamodules.graph import GraphBuilder
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
+from sgm.schema import EDGE_TYPES
 
 HOUR = 3600
 DAY = 24 * HOUR

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from datamodules.batch import EDGE_TYPES, QUERY_EDGE_TYPES
 from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
+from sgm.schema import EDGE_TYPES, QUERY_EDGE_TYPES
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
 from simulator.policies import make_policy

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
+from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 
 ON_TOP = ("object", "onTop", "furniture")
 INSIDE = ("object", "in", "furniture")

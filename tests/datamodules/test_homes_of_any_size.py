@@ -5,13 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datamodules.batch import EDGE_TYPES, ENTERING, NODE_TYPES
+from datamodules.batch import ENTERING
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.prior.place_prior import PlacePrior
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 from simulator import PriorGraph
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.shards import get_shard_name, save_manifest, save_shard

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.evidence.columns import EVIDENCE_VERSION
+from sgm.schema import QUERY_EDGE_TYPES
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.paper_homes import PaperSizesSource
 from simulator.world.mixture.source import MixtureSource

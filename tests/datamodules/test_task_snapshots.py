@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.batch import QUERY_EDGE_TYPES
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
+from sgm.schema import QUERY_EDGE_TYPES
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
 from simulator.policies import make_policy

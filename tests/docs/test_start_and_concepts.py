@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from sgm.memory.columns import EDGES, FURNITURE, OBJECTS
+from sgm.schema import EDGES, FURNITURE, OBJECTS
 from tests.guides import DOCS, list_commands, read_page, run_page, write_files
 
 ROOT = DOCS.parent

@@ -10,8 +10,9 @@ import pytest
 import torch
 from torch_geometric.data import HeteroData
 
-from datamodules.batch import EDGE_TYPES, ENTERING, NODE_TYPES, QUERY_EDGE_TYPES, Batch
+from datamodules.batch import ENTERING, Batch
 from datamodules.features import EDGE_FEATURE_DIM, NODE_FEATURE_DIM, TEXT_DIM
+from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 
 NUM_LABELS = 12
 

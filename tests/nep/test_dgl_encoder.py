@@ -6,7 +6,6 @@ import sys
 import pytest
 import torch
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.encoders import DGLHGT, HGT, DGLEncoder
@@ -14,6 +13,7 @@ from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.policy import NEPPolicy
 from sgm.policies.heuristics import Bayesian
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.snapshots.taken import take_snapshots
 from simulator.tasks.predict_location import predict_locations

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sgm.arrays.relations import NUM_RELATIONS, sum_relations
+from sgm.arrays.relations import sum_relations
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy, mask_furniture
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import NUM_RELATIONS
 from simulator.policies.inventory import Inventory
 from simulator.world.homes import Homes
 from simulator.world.noise import compute_noisy_weights

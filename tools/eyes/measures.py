@@ -14,8 +14,8 @@ from sgm.eyes.look_builder import LookBuilder
 from sgm.eyes.look_rules import Gate
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import RELATIONS
 from sgm.names.words import read_name
+from sgm.schema import RELATIONS, PlaceCode
 from simulator.box_world.robot_body import BodyRules, RobotBody, RobotFrame
 from simulator.box_world.true_view import TrueView
 from simulator.box_world.world import BoxWorld
@@ -145,8 +145,11 @@ class EyesExam:
             place = int(self._world.things.place[found.slot])
             scores.num_detections += 1
             scores.num_unassigned += furniture is None
-            scores.num_right += (furniture, relation) == (place // 2, RELATIONS[place % 2])
-            if furniture == place // 2 and found.is_named:
+            scores.num_right += (furniture, relation) == (
+                PlaceCode.furniture(place),
+                RELATIONS[PlaceCode.relation(place)],
+            )
+            if furniture == PlaceCode.furniture(place) and found.is_named:
                 self._spots[furniture, found.detection.name] = self._world.things.get_box(
                     found.slot
                 )

@@ -18,9 +18,9 @@ from sgm.checks import is_number
 from sgm.files import read_json
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
-from sgm.memory.sighting import RELATIONS
 from sgm.messages import shorten
 from sgm.names.words import read_words
+from sgm.schema import RELATIONS
 from simulator.trace.events import GONE, Event
 from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.trace import Trace

@@ -9,8 +9,9 @@ from dataclasses import replace
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
-from sgm.memory.sighting import RELATIONS, Point
+from sgm.memory.sighting import Point
 from sgm.names.words import read_words
+from sgm.schema import RELATIONS
 from simulator.priors.types import load_types
 from simulator.trace.events import Event
 from simulator.trace.layout import number_names

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from sgm.checks import MOST_METRES
 from sgm.layout.box import Box
 from sgm.memory.sighting import Point
 from sgm.memory.spark_graph import (
@@ -26,6 +25,7 @@ from sgm.memory.spark_graph import (
     read_box,
 )
 from sgm.messages import shorten
+from sgm.schema import MOST_METRES
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.trace import Trace

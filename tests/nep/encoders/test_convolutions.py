@@ -9,12 +9,12 @@ import pytest
 import torch
 from torch import nn
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES
 from nep.encoders.encoder import AlikeConv
 from nep.encoders.gcn import GCNConv
 from nep.encoders.han import HANConv
 from nep.encoders.heat import HEATConv
 from nep.encoders.hgt import HGTConv
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 
 IN, OUT, EDGE = 6, 8, 5
 

@@ -10,10 +10,10 @@ import pytest
 import torch
 from torch.utils.data import DataLoader
 
-from datamodules.batch import QUERY_EDGE_TYPES
 from nep.encoders import GCN, HEAT, MLP
 from nep.model.loss import balanced_bce, listwise_loss, relevance_loss
 from nep.model.module import HitsAtOne, NEPModule
+from sgm.schema import QUERY_EDGE_TYPES
 
 
 def test_loss_by_hand():

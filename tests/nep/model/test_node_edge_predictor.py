@@ -9,13 +9,14 @@ import torch
 from torch import nn
 from torch.nn import functional as F
 
-from datamodules.batch import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES, RELATIONS, Batch
+from datamodules.batch import Batch
 from nep.encoders import DGLHGT, GCN, HAN, HEAT, HGT, MLP, Sets
 from nep.model.embedding import EdgeEmbedding, NodeEmbedding
 from nep.model.loss import balanced_bce
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.model.query_attention import QueryAttention
 from nep.model.settings import NetworkConfig
+from sgm.schema import EDGE_RELATIONS, EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 
 ENCODERS = {
     "mlp": lambda: MLP(16),
@@ -218,7 +219,7 @@ def test_embeddings_equal_concatenated_features(random_batch):
     wide_edge = []
     for etype in EDGE_TYPES:
         feature = graph[etype].feature
-        relation = torch.full((len(feature),), RELATIONS.index(etype[1]))
+        relation = torch.full((len(feature),), EDGE_RELATIONS.index(etype[1]))
         wide_edge.append(torch.cat([feature, F.one_hot(relation, 4).float()], dim=1))
     want = apply(edge, torch.cat(wide_edge))
     torch.testing.assert_close(edge(batch), want)

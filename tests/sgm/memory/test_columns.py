@@ -4,10 +4,6 @@ import numpy as np
 import pytest
 
 from sgm.memory.columns import (
-    HOME,
-    NOW,
-    TABLES,
-    Column,
     check_tables,
     keep_rows,
     list_written,
@@ -15,6 +11,7 @@ from sgm.memory.columns import (
     read_tables,
     write_tables,
 )
+from sgm.schema import HOME, NOW, TABLES, Column
 from simulator import SceneGraphMemory, Sighting
 
 BESIDE = Column("beside", default=-1, low=-1, refers_to="furniture")

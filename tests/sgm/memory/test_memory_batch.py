@@ -6,9 +6,9 @@ import pytest
 
 from sgm.arrays.table import Table
 from sgm.layout.layout import LayoutArrays
-from sgm.memory.columns import NEVER
 from sgm.memory.queries import propose_places, propose_rows, sample_places
 from sgm.prior.place_prior import PlacePrior
+from sgm.schema import NEVER
 from tests.candidates import list_candidates
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)

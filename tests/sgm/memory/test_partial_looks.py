@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sgm.memory.columns import EDGE_COUNTERS, NEVER
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.schema import EDGE_COUNTERS, NEVER
 
 IGNORE = pytest.mark.filterwarnings("ignore:.* confidences of a look are below")
 

@@ -6,10 +6,9 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from sgm.memory.clock import MAX_TIME
-from sgm.memory.columns import NEVER
 from sgm.memory.sighting import SeenAt
 from sgm.names.words import MAX_LENGTH
+from sgm.schema import MAX_TIME, NEVER
 from simulator import (
     Bayesian,
     HomeConfig,

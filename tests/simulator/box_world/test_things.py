@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from sgm.arrays.relations import NUM_RELATIONS
 from sgm.eyes.camera import Pose
 from sgm.layout.box import Box
-from sgm.memory.sighting import RELATIONS
+from sgm.schema import RELATIONS, PlaceCode
 from simulator.box_world.depth_camera import BoxDetector, DepthCamera
 from simulator.box_world.ray_kernel import find_hidden
 from simulator.box_world.true_view import TrueView, sample_cells
@@ -19,8 +18,8 @@ def _check_places(world):
     homes, things = world.homes, world.things
     np.testing.assert_array_equal(things.place >= 0, homes.object_place[0] >= 0)
     for slot in np.flatnonzero(things.place >= 0):
-        furniture, relation = divmod(int(things.place[slot]), NUM_RELATIONS)
-        assert furniture == homes.object_place[0, slot] // NUM_RELATIONS
+        furniture, relation = PlaceCode.split(int(things.place[slot]))
+        assert furniture == PlaceCode.furniture(homes.object_place[0, slot])
         volume = world.floor.furniture[furniture].volume(RELATIONS[relation])
         assert volume.contains(things.center[slot], 0.02), RELATIONS[relation]
 
@@ -47,7 +46,7 @@ def test_few_things_overlap(make_world):
         for first, second in zip(*np.triu_indices(len(own), 1), strict=True):
             a, b = own[first], own[second]
             gap = np.abs(things.center[a] - things.center[b]) - things.half[a] - things.half[b]
-            turned = world.floor.furniture[place // NUM_RELATIONS].yaw % np.pi > 0.1
+            turned = world.floor.furniture[PlaceCode.furniture(place)].yaw % np.pi > 0.1
             if turned:  # sides along the furniture's axes, which are those of the map, swapped
                 reach = (things.half[a] + things.half[b])[[1, 0, 2]]
                 gap = np.abs(things.center[a] - things.center[b]) - reach

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sgm.memory.columns import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
 from simulator.policies import make_policy
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.snapshots import Snapshots

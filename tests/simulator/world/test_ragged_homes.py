@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from sgm.arrays.relations import NUM_RELATIONS
+from sgm.schema import NUM_RELATIONS
 from simulator.policies import make_policy
 from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout, compute_answers, sample_query
