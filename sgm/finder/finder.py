@@ -170,7 +170,7 @@ class Finder:
             places=tuple(places),
             elsewhere=posterior.elsewhere,
             with_robot=float(1 - np.prod(1 - asked.carried)),
-            last_seen=next(iter(asked.sightings), None),
+            last_seen=asked.last_seen,
             resolution=resolution,
         )
 
