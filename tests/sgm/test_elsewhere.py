@@ -4,13 +4,16 @@ import ast
 import os
 import socket
 import subprocess
+from pathlib import Path
 
 import pytest
 
-from tests.imports import ROOT, list_modules
+import sgm
+from tests.imports import ROOT
 from tests.sgm.serve.conftest import Client, open_service, run_server
 
-MODULES = {name: file for name, file in list_modules().items() if name.split(".")[0] == "sgm"}
+PACKAGE = Path(sgm.__file__).parent  # of an installed wheel, too
+MODULES = {str(file.relative_to(PACKAGE)): file for file in sorted(PACKAGE.rglob("*.py"))}
 POSIX = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios", "tty"}
 # What is used and is in Windows, too; add a name only after a look at "Availability" in its
 # documentation. `getattr(os, "O_NONBLOCK", 0)` asks whether there is one.
