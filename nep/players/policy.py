@@ -58,7 +58,9 @@ class NEPPolicy(StepPolicy):
         self._builder = builder
         self._belief_filter = belief_filter
         self._asks_moved = asks_moved
-        self._predictor: NodeEdgePredictor | None = None
+        self._predictor: NodeEdgePredictor | None = None  # the copy that answers
+        self._copied: tuple[NodeEdgePredictor, torch.device] | None = None  # of what, and where
+        self._is_current = False
         self.counts_looks = builder.config.evidence  # type: ignore[misc]
 
     @property
@@ -93,7 +95,7 @@ class NEPPolicy(StepPolicy):
 
     def reset(self, memory: MemoryBatch) -> None:
         """Forget earlier homes, ask for what features are computed from, take present weights."""
-        self._predictor = None
+        self._is_current = False
         if self._builder.config.evidence:
             super().reset(memory)
         if self._belief_filter is not None:
@@ -150,16 +152,30 @@ class NEPPolicy(StepPolicy):
             elsewhere = _round(answer.elsewhere)
         return scores, elsewhere
 
+    @torch.inference_mode()
     def _take_predictor(self) -> NodeEdgePredictor:
-        """Return the network as it was at the last reset or first question."""
-        if self._predictor is None:
-            device = self._module.device
-            if device.type == "mps":  # knows no float64
-                device = torch.device("cpu")
-            copy = deepcopy(self._module.predictor).requires_grad_(False).eval()
+        """Return the network as it was at the last reset or first question.
+
+        The copy is kept over resets, and takes the weights alone: a robot resets with every
+        question that follows a look, and a copy of the whole network is half of its answer.
+        """
+        device = self._module.device
+        if device.type == "mps":  # knows no float64
+            device = torch.device("cpu")
+        network = self._module.predictor
+        if self._predictor is None or self._copied != (network, device):
+            copy = deepcopy(network).requires_grad_(False).eval()
             is_equal = copy.encoder.has_equal_rows and copy.evidence_embedding is None
             is_equal = is_equal and device.type == "cpu"
             self._predictor = copy.to(device, torch.float32 if is_equal else torch.float64)
+            self._copied = network, device
+        elif not self._is_current:
+            for kept, present in (
+                *zip(self._predictor.parameters(), network.parameters(), strict=True),
+                *zip(self._predictor.buffers(), network.buffers(), strict=True),
+            ):
+                kept.copy_(present)
+        self._is_current = True
         return self._predictor
 
 

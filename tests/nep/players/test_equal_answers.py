@@ -11,6 +11,7 @@ from nep.model.module import NEPModule
 from nep.players.policy import NEPPolicy
 from sgm.policies.policy import Policy
 from simulator.tasks.evaluation import play_task
+from simulator.tasks.rollout import make_memory
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 from simulator.world.streams import Streams
@@ -141,3 +142,22 @@ def test_the_weights_are_those_of_the_last_reset():
     play_task(lambda _: again, SOURCE.make(Streams(3, "test", [0])), 1)
     assert again.said != heard.said
     assert all(parameter.dtype == torch.float32 for parameter in module.parameters())
+
+
+@pytest.mark.parametrize("name", ["gcn", "hgt"])
+def test_a_reset_takes_present_weights_and_makes_no_new_copy(name):
+    """A robot resets with every question that follows a look."""
+    network = NETWORKS[name]()
+    memory = make_memory(SOURCE.make(Streams(3, "test", [0])))
+    kept = network._take_predictor()
+    before = [values.clone() for values in kept.parameters()]
+    present = list(network._module.predictor.parameters())
+    with torch.no_grad():
+        for parameter in present:
+            parameter.add_(1)
+    assert network._take_predictor() is kept
+    assert all(map(torch.equal, kept.parameters(), before))
+    network.reset(memory)
+    assert network._take_predictor() is kept
+    for copied, parameter in zip(kept.parameters(), present, strict=True):
+        assert torch.equal(copied, parameter.to(copied.dtype))
