@@ -17,6 +17,8 @@ STAMP := $(VENV)/.installed
 EXTRAS := $(VENV)/.extras
 ARGS ?=
 SEEDS ?= 0
+# Where a shell says so, Python keeps nothing of what it compiles, and each command starts a second later.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:

@@ -59,9 +59,10 @@ class Probe:
             (self.folder / f"{name}.py").write_text(text)
         code = f"import simulator; simulator.__path__.append({str(self.folder)!r})\n{before}{CALL}"
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(self.store)}
-        done = subprocess.run(
-            [sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True
-        )
+        # -B: Python keeps what it compiled by a file's time and size, which a test may leave as
+        # they were.
+        command = [sys.executable, "-B", "-c", code]
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         return float(done.stdout), done.stderr
 
@@ -114,7 +115,7 @@ def test_what_a_loop_reads_may_change(probe, name, old, new, expected):
         (probe.folder / f"{file}.py").write_text(text)
     for file, old_time in times.items():
         os.utime(file, ns=(old_time.st_atime_ns, old_time.st_mtime_ns))
-    assert probe.call("import sys; sys.dont_write_bytecode = True\n")[0] == expected
+    assert probe.call()[0] == expected
 
 
 @pytest.mark.slow
