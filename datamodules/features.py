@@ -13,13 +13,13 @@ from typing import Any, Literal
 import numpy as np
 
 from datamodules.feature_rows import EdgeRows, LayoutRows, Rows
+from sgm.arrays.week import DAY_SECONDS, compute_week_seconds
 from sgm.evidence.columns import (
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,
     QUESTION_COLUMNS,
     QUESTION_GROUP_COLUMNS,
 )
-from sgm.memory.clock import DAY_SECONDS, compute_week_seconds
 from sgm.messages import shorten
 from sgm.schema import NEVER
 

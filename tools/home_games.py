@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from nep.bench.task_game import TaskGame
-from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS
+from sgm.arrays.week import DAY_SECONDS, HOUR_SECONDS
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.count_prior import count_prior

@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nep.bench.game import Game
-from sgm.memory.clock import DAY_SECONDS, DEFAULT_STEP_SECONDS
+from sgm.arrays.week import DAY_SECONDS
+from sgm.memory.clock import DEFAULT_STEP_SECONDS
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.replay.record import record_run
 from simulator.replay.replay import Replay

@@ -18,8 +18,8 @@ import numpy as np
 import torch
 
 from nep.tensor_file import read_tensors
+from sgm.arrays.week import DAY_SECONDS
 from sgm.files import read_json
-from sgm.memory.clock import DAY_SECONDS
 from sgm.messages import shorten, shorten_text
 from sgm.schema import RELATIONS
 from simulator.priors.types import load_types

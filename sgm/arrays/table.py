@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
+
+from sgm.schema import Column
 
 One = TypeVar("One")
 
@@ -107,6 +109,12 @@ class Table(dict[str, np.ndarray]):
         """Let each column be a view of its rows so far."""
         for name, (key, index) in self._place_of.items():
             self[name] = self._blocks[key][index][..., : self.num_rows]
+
+
+def make_table(columns: Sequence[Column], shape: tuple[int, ...] = (), num_rows: int = 0) -> Table:
+    """Make a table of declared columns; see `Table`."""
+    defaults = {column.name: column.default for column in columns}
+    return Table({column.name: column.dtype for column in columns}, defaults, shape, num_rows)
 
 
 def _read_table(state: dict[str, Any]) -> Table:

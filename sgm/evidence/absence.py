@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from sgm.arrays.rows import add_in_order
+from sgm.arrays.week import NUM_WEEK_HOURS, compute_week_hours
 from sgm.evidence.adaptive_filter import list_look_times
 from sgm.evidence.elsewhere import compute_elsewhere_of
 from sgm.evidence.question import Question
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.memory.week_hours import NUM_WEEK_HOURS, compute_week_hours
 
 # What people carry when they go out, by the words of a label.
 CARRIED = frozenset(

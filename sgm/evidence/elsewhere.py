@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sgm.arrays.week import NUM_WEEK_HOURS, compute_week_hours
 from sgm.belief import compute_miss_over_steps
 from sgm.evidence.adaptive_filter import Rates, compute_destinations, list_look_times
 from sgm.evidence.expected_places import Expected
@@ -11,7 +12,6 @@ from sgm.evidence.home_sums import HomeSums
 from sgm.evidence.object_counts import ObjectCounts, compute_hours_per_step
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.memory.week_hours import NUM_WEEK_HOURS, compute_week_hours
 
 ELSEWHERE = 0.1  # share of what is asked for, before any look for it: one search in ten
 _GOES_OUT = 0.06  # share of things that go out and come back, before anything was seen

@@ -10,13 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from sgm.arrays.week import DAY_SECONDS, HOUR_SECONDS
 from sgm.checks import is_finite
 from sgm.messages import shorten
 from sgm.schema import MAX_TIME
 
-HOUR_SECONDS = 3600.0
-DAY_SECONDS = 24 * HOUR_SECONDS
-WEEK_SECONDS = 7 * DAY_SECONDS
 DEFAULT_STEP_SECONDS = HOUR_SECONDS
 # A wall clock that is wrong is wrong by weeks or years (an empty battery, day and month exchanged);
 # a robot that was switched off comes back within a month.
@@ -112,11 +110,6 @@ def make_clock_rows(clocks: Sequence[Clock | None]) -> np.ndarray | None:
         return None
     unknown = (math.nan, math.nan)
     return np.array([unknown if clock is None else clock.row for clock in clocks])
-
-
-def compute_week_seconds(clock: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return the seconds since Monday 00:00 at time steps (n,), by the clock of each (n, 2)."""
-    return np.mod(clock[:, 0] + time * clock[:, 1], WEEK_SECONDS)
 
 
 def count_steps(time: datetime | int, now: int, clock: Clock | None, name: str = "time") -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,13 +10,6 @@ import numpy as np
 from sgm.arrays.table import Table
 from sgm.messages import shorten
 from sgm.schema import NOW, TABLES, Column, Columns
-
-
-def make_table(columns: Sequence[Column], shape: tuple[int, ...] = (), num_rows: int = 0) -> Table:
-    """Make a table of columns; see `Table`."""
-    defaults = {column.name: column.default for column in columns}
-    return Table({column.name: column.dtype for column in columns}, defaults, shape, num_rows)
-
 
 Tables = Mapping[str, Columns]  # columns by table and name, one number per row
 

@@ -8,11 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from sgm.arrays.grouped import join_groups
 from sgm.arrays.read_numbers import read_sparse, write_sparse
 from sgm.arrays.relations import sum_relations
-from sgm.arrays.table import clone
-from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
-from sgm.memory.columns import make_table
+from sgm.arrays.table import clone, make_table
+from sgm.arrays.week import (
+    DAY_SECONDS,
+    HOUR_SECONDS,
+    compute_week_hours,
+    compute_week_seconds,
+)
 from sgm.memory.look_weights import LookWeights
 from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
@@ -177,7 +182,8 @@ class HomeHistory:
         rows = np.flatnonzero(is_seen)
         if memory.clock is not None:
             counted = rows[is_counted[objects["home"][rows]]]
-            self.week.note_look(memory, home, looked[home], counted)
+            hour = compute_week_hours(memory.clock, time)
+            self.week.note_look(hour, home, looked[home], counted, objects["home"])
         rows = rows[objects["num_observed"][rows] > 0]
         home, before = objects["home"][rows], objects["last_furniture"][rows]
         self.count("time_followed", home, time - objects["last_observed"][rows])
@@ -279,7 +285,7 @@ class HomeHistory:
         self.count("num_found", found.home)
         is_last = memory.objects["last_furniture"][found.object] == here
         self.count("num_last_right", found.home, is_last)
-        query, edge = memory.edges_of(found)
+        query, edge = join_groups(found.object, memory.edges["object"], objects.num_rows)
         shape = (len(here), memory.num_furniture)
         place = np.ravel_multi_index((query, memory.edges["furniture"][edge]), shape)
         num_true = np.bincount(place, memory.edges["num_true"][edge], minlength=np.prod(shape))

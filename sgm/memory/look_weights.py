@@ -6,7 +6,7 @@ import numpy as np
 
 from sgm.arrays.grouped import mark_rows
 from sgm.arrays.relations import share_relations, sum_relations
-from sgm.memory.remembered import Remembered
+from sgm.arrays.table import Table
 
 SURE = 0.5  # from this confidence on, a sighting counts as true
 
@@ -26,7 +26,8 @@ class LookWeights:
 
     def __init__(
         self,
-        memory: Remembered,
+        objects: Table,
+        place_weights: np.ndarray,
         home: np.ndarray,
         furniture: np.ndarray,
         coverage: np.ndarray | None,
@@ -34,23 +35,24 @@ class LookWeights:
     ) -> None:
         """Weigh looks of homes (n,) at furniture (n,).
 
+        `objects` is the table of all objects, `place_weights` the prior's, (H, types, F, 2).
         The coverage is one share for each (n,), those of "in" and "onTop" of it (n, 2), or None for
         all of it. Against `hidden` rows of objects (k,) the looks say nothing.
         """
-        self._memory = memory
+        self._objects, num_homes = objects, len(place_weights)
         self._by_relation: np.ndarray | None = None  # (H, 2)
         self.relations: np.ndarray | None = None
         if coverage is not None and coverage.ndim == 2:
-            self._by_relation = np.zeros((memory.num_homes, 2))
+            self._by_relation = np.zeros((num_homes, 2))
             self._by_relation[home] = coverage
             self.relations = (self._by_relation >= SURE) @ np.array([1, 2])
-            coverage = _average(memory, home, furniture, coverage)
-        self.coverage = np.zeros(memory.num_homes)  # (H,)
+            coverage = _average(place_weights, home, furniture, coverage)
+        self.coverage = np.zeros(num_homes)  # (H,)
         self.coverage[home] = 1.0 if coverage is None else coverage
         self.is_counted = self.coverage >= 0.5
         self._is_hidden: np.ndarray | None = None
         if hidden is not None and len(hidden):
-            self._is_hidden = mark_rows(hidden, memory.objects.num_rows)
+            self._is_hidden = mark_rows(hidden, objects.num_rows)
         self._is_whole = coverage is None or bool((coverage == 1).all())
         self._is_whole &= self._by_relation is None and self._is_hidden is None
         self.confidence: np.ndarray | None = None
@@ -59,7 +61,7 @@ class LookWeights:
         self, seen_object: np.ndarray, seen_relation: np.ndarray, confidence: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Take note of confidences, and return objects and relations of the sure sightings."""
-        self.confidence = np.zeros(2 * self._memory.objects.num_rows)
+        self.confidence = np.zeros(2 * self._objects.num_rows)
         np.maximum.at(self.confidence, seen_object * 2 + seen_relation, confidence)
         is_sure = confidence >= SURE
         return seen_object[is_sure], seen_relation[is_sure]
@@ -76,7 +78,7 @@ class LookWeights:
 
     def counts(self, keys: np.ndarray) -> np.ndarray:
         """Tell whether the look counts as one for what these edges are about, bool (n,)."""
-        is_counted: np.ndarray = self.is_counted[self._memory.objects["home"][keys // 2]]
+        is_counted: np.ndarray = self.is_counted[self._objects["home"][keys // 2]]
         if self._by_relation is None and self._is_hidden is None:
             return is_counted
         return self._get_share(keys) >= SURE
@@ -88,7 +90,7 @@ class LookWeights:
         """
         if self._by_relation is None and self._is_hidden is None:
             return None
-        num_objects = self._memory.objects.num_rows
+        num_objects = self._objects.num_rows
         is_counted = self.counts(touched_key)
         is_out = mark_rows(touched_key[~is_counted] // 2, num_objects)
         is_out &= ~mark_rows(touched_key[is_counted] // 2, num_objects)
@@ -96,7 +98,7 @@ class LookWeights:
 
     def _get_share(self, keys: np.ndarray) -> np.ndarray:
         """Return how much was in view of the places of edges, (n,)."""
-        home = self._memory.objects["home"][keys // 2]
+        home = self._objects["home"][keys // 2]
         share: np.ndarray = self.coverage[home]
         if self._by_relation is not None:
             share = self._by_relation[home, keys % 2]
@@ -104,9 +106,9 @@ class LookWeights:
 
 
 def _average(
-    memory: Remembered, home: np.ndarray, furniture: np.ndarray, coverage: np.ndarray
+    place_weights: np.ndarray, home: np.ndarray, furniture: np.ndarray, coverage: np.ndarray
 ) -> np.ndarray:
     """Return coverages (n, 2) as one number, by how much is expected "in" and "onTop", (n,)."""
-    expected = memory.place_prior.weights[home, :, furniture].sum(axis=1)  # (n, 2)
+    expected = place_weights[home, :, furniture].sum(axis=1)  # (n, 2)
     mean = sum_relations(share_relations(expected) * coverage)
     return np.where(coverage[:, 0] == coverage[:, 1], coverage[:, 0], mean)

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sgm.arrays.grouped import join_groups
+from sgm.arrays.relations import share_relations
 from sgm.arrays.table import clone
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.home_history import HomeHistory
@@ -178,6 +180,26 @@ class MemoryBatch(Remembered):
         prior = self.place_prior.rows(home, object_type)
         return Queries(home, rows, prior, more_asked=np.bincount(home)[home])
 
+    def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
+        """Return query numbers and rows of the remembered edges of query objects, (k,) each."""
+        return join_groups(queries.object, self.edges["object"], self.objects.num_rows)
+
+    def compute_relation_shares(self, queries: Queries) -> np.ndarray:
+        """Return how likely things are "in" and "onTop" of furniture that they are at, (Q, F, 2).
+
+        As they were seen there last; by the prior where they never were, and alike where that knows
+        nothing.
+        """
+        share = share_relations(queries.prior.astype(float))
+        query, edge = self.edges_of(queries)
+        is_seen = self.edges["num_true"][edge] > 0
+        query, edge = query[is_seen], edge[is_seen]
+        order = np.argsort(self.edges["last_true"][edge], kind="stable")
+        query, edge = query[order], edge[order]
+        place, relation = self.edges["furniture"][edge], self.edges["relation"][edge]
+        share[query, place, 0], share[query, place, 1] = 1 - relation, relation
+        return share
+
     def propose_places(self, queries: Queries) -> np.ndarray:
         """Mark the hypothetical edges of queries, bool (Q, F, 2)."""
         return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])
@@ -224,7 +246,8 @@ class MemoryBatch(Remembered):
         edges = self.edges
         touched = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
         touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
-        look = LookWeights(self, home, furniture, coverage, hidden)
+        weights = self.place_prior.weights
+        look = LookWeights(self.objects, weights, home, furniture, coverage, hidden)
         if confidence is not None and (confidence < 1).any():
             seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
         weight = look.weigh(touched_key)

@@ -6,12 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgm.arrays.grouped import join_groups
-from sgm.arrays.relations import share_relations
-from sgm.arrays.table import Table
+from sgm.arrays.table import Table, make_table
 from sgm.layout.layout import LayoutArrays
-from sgm.memory.columns import make_table
-from sgm.memory.queries import Queries
 from sgm.schema import EDGES, FURNITURE, OBJECTS, POSITIONS
 
 
@@ -92,26 +88,6 @@ class Remembered:
         self.is_furniture = self.furniture_label >= 0
         self.home_num_rooms = np.count_nonzero(self.room_label >= 0, axis=1)
         self.home_num_furniture = np.count_nonzero(self.is_furniture, axis=1)
-
-    def edges_of(self, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
-        """Return query numbers and rows of the remembered edges of query objects, (k,) each."""
-        return join_groups(queries.object, self.edges["object"], self.objects.num_rows)
-
-    def compute_relation_shares(self, queries: Queries) -> np.ndarray:
-        """Return how likely things are "in" and "onTop" of furniture that they are at, (Q, F, 2).
-
-        As they were seen there last; by the prior where they never were, and alike where that knows
-        nothing.
-        """
-        share = share_relations(queries.prior.astype(float))
-        query, edge = self.edges_of(queries)
-        is_seen = self.edges["num_true"][edge] > 0
-        query, edge = query[is_seen], edge[is_seen]
-        order = np.argsort(self.edges["last_true"][edge], kind="stable")
-        query, edge = query[order], edge[order]
-        place, relation = self.edges["furniture"][edge], self.edges["relation"][edge]
-        share[query, place, 0], share[query, place, 1] = 1 - relation, relation
-        return share
 
     def _get_prior(
         self, rows: np.ndarray, furniture: np.ndarray, relation: np.ndarray

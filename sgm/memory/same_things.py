@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.memory.columns import make_table
+from sgm.arrays.table import make_table
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.seen_positions import join_positions
 from sgm.schema import EDGES, NEVER, POSITIONS, PlaceCode

@@ -9,10 +9,8 @@ import numpy as np
 
 from sgm.arrays.read_numbers import read_sparse, write_sparse
 from sgm.arrays.table import clone
-from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
-from sgm.memory.remembered import Remembered
+from sgm.arrays.week import NUM_WEEK_HOURS
 
-NUM_WEEK_HOURS = 48  # the hours of a working day, then those of a day of the weekend
 _MOST = 2**16 - 1  # of a count
 
 
@@ -61,11 +59,18 @@ class WeekHours:
         return kept
 
     def note_look(
-        self, memory: Remembered, home: np.ndarray, furniture: np.ndarray, seen: np.ndarray
+        self,
+        hour: np.ndarray,
+        home: np.ndarray,
+        furniture: np.ndarray,
+        seen: np.ndarray,
+        object_home: np.ndarray,
     ) -> None:
-        """Count a look in each of some homes (n,) and the objects seen (m,); there is a clock."""
-        assert memory.clock is not None
-        hour = compute_week_hours(memory.clock, memory.time)  # (H,)
+        """Count a look in each of some homes (n,) and the objects seen (m,).
+
+        `hour` is the hour of the week in each home, -1 where it is unknown, (H,); `object_home` the
+        home of every object, (O,).
+        """
         is_known = hour[home] >= 0
         home, furniture = home[is_known], furniture[is_known]
         if not len(home):
@@ -74,11 +79,11 @@ class WeekHours:
             self.looks = np.zeros(self.looks.shape, dtype=np.uint16)
         at = (home, furniture, hour[home])
         self.looks[at] += self.looks[at] < _MOST
-        num_objects = memory.objects.num_rows
+        num_objects = len(object_home)
         if num_objects > len(self.seen):
             added = max(num_objects, 2 * len(self.seen)) - len(self.seen)
             self.seen = np.pad(self.seen, ((0, added), (0, 0)))
-        own = hour[memory.objects["home"][seen]]
+        own = hour[object_home[seen]]
         sighted = (seen[own >= 0], own[own >= 0])
         self.seen[sighted] += self.seen[sighted] < _MOST
 
@@ -108,19 +113,6 @@ class WeekHours:
         if any(counts.any() for counts in read):
             hours.looks, hours.seen = read[0][None], read[1]
         return hours
-
-
-def compute_week_hours(clock: np.ndarray, time: int | np.ndarray) -> np.ndarray:
-    """Return which of `NUM_WEEK_HOURS` time steps begin in, int64 (n,), -1 where it is unknown.
-
-    The clock is that of the home of each, nan where it has none, (n, 2); time (n,) or one for all.
-    """
-    seconds = compute_week_seconds(clock, np.broadcast_to(time, len(clock)))
-    is_known = ~np.isnan(seconds)
-    seconds = np.where(is_known, seconds, 0.0)
-    is_weekend = seconds >= 5 * DAY_SECONDS
-    hour = (seconds % DAY_SECONDS // HOUR_SECONDS).astype(np.int64) + 24 * is_weekend
-    return np.where(is_known, hour, -1)
 
 
 def _make_none(num_homes: int, num_furniture: int) -> np.ndarray:

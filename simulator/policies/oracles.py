@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from sgm.arrays.relations import sum_relations
-from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, WEEK_SECONDS
+from sgm.arrays.week import DAY_SECONDS, HOUR_SECONDS, WEEK_SECONDS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.policies.heuristics import LastSeenUnlessAbsent

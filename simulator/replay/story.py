@@ -10,9 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
+from sgm.arrays.week import HOUR_SECONDS
 from sgm.finder.finder import Finder
 from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.clock import HOUR_SECONDS, Clock
+from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Coverage
 from sgm.names.words import read_name

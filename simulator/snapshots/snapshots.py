@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sgm.memory.clock import compute_week_seconds
+from sgm.arrays.week import compute_week_seconds
 from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
 
 # Counters and time stamps by name, as `sgm.schema` declares them.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from sgm.memory.clock import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
+from sgm.arrays.week import DAY_SECONDS, HOUR_SECONDS, compute_week_seconds
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, compute_probabilities

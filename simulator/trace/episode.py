@@ -10,7 +10,8 @@ from itertools import groupby
 
 import numpy as np
 
-from sgm.memory.clock import DAY_SECONDS, Clock
+from sgm.arrays.week import DAY_SECONDS
+from sgm.memory.clock import Clock
 from sgm.schema import PlaceCode
 from simulator.trace.events import GONE, Event
 from simulator.trace.trace import Trace

@@ -14,8 +14,8 @@ from nep.bench.runner import Report, TableSuite
 from nep.bench.table_options import Option, count, describe_made, list_table_options
 from nep.players.contestants import Checkpoint
 from nep.robot.finder import ObjectFinder
+from sgm.arrays.week import DAY_SECONDS
 from sgm.finder.finder import Finder
-from sgm.memory.clock import DAY_SECONDS
 from sgm.policies import Adaptive, Bayesian
 from simulator.process import run_main
 from tools.elsewhere.homes import KINDS, RECORDED, STEP_SECONDS, list_recorded, list_simulated

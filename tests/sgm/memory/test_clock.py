@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sgm.memory.clock import compute_week_seconds, make_clock_rows
+from sgm.arrays.week import compute_week_seconds
+from sgm.memory.clock import make_clock_rows
 from sgm.memory.memory_files import write_file
 from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
 from simulator.snapshots.snapshots import forget

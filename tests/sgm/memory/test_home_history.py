@@ -7,8 +7,9 @@ from datetime import datetime
 import numpy as np
 import pytest
 
+from sgm.arrays.week import HOUR_SECONDS
 from sgm.evidence.home_sums import HomeSums
-from sgm.memory.clock import HOUR_SECONDS, Clock
+from sgm.memory.clock import Clock
 from sgm.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT
 from sgm.policies.adaptive import Adaptive
 from sgm.policies.heuristics import Bayesian

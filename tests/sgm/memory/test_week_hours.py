@@ -6,9 +6,10 @@ from datetime import datetime
 import numpy as np
 import pytest
 
+from sgm.arrays.week import NUM_WEEK_HOURS, compute_week_hours
 from sgm.memory.clock import Clock
 from sgm.memory.memory_files import load_content
-from sgm.memory.week_hours import NUM_WEEK_HOURS, WeekHours, compute_week_hours
+from sgm.memory.week_hours import WeekHours
 from simulator import SceneGraphMemory, Sighting
 
 MONDAY = datetime(2026, 11, 16, 8)

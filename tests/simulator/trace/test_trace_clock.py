@@ -7,7 +7,8 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from sgm.memory.clock import Clock, compute_week_seconds
+from sgm.arrays.week import compute_week_seconds
+from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
