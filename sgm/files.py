@@ -8,7 +8,6 @@ import hashlib
 import json
 import math
 import os
-import re
 import stat
 from collections import Counter
 from collections.abc import Iterator
@@ -33,6 +32,7 @@ LOCK = ".lock"  # name of the file by which a folder is locked
 MOST_BYTES = 1 << 30  # of a file that is read at once
 MOST_LEVELS = 100  # of lists and objects in each other, in JSON and YAML
 _NO_PATH = (errno.EISDIR, errno.EINVAL, errno.ELOOP, errno.ENOTDIR, errno.ENAMETOOLONG)
+_NO_BRACKETS = bytes(set(range(256)) - set(b'[]{}"'))
 _KEPT = "finished files are kept"
 _NO_FILE = "a pipe, socket or device instead of a file"
 
@@ -215,7 +215,7 @@ def parse_json(content: str | bytes, *, allow_nan: bool = False) -> Any:
             key twice in one object, or a number that no computer counts with.
     """
     text = content.decode("utf-8-sig") if isinstance(content, bytes) else content
-    if _is_deep(text):
+    if _is_deep(content if isinstance(content, bytes) else text.encode(errors="replace")):
         raise ValueError("lists or objects that are nested too deeply")
     return json.loads(
         text,
@@ -309,15 +309,17 @@ def lock_file(file: BinaryIO) -> bool | None:
     return True
 
 
-def _is_deep(text: str) -> bool:
+def _is_deep(text: bytes) -> bool:
     """Tell whether lists and objects lie in each other more than `MOST_LEVELS` times."""
-    if text.count("[") + text.count("{") <= MOST_LEVELS:
+    if text.count(b"[") + text.count(b"{") <= MOST_LEVELS:
         return False
-    if '"' in text:  # every second part lies between quotation marks
-        text = "".join(text.replace("\\\\", "").replace('\\"', "").split('"')[::2])
-    brackets = re.sub(r"[^][{}]+", "", text)
-    steps = {"[": 1, "{": 1, "]": -1, "}": -1}
-    return max(accumulate(map(steps.__getitem__, brackets)), default=0) > MOST_LEVELS
+    if b"\\" in text:
+        text = text.replace(b"\\\\", b"").replace(b'\\"', b"")
+    text = text.translate(None, _NO_BRACKETS)
+    if b'"' in text:  # every second part lies between quotation marks
+        text = b"".join(text.split(b'"')[::2])
+    steps = {letter: 1 if letter in b"[{" else -1 for letter in b"[]{}"}
+    return max(accumulate(map(steps.__getitem__, text)), default=0) > MOST_LEVELS
 
 
 def _read_float(text: str) -> float:

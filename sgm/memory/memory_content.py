@@ -25,6 +25,7 @@ from sgm.memory.step_log import StepLook
 from sgm.memory.thing import Thing, read_things, write_things
 from sgm.memory.week_hours import WeekHours
 from sgm.messages import shorten
+from sgm.names.name import Name
 from sgm.names.words import read_words
 from sgm.schema import MAX_TIME, Columns
 
@@ -241,15 +242,14 @@ class MemoryContent:
                 raise ValueError(f"no {shorten(count)} looks for {shorten(name)} at {place}")
         _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
         texts = [*self.labels, *layout.room_labels, *layout.furniture_labels]
-        texts += [thing.description for thing in self.things]
         texts += [node.description for node in layout.furniture.values()]
         for text in texts:
             read_words("name", text)
-        words = {
-            (thing.id, "" if thing.id else read_words("description", thing.description))
-            for thing in self.things
-        }
-        if len(words) < num_objects or len(set(self.labels)) < len(self.labels):
+        names = [Name.read(thing.description, "name") for thing in self.things]
+        pairs = zip(self.things, names, strict=True)
+        if len({thing.id or name.key for thing, name in pairs}) < num_objects or len(
+            set(self.labels)
+        ) < len(self.labels):
             raise ValueError("two objects of one description, or a label that is there twice")
         if self.labels[:2] != HOME_LABELS or not isinstance(self.prior, str):
             raise ValueError("no labels of house and floor, or no checksum of the prior")

@@ -165,7 +165,7 @@ class ThingRows:
         self._texts: dict[tuple[str, ...], str] = {}  # of each name, as first written
         self._read: dict[str, Name] = {}  # what was read of these
         for thing in things:
-            self._things[self.add(Name.read(thing.description), thing.id)] = thing
+            self._add(Name.read(thing.description), thing)
 
     def __len__(self) -> int:
         return len(self._things)
@@ -195,13 +195,17 @@ class ThingRows:
 
     def add(self, name: Name, id: str = "") -> int:
         """Return the row of a thing by its id or, without one, its name, adding it if it is new."""
-        row = self._rows.setdefault(id or name.key, len(self._things))
-        if row == len(self._things):
-            self._things.append(Thing(name.text, id))
-            if name.key not in self._texts:
-                self._texts[name.key], self._read[name.text] = name.text, name
-            if id:
-                self._rows_with_id.setdefault(name.key, []).append(row)
+        row = self._rows.get(id or name.key, -1)
+        return row if row >= 0 else self._add(name, Thing(name.text, id))
+
+    def _add(self, name: Name, thing: Thing) -> int:
+        """Add a thing that is new, and return its row."""
+        row = self._rows[thing.id or name.key] = len(self._things)
+        self._things.append(thing)
+        if self._texts.setdefault(name.key, name.text) is name.text:
+            self._read[name.text] = name
+        if thing.id:
+            self._rows_with_id.setdefault(name.key, []).append(row)
         return row
 
     def get_row(self, name: Name, id: str = "") -> int:

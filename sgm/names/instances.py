@@ -16,6 +16,8 @@ _LAST = re.compile(
     rf"(?<=[^\s])(?:\s*[\s.#:/@-]\s*(?:{_NUMBER}\.?\s+|(?:track|{_NUMBER})\.?)?#?"
     rf"|\s*(?:\((?=[^()]*\)$)|\[(?=[^\[\]]*\]$)))(?P<mark>\d+|{_HEX})[\])]?$"
 )
+# Words, the last of which is not read as a part of the mark after them.
+_SPELLED = re.compile(rf"(?:[a-z]+ )*(?!(?:{_NUMBER}|track|[a-f]{{8,}})$)[a-z]+")
 _LISTED = re.compile(r"(?P<mark>0\d+)[\s.-]+(?=.*[^\W\d_]{2})")  # "006_mustard_bottle"
 _ON_SIGN = re.compile(r"(?<=[\u3040-\uffff])(?P<mark>\d+)$")  # "杯子1": no spaces
 _WRITTEN_ON = re.compile(r"(?P<word>[^\W\d_]{3,})(?P<mark>\d{1,4})$")  # "mug3"
@@ -35,6 +37,9 @@ def split_instance(name: str) -> tuple[str, str]:
         The words, as `normalize` gives them, and the instance; empty where the name has none.
     """
     text = normalize(name)
+    rest, _, mark = text.rpartition(" ")
+    if mark.isdecimal() and is_spelled(rest):  # most of them
+        return rest, mark.lstrip("0") or "0"
     if "." in text:
         text = _SENSE.sub("", text).strip()
     marks: list[str] = []
@@ -46,13 +51,25 @@ def split_instance(name: str) -> tuple[str, str]:
     ):
         marks.append(found["mark"].lstrip("0") or "0")
         text = text[: found.start()].strip()
-    if marks and (coded := _CODE.match(text)) and _UNSPEAKABLE.search(coded["code"]):
+    if marks and (coded := _find_code(text)):
         marks.append(coded["code"])
         text = coded["rest"]
     if listed := _LISTED.match(text):
         marks.append(listed["mark"].lstrip("0") or "0")
         text = text[listed.end() :]
     return text, " ".join(reversed(marks))
+
+
+@lru_cache(maxsize=MOST_NAMES)
+def is_spelled(text: str) -> bool:
+    """Tell whether a text is plain words, so that a number after them is the instance."""
+    return _SPELLED.fullmatch(text) is not None and _find_code(text) is None
+
+
+def _find_code(text: str) -> re.Match[str] | None:
+    """Split a code of six letters from words; None where the last word can be said."""
+    coded = _CODE.match(text)
+    return coded if coded and _UNSPEAKABLE.search(coded["code"]) else None
 
 
 def split_written_on(name: str, is_known: Callable[[str], bool]) -> tuple[str, str]:

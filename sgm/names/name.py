@@ -5,8 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from sgm.names.instances import split_instance
-from sgm.names.words import MOST_NAMES, list_plain, order_words, read_words, unify
+from sgm.names.instances import is_spelled, split_instance
+from sgm.names.words import (
+    MAX_LENGTH,
+    MOST_NAMES,
+    SKIPPED,
+    list_plain,
+    order_words,
+    read_words,
+    unify,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +45,8 @@ class Name:
     @classmethod
     def read(cls, text: str, what: str = "description") -> Name:
         """Read a name; raises ValueError if it is none (`read_words`)."""
-        return _read(read_words(what, text), text)
+        name = _read_numbered(text) if isinstance(text, str) else None
+        return name or _read(read_words(what, text), text)
 
     @property
     def keys(self) -> tuple[tuple[object, str], ...]:
@@ -58,13 +67,28 @@ class Name:
 
 
 @lru_cache(maxsize=MOST_NAMES)
-def _read(words: str, text: str) -> Name:
-    base, instance = split_instance(text)
-    return Name(text, words, order_words(list_plain(words)), base, instance, *_order(base))
+def _read_numbered(text: str) -> Name | None:
+    """Read a name of plain words and a number, as most are: the words are read once for all."""
+    base, _, number = text.rpartition(" ")
+    is_number = number.isascii() and number.isdecimal()
+    if not is_number or not is_spelled(base) or len(text) > MAX_LENGTH:
+        return None
+    before, ordered, joined = _order_base(base)
+    instance = number.lstrip("0") or "0"
+    return Name(text, text, (*before, number), base, instance, ordered, joined)
 
 
 @lru_cache(maxsize=MOST_NAMES)
-def _order(base: str) -> tuple[tuple[str, ...], str]:
-    """Return `Name.ordered` and `Name.joined` of a base."""
-    plain = [unify(word) for word in list_plain(base)]
-    return order_words(plain), "".join(plain)
+def _order_base(base: str) -> tuple[tuple[str, ...], tuple[str, ...], str]:
+    """Return what stands before a number in `Name.key`, and the rest of what a base says."""
+    plain = list_plain(base)
+    unified = list(map(unify, plain))
+    before = [] if SKIPPED.issuperset(plain) else plain  # of "the 2" that is all
+    return order_words([*before, "1"])[:-1], order_words(unified), "".join(unified)
+
+
+@lru_cache(maxsize=MOST_NAMES)
+def _read(words: str, text: str) -> Name:
+    base, instance = split_instance(text)
+    _, ordered, joined = _order_base(base)
+    return Name(text, words, order_words(list_plain(words)), base, instance, ordered, joined)

@@ -129,6 +129,10 @@ class Reading:
         numbered.__dict__.update(self.__dict__, endings=self.endings, instance=instance)
         return numbered
 
+    def with_said(self, said: frozenset[str]) -> Reading:
+        """Return the reading of a name that says other words, too."""
+        return self if said == self.said else replace(self, said=said)
+
     @cached_property
     def key(self) -> str:
         """The head, written together in the singular."""
@@ -166,32 +170,37 @@ class NameReader:
             readings = tuple(reading.number(instance) for reading in readings)
         return readings
 
-    def read_things(self, text: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
-        """Return the words and things of the first reading of a name, without the others.
+    def read_words(self, text: str) -> tuple[str, ...]:
+        """Return the words of the first reading of a name, without the others.
+
+        `text` is the name without its number.
+        """
+        return self._list_plain_words(text) or self._read_text(text)[0].words
+
+    def find_things(self, text: str) -> tuple[int, ...]:
+        """Return the things of the first reading of a name, without the others.
 
         Of plain words these are the longest name of the table that they end in, found for a tenth
         of the work. `text` is the name without its number.
         """
-        found = self._find_things_of(text)
-        if found is None:
-            reading = self._read_text(text)[0]
-            return reading.words, reading.things
-        return found
+        plain = self._list_plain_words(text)
+        if not plain:
+            return self._read_text(text)[0].things
+        return self._table.find(plain[self._find_start(plain) :])
 
     def split_number(self, name: str) -> tuple[str, str]:
         """Split a counter, or else what is written on a thing, from the words of a name."""
         text, instance = split_instance(name)
         return (text, instance) if instance else split_written_on(text, self._is_known)
 
-    def _find_things_of(self, text: str) -> tuple[tuple[str, ...], tuple[int, ...]] | None:
-        """Return words and things of a name of plain words; None for any other."""
-        plain = [word for word, _ in split_possessives(text)]
-        is_plain = text.replace(" ", "").isalnum() and BREAKS.isdisjoint(plain)
-        if not is_plain or compute_singular(plain[-1]) in _AFTER_THING:
-            return None
-        return tuple(plain), self._table.find(plain[self._find_start(plain) :])
+    def _list_plain_words(self, text: str) -> tuple[str, ...]:
+        """Return the words of a name of which they are all there is to read; none of any other."""
+        plain = split_words(text)
+        if not text.replace(" ", "").isalnum() or not BREAKS.isdisjoint(plain):
+            return ()
+        return () if compute_singular(plain[-1]) in _AFTER_THING else plain
 
-    def _find_start(self, plain: list[str]) -> int:
+    def _find_start(self, plain: Sequence[str]) -> int:
         """Return where the longest name of the table begins that words end in."""
         start = max(len(plain) - self._table.longest, 0)
         while start < len(plain) - 1 and not self._table.find(plain[start:]):
@@ -204,16 +213,16 @@ class NameReader:
         rest = re.sub(r"\([^()]*\)", " ", text)
         if not rest.strip(" ?!.,;:/"):
             remarks, rest = [], text
-        readings: dict[Reading, None] = {}
+        readings: list[Reading] = []
         parts = [(part, False) for part in re.split(r"\s*/\s*", rest)]
         remarks = [remark for remark in remarks if _is_name(remark)]
         for part, is_remark in (*parts, *((remark, True) for remark in remarks)):
             if part.strip():
-                readings |= dict.fromkeys(self._read_phrase(split_possessives(part), is_remark))
+                readings += self._read_phrase(split_possessives(part), is_remark)
         if all(reading.is_content for reading in readings):  # nothing but remarks, or no words
-            readings = dict.fromkeys(self._read_phrase(split_possessives(text), False))
-        said = frozenset(word for reading in readings for word in reading.said)
-        whole = [replace(reading, said=said) for reading in readings]
+            readings = self._read_phrase(split_possessives(text), False)
+        said = frozenset().union(*(reading.said for reading in readings))
+        whole = [reading.with_said(said) for reading in _drop_equal(readings)]
         return tuple(sorted(whole, key=lambda reading: reading.is_content))
 
     def _is_known(self, word: str) -> bool:
@@ -232,7 +241,7 @@ class NameReader:
             first = breaks[0]
             found += self._read_parts(words[:first], plain[first], words[first + 1 :], is_content)
         said = self._spell_all(list_plain(" ".join(plain))) - BREAKS
-        return list(dict.fromkeys(replace(reading, said=said) for reading in found))
+        return _drop_equal([reading.with_said(said) for reading in found])
 
     def _read_parts(
         self, left: list[_Word], link: str, right: list[_Word], is_content: bool
@@ -373,6 +382,11 @@ def _drop_ing(word: str) -> str:
     if stem == word or len(stem) < _SHORTEST_VERB:
         return word
     return next(filter(is_word, (stem, f"{stem}e", stem[:-1] * (stem[-1] == stem[-2]))), word)
+
+
+def _drop_equal(readings: list[Reading]) -> list[Reading]:
+    """Leave each reading once; most names have one, which is compared with none."""
+    return list(dict.fromkeys(readings)) if len(readings) > 1 else readings
 
 
 def _add_kinds(reading: Reading, words: frozenset[str]) -> Reading:

@@ -533,7 +533,8 @@ class _Declared:
 def _add_types(table: AliasTable, types: tuple[str, ...]) -> AliasTable:
     """Add types that the table does not have; a "soap bottle" is none: it is soap, and a bottle."""
     reader = make_reader(table)
-    return table.with_names(label for label in types if len(reader.read(label)) < 2)
+    new = (label for label in types if not table.find(split_words(label)))
+    return table.with_names(label for label in new if len(reader.read(label)) < 2)
 
 
 def _get_number(entry: int | _Entry) -> int:

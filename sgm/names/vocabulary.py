@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from sgm.arrays.table import clone
 from sgm.names.aliases import AliasTable
+from sgm.names.name import Name
 from sgm.names.name_grammar import make_reader
 from sgm.names.words import MOST_NAMES, read_words
 from sgm.prior.prior_graph import PriorGraph
@@ -52,7 +53,7 @@ class Vocabulary:
         Its label is the longest known type that the name of the thing ends with, else what the
         thing is called besides, else a kind above it, else its last word.
         """
-        label = self._types.find(read_words("description", description))
+        label = self._types.find(Name.read(description))
         return self._number(label), self._types.number_of.get(label, -1)
 
     def _number(self, label: str) -> int:
@@ -86,16 +87,20 @@ class _TypeNames:
         words = read_words("label", label)
         return self._known.get(words, words)
 
-    def find(self, description: str) -> str:
-        """Return the label of the words of a description; see `Vocabulary.find_type`."""
-        words = description.split()
+    def find(self, name: Name) -> str:
+        """Return the label of a description; see `Vocabulary.find_type`."""
+        if name.words == name.text and name.instance and self._table is not None:
+            last = name.text.rpartition(" ")[2]
+            if last not in self._last_words:  # the number, for most names
+                return self._find_by_table(name.base, self._table)
+        words = name.words.split()
         start = self._find_start(words)
         # A type of several words says more than its parts: a "large bottle of soap" is no soap.
         is_named = len(words) - start > 1 and not {"of", "with", "in"} & set(words[:start])
-        if self._table is None or is_named or description in self._objects:
+        if self._table is None or is_named or name.words in self._objects:
             return self.spell(" ".join(words[start:]))
         reader = make_reader(self._table)
-        return self._find_by_table(reader.split_number(description)[0], self._table)
+        return self._find_by_table(reader.split_number(name.words)[0], self._table)
 
     def _find_start(self, words: list[str]) -> int:
         """Return where the longest type begins that words end in, else the last word."""
@@ -107,9 +112,13 @@ class _TypeNames:
 
     def _read(self, text: str, table: AliasTable) -> str:
         """Find a label by the grammar of names and the table of aliases."""
-        words, things = make_reader(table).read_things(text)
-        names = [" ".join(words[start:]) for start in range(len(words))]
-        for thing in things:
+        words = make_reader(table).read_words(text)
+        for start in range(len(words)):
+            ending = " ".join(words[start:])
+            if ending in self._objects:
+                return self._known[ending]
+        names: list[str] = []
+        for thing in make_reader(table).find_things(text):
             kinds = [table.names[kind] for kind in table.list_above(thing)]
             names += [*table.list_names(thing), *kinds]
         known = (name for name in names if name in self._objects)

@@ -20,6 +20,8 @@ _BARRED = str.maketrans("øłđħŧı", "oldhti")
 _FIRST_ACCENT, _LAST_ACCENT = "\u0300", "\u036f"
 # Where a word ends in "SoapBottle" and "TVStand"; pieces have two letters ("iPhone" is one word).
 _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z])|(?<=[A-Z]{2})(?=[A-Z][a-z])")
+# Most names as detectors write them; nothing in them is to be changed before they are compared.
+_PLAIN = re.compile(r"[a-z0-9]+(?: [a-z0-9]+)*")
 _APOSTROPHES = "'\u2019"
 _WORD = re.compile(rf"[^\W_]+(?:[{_APOSTROPHES}][^\W_]+)*[{_APOSTROPHES}]?")
 _POSSESSIVE = re.compile(rf"(?:[{_APOSTROPHES}]s|(?<=s)[{_APOSTROPHES}])$")
@@ -27,7 +29,7 @@ _ARTICLES = frozenset(
     "a an the my your his her its our their this that these those some any".split()
 )
 DETERMINERS = _ARTICLES | {"one", "another", "all", "both", "of"}
-_SKIPPED = _ARTICLES | {"where", "is", "are"}  # at the beginning
+SKIPPED = _ARTICLES | {"where", "is", "are"}  # at the beginning
 WITH = frozenset(("with", "without", "containing", "having", "w"))
 # Words between two parts of a name: "bottle of milk", "key with red tag".
 BREAKS = WITH | frozenset(
@@ -168,6 +170,8 @@ def normalize(text: str) -> str:
     Full-width letters and ligatures are plain ones (as by NFKC), what shows nothing and accents of
     Latin letters are left out, "_" is a space, and "SoapBottle" is two words.
     """
+    if _PLAIN.fullmatch(text):
+        return text
     shown = text
     if not text.isascii():
         shown = "".join(
@@ -247,9 +251,11 @@ def list_plain(name: str) -> list[str]:
         word if word.isalnum() else _POSSESSIVE.sub("", word.rstrip(_APOSTROPHES))
         for word in _find_words(name)
     ]
+    if words and SKIPPED.isdisjoint(words):  # most names
+        return words
     kept: list[str] = []
     for word in words:
-        skipped = _ARTICLES if kept else _SKIPPED
+        skipped = _ARTICLES if kept else SKIPPED
         if word not in skipped or (kept and kept[-1] not in BREAKS):
             kept.append(word)
     return kept or words or [normalize(name)]
@@ -257,6 +263,8 @@ def list_plain(name: str) -> list[str]:
 
 def order_words(words: Sequence[str]) -> tuple[str, ...]:
     """Order the words of each part of a name but for its last one."""
+    if BREAKS.isdisjoint(words):  # most names
+        return (*sorted(words[:-1]), *words[-1:])
     ordered: list[str] = []
     part: list[str] = []
     for word in words:
@@ -281,7 +289,9 @@ def strip_question(question: str) -> str:
 
 
 def _find_words(name: str) -> list[str]:
-    return _WORD.findall(normalize(name))
+    text = normalize(name)
+    is_plain = text.isascii() and text.replace(" ", "").isalnum()  # as most names are
+    return text.split() if is_plain else _WORD.findall(text)
 
 
 def split_words(name: str) -> tuple[str, ...]:
@@ -294,12 +304,11 @@ def split_words(name: str) -> tuple[str, ...]:
 
 def split_possessives(name: str) -> list[tuple[str, bool]]:
     """Return the words as `split_words` does, and whether each of them is a possessive."""
-    found = _find_words(name)
     words = [
         (word, False)
         if word.isalnum()  # most of them
         else (_POSSESSIVE.sub("", word), bool(_POSSESSIVE.search(word)))
-        for word in found
+        for word in _find_words(name)
     ]
     start = 0
     while start < len(words) - 1 and words[start][0] in DETERMINERS:

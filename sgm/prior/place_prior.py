@@ -144,11 +144,13 @@ class PlacePrior:
         sizes = np.count_nonzero(self._is_place, axis=1)
         for size in np.unique(sizes):  # a row of another length is summed up in another order
             own = np.flatnonzero(sizes == size)
+            is_all = len(own) == len(sizes) and size == weights.shape[2]
+            alike = weights if is_all else weights[own, :, :size]
             # Object types first, as the prior has them: the order in memory is that of adding up.
-            alike = np.ascontiguousarray(np.moveaxis(weights[own, :, :size], 1, 0))
+            alike = np.ascontiguousarray(np.moveaxis(alike, 1, 0))
             sums[own] = np.moveaxis(alike, 0, 1).sum(axis=(2, 3), keepdims=True)
-        shares = np.divide(weights, sums, out=np.zeros(weights.shape), where=sums > 0)
-        shares = shares.astype(np.float32)
+        shares = np.zeros(weights.shape, dtype=np.float32)
+        np.divide(weights, sums, out=shares, where=sums > 0, casting="same_kind")
         return shares if self._view is None else self._view(shares)
 
 

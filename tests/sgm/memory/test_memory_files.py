@@ -157,6 +157,7 @@ def test_other_files_are_refused(file, content):
         (["objects"], {}),
         (["furniture_counters", "num_observed"], [1]),
         (["descriptions", 1], "Milk"),
+        (["descriptions"], ["old red mug", "red old mug"]),  # one name
         (["labels"], ["house"]),
         (["labels", 2], ["kitchen"]),
         (["asked"], 2),

@@ -194,7 +194,8 @@ def test_words_and_things_are_those_of_the_first_reading():
     for name in [*names, *mixed]:
         reading = reader.read(name)[0]
         text, _ = reader.split_number(name)
-        assert reader.read_things(text) == (reading.words, reading.things), name
+        assert reader.read_words(text) == reading.words, name
+        assert reader.find_things(text) == reading.things, name
 
 
 def test_names_that_differ_in_their_number_alone_are_read_once():
