@@ -166,7 +166,8 @@ class Searching:
         is_found: whether it was found.
         looks: so far.
         outcome: in one line.
-        ask: as in `WhereIs`.
+        ask: as in `WhereIs`; of what the latest look showed that may be it and may be another
+            thing, too. That does not end the search: report it as found if it is.
         candidates: as in `WhereIs`.
     """
 

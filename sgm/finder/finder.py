@@ -19,7 +19,8 @@ from sgm.finder.travel_costs import Distance, check_start, find_distance
 from sgm.memory.asking import Asked
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
-from sgm.names.name_matching import Resolution, Similarity
+from sgm.names.name_matching import Similarity
+from sgm.names.resolution import Resolution
 from sgm.policies.policy import Policy
 from sgm.schema import RELATIONS
 from sgm.text.vectors import TextVectors
@@ -143,7 +144,7 @@ class Finder:
             layout = memory.layout
             names = {number: layout.describe(number) for number in ids if number not in exclude}
             return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
-        asked = memory.ask(resolution.matches or (description,), at=at)
+        asked = memory.ask(resolution.matches or (description,), at=at, question=description)
         posterior = self._compute_posterior(asked)
         relations = asked.choose_relation().tolist()
         order = np.argsort(-posterior.places, kind="stable")

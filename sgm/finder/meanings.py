@@ -10,7 +10,7 @@ from sgm.finder.answers import Status
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten, shorten_text
 from sgm.names.name import Name
-from sgm.names.name_matching import Resolution
+from sgm.names.resolution import Resolution
 from sgm.names.words import read_words
 
 MOST_CANDIDATES = 5
@@ -162,6 +162,11 @@ def tell_doubt(unclear: Unclear | None) -> dict[str, Any]:
     if unclear is None:
         return {"status": "ok", "ask": "", "candidates": ()}
     return {"status": unclear.status, "ask": unclear.ask, "candidates": unclear.candidates}
+
+
+def ask_which(names: Sequence[str], thing: str) -> Unclear:
+    """Return what to ask about things that may be what was asked for, and may be others."""
+    return Unclear("ambiguous", _ask(names), tuple(names[:MOST_CANDIDATES]), thing)
 
 
 def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Unclear:

@@ -12,7 +12,7 @@ from sgm.memory.asking import Asked
 from sgm.memory.clock import Clock
 from sgm.memory.sighting import Point, SeenAt
 from sgm.memory.thing import ROBOT, Statement
-from sgm.names.name_matching import Resolution
+from sgm.names.resolution import Resolution
 from sgm.schema import NEVER
 
 SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74

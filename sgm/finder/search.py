@@ -17,11 +17,11 @@ from sgm.finder.travel_costs import Distance, TravelCosts, is_at
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting, read_coverage, split_coverage
+from sgm.memory.thing import ThingName
 from sgm.messages import shorten
-from sgm.names.words import read_name
+from sgm.names.words import read_name, strip_question
 from sgm.schema import RELATIONS
 
-_HOLDS_IT = ("what it holds", "part of the name")  # where to look, and not what to find
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
 
 
@@ -174,24 +174,34 @@ class ObjectSearch:
         return look
 
     def found(self) -> None:
-        """Say that it was found at the place that `next` gave; nothing is said of other things."""
+        """Say that it was found at the place that `next` gave; nothing is said of other things.
+
+        It is the thing that the question means, the one that was there of several. Where that is
+        doubtful, it is a thing of the name that was asked for.
+        """
         look = self._get_going()
         resolution = self._finder.resolve(self.memory, self.description)
-        is_it = bool(resolution.matches) and resolution.how not in _HOLDS_IT
-        name = resolution.matches[0] if is_it else self.description
-        self.memory.observe(
-            look.place.furniture, [Sighting(name, look.place.relation)], coverage=_GLANCE
-        )
+        things = self.memory.list_named(*resolution.meant)
+        if len(things) > 1:
+            things = self.memory.list_named(*resolution.meant, at=look.place.furniture)
+        name = strip_question(self.description) or self.description
+        found = things[0] if len(things) == 1 else ThingName(name)  # else another of its kind
+        sighting = Sighting(found.description, look.place.relation, id=found.id or None)
+        self.memory.observe(look.place.furniture, [sighting], coverage=_GLANCE)
         self._note(look, _GLANCE, is_found=True)
 
     def not_found(self, coverage: float = 1.0) -> None:
         """Say that it was not at the place that `next` gave; nothing is said of other things.
 
+        That holds for all things that the question means. Of what says less, or holds it, nothing
+        is said: where no "red mug" is there may be a "mug". It is noted for the question then.
+
         Args:
             coverage: share of the furniture that was in view, above 0 and at most 1.
         """
         look = self._get_going()
-        for name in self._list_meant():
+        resolution = self._finder.resolve(self.memory, self.description)
+        for name in resolution.meant or (self.description,):
             self.memory.note_absent(look.place.furniture, name, coverage)
         self._note(look, coverage, is_found=False)
 
@@ -216,10 +226,10 @@ class ObjectSearch:
         """
         look = self._get_going()
         before = self._finder.resolve(self.memory, self.description)
-        meant = {read_name(name) for name in before.matches or (self.description,)}
-        others = {read_name(name) for name in self.memory.descriptions} - meant
-        if before.how in _HOLDS_IT:
-            meant = {read_name(self.description)}
+        others = {read_name(name) for name in self.memory.descriptions}
+        others -= {read_name(name) for name in before.matches or (self.description,)}
+        is_known = before.is_sure or before.how == "typo"
+        meant = {read_name(name) for name in (before.matches if is_known else (self.description,))}
         self.memory.observe(look.place.furniture, sightings, coverage, hidden, viewpoint)
         names = [sighting.description for sighting in sightings]
         # The detector may call it otherwise than before: "mug" for the "large red mug". A name
@@ -241,11 +251,6 @@ class ObjectSearch:
         share = read_coverage(coverage, look.place.name)
         self._note(look, split_coverage(share)[RELATIONS.index(look.place.relation)], is_found)
         return is_found
-
-    def _list_meant(self) -> tuple[str, ...]:
-        """Return the descriptions that the question means; itself, where nothing is called so."""
-        resolution = self._finder.resolve(self.memory, self.description)
-        return resolution.matches or (self.description,)
 
     def _plan(self, places: Sequence[Place]) -> Look | None:
         """Plan the next look; None where the budget allows none."""

@@ -16,6 +16,7 @@ from sgm.finder.finder import Finder
 from sgm.finder.meanings import (
     Unclear,
     ask_room,
+    ask_which,
     doubt,
     find_place,
     find_rooms,
@@ -184,7 +185,7 @@ class MemoryService(ReadCalls):
         resolution = self.finder.resolve(self.memory, thing)
         unclear = doubt(resolution)
         try:
-            if unclear is not None and resolution.matches:
+            if unclear is not None and resolution.means_several:
                 raise unclear
             if isinstance(start, str):
                 start = find_place(self.memory, start)
@@ -513,7 +514,10 @@ def _tell_look(memory: SceneGraphMemory, look: Look) -> NextLook:
 
 
 def _tell_search(search_id: str, search: ObjectSearch, near: Unclear | None = None) -> Searching:
+    """Tell how a search stands, and what may be meant, of which the latest look shows some."""
     look = search.going
+    if near is None and search.offered:
+        near = ask_which(search.offered, search.description)
     return Searching(
         search_id=search_id,
         thing=search.description,

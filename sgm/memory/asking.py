@@ -146,7 +146,11 @@ class Asked:
 
 
 def ask(
-    state: MemoryState, descriptions: Sequence[str], before_looks: bool, later: int = 0
+    state: MemoryState,
+    descriptions: Sequence[str],
+    before_looks: bool,
+    later: int = 0,
+    question: str = "",
 ) -> Asked:
     """Ask for objects by names or ids, time steps later; see `SceneGraphMemory.ask`."""
     snapshot, step = state.get_snapshot(), state.step
@@ -158,7 +162,7 @@ def ask(
     else:
         batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
         batch.time = current.time
-    question, known, names = _find_asked(state, descriptions)
+    positions, known, names = _find_asked(state, descriptions)
     is_known = (known >= 0) & (known < num_known)
     keys = np.where(is_known, known, num_known + np.arange(len(names)))
     if is_known.all():
@@ -188,13 +192,13 @@ def ask(
         origin=origin,
         queries=queries,
         current=current,
-        question=question,
+        question=positions,
         rows=known,
         edges=edges,
         said=tuple(said),
         statements=tuple(statements),
         descriptions=state.things.descriptions,
-        looks=_list_looks(state, batch, current, queries, known, found, names, said),
+        looks=_list_looks(state, batch, current, queries, known, found, names, said, question),
         num_instances=np.maximum(at_once[known], 1),
         sightings=tuple(sightings),
         furniture_ids=places.ids,
@@ -238,12 +242,14 @@ def _list_looks(
     found: tuple[np.ndarray, np.ndarray],
     names: Sequence[Name],
     said: Sequence[Statement | None],
+    question: str,
 ) -> Looks:
     """List what all looks say about K objects.
 
     They are `queries` in the memory before the looks of this step, and `rows` (K,) in the memory at
     the time that is asked about, -1 for what that does not know, with the edges `found` there.
-    `said` has the last statement about each that no look has shown since.
+    `said` has the last statement about each that no look has shown since. Looks for the `question`
+    count where it was not seen since, if they were of a later time step than the sighting.
     """
     now, step, position = current.time, state.step, state.furniture.position
     share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
@@ -263,6 +269,9 @@ def _list_looks(
     num_seen = (seen > 0).astype(np.int64)
     negative, sought, sought_ago = np.zeros((3, *seen.shape))
     sought_ago[:] = np.inf
+    last_seen = np.full(seen.shape, NEVER)
+    if question and state.sought:
+        np.maximum.at(last_seen, (thing, place), edges["last_true"][edge])
     counts_looks = step.before is not None and batch.time == now == state.time
     for number, (row, name) in enumerate(zip(rows.tolist(), names, strict=True)):
         members = state.list_members(row)
@@ -284,11 +293,14 @@ def _list_looks(
             continue
         words = {name.words, *(state.things.list_words(members) if row >= 0 else ())}
         for (other, furniture), (count, time) in state.sought.items():
-            if other in words and time == now:
-                negative[number, position[furniture]] += count
-            elif other in words:
-                sought[number, position[furniture]] = count
-                sought_ago[number, position[furniture]] = now - time
+            here = number, position[furniture]
+            if other not in words and (other != question or time <= last_seen[here]):
+                continue
+            if time == now:
+                negative[here] += count
+            else:
+                sought[here] = count
+                sought_ago[here] = now - time
     return Looks(negative, sought, sought_ago, seen, num_seen)
 
 

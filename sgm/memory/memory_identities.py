@@ -11,7 +11,7 @@ from sgm.memory.memory_questions import MemoryQuestions
 from sgm.memory.thing import ROBOT, ThingName
 from sgm.messages import shorten
 from sgm.names.name import Name
-from sgm.names.name_matching import Resolution
+from sgm.names.resolution import Resolution
 from sgm.names.words import read_words
 
 _MOST_NAMED = 5  # things that may be meant, in an error
@@ -46,6 +46,27 @@ class MemoryIdentities(MemoryQuestions):
             rows = state.find_rows(thing) or state.find_rows(*matches.matches)
             ids = (state.things[row].id for row in rows)
             return tuple(dict.fromkeys(own for own in ids if own))
+
+    def list_named(self, *names: str, at: int | None = None) -> tuple[ThingName, ...]:
+        """Return the things of some names or ids, as logs name them; what was merged is one.
+
+        Args:
+            names: descriptions or ids, of exactly these things.
+            at: furniture id: only what is there by the last looks; None for all.
+
+        Raises:
+            KeyError: if there is no such furniture.
+            ValueError: if a name is none (`read_words`).
+        """
+        with self._lock:
+            state = self._state
+            rows = state.find_rows(*names)
+            if at is not None:
+                state.layout.check_furniture(at)
+                edges, place = state.batch.edges, state.furniture.position[int(at)]
+                there = edges["object"][edges["is_true"] & (edges["furniture"] == place)]
+                rows = [row for row in rows if np.isin(state.list_members(row), there).any()]
+            return tuple(state.things[row].name for row in rows)
 
     def rename(self, thing: str | ThingName, name: str, by: str = ROBOT) -> None:
         """Call a thing otherwise: "that is no cup, it is a bowl".

@@ -29,7 +29,8 @@ from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.name_matching import NameIndex, Resolution, Similarity
+from sgm.names.name_matching import NameIndex, Similarity
+from sgm.names.resolution import Resolution
 from sgm.names.words import read_words, strip_question
 from sgm.schema import NEVER
 
@@ -172,7 +173,7 @@ class MemoryQuestions(MemoryLayout):
         if not found and not resolution.matches:
             names = [node.description for node in layout.furniture.values()]
             likely = self.resolve(name, among=names)
-            if likely.is_sure and likely.how not in ("fewer words", "more general name"):
+            if likely.is_sure and not likely.says_less:
                 found = [n for n, node in layout.furniture.items()
                          if node.description in likely.matches]  # fmt: skip
         if found:
@@ -186,6 +187,7 @@ class MemoryQuestions(MemoryLayout):
         descriptions: Sequence[str],
         before_looks: bool = True,
         at: datetime | int | None = None,
+        question: str | None = None,
     ) -> Asked:
         """Ask for objects, and leave the memory as it is; safe beside a thread that observes.
 
@@ -195,16 +197,18 @@ class MemoryQuestions(MemoryLayout):
                 which then say for themselves what they say.
             at: when: a time step, or a date and time by the clock; not before the present step,
                 None for it.
+            question: what they were asked for as: looks for that which did not find it count, too.
 
         Raises:
             ValueError: if a description is no name (`read_words`), there is no furniture yet, or
                 the time has passed.
         """
+        words = "" if question is None else read_words("question", question)
         with self._lock:
             self._check_furniture()
             state = self._state
             later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
-            return ask(state, descriptions, before_looks, later)
+            return ask(state, descriptions, before_looks, later, words)
 
     def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
         """Order all furniture by how likely it holds an object, the best first.

@@ -21,6 +21,17 @@ _SPELLED = re.compile(rf"(?:[a-z]+ )*(?!(?:{_NUMBER}|track|[a-f]{{8,}})$)[a-z]+"
 _LISTED = re.compile(r"(?P<mark>0\d+)[\s.-]+(?=.*[^\W\d_]{2})")  # "006_mustard_bottle"
 _ON_SIGN = re.compile(r"(?<=[\u3040-\uffff])(?P<mark>\d+)$")  # "杯子1": no spaces
 _WRITTEN_ON = re.compile(r"(?P<word>[^\W\d_]{3,})(?P<mark>\d{1,4})$")  # "mug3"
+_MEASURE = re.compile(
+    r"(?<=[^\s])\s+(?P<mark>m?\d+(?:[.,/x]\d+)*\s?"
+    r"(?:mm|cm|m|km|in|inch|inches|ft|ml|cl|dl|l|liters?|litres?|kg|g|mg|lbs?|oz|w|v|volts?|watts?"
+    r"|a|ma|mah|gb|tb|hz|x\d+|\"|%)?)$"
+)
+_LETTER = re.compile(r"(?<=[^\s])[\s-]+(?P<mark>[a-z])$")
+_NUMBER_WORD = re.compile(
+    r"(?P<word>[^\W\d_]+)\s+(?:number\s+)?"
+    r"(?P<mark>one|two|three|four|five|six|seven|eight|nine|ten|eleven|twelve)$"
+)
+_NUMBERS = "one two three four five six seven eight nine ten eleven twelve".split()
 _CODE = re.compile(r"(?P<rest>.*[^\s])\s+(?P<code>[a-z]{6})$")  # "bottom cabinet nddvba 0"
 _UNSPEAKABLE = re.compile(r"[^aeiouy]{4}|^[^aeiou]+$")
 
@@ -81,3 +92,19 @@ def split_written_on(name: str, is_known: Callable[[str], bool]) -> tuple[str, s
     if found is None or not is_known(found["word"]):
         return name, ""
     return name[: found.start("mark")], found["mark"].lstrip("0") or "0"
+
+
+def split_spoken(name: str, is_known: Callable[[str], bool]) -> tuple[str, str]:
+    """Split what else tells several of one thing apart: ("mug", "b") of "mug b".
+
+    A letter, a measure ("drill bit 6 mm") or a number in words ("mug two"), after a word that is
+    known. A name stays another one without it, as for what acts.
+    """
+    for pattern in (_LETTER, _MEASURE):
+        found = pattern.search(name)
+        if found and is_known(name[: found.start()].split()[-1]):
+            return name[: found.start()], "".join(found["mark"].split())
+    found = _NUMBER_WORD.search(name)
+    if found and is_known(found["word"]):
+        return name[: found.end("word")], str(_NUMBERS.index(found["mark"]) + 1)
+    return name, ""

@@ -20,7 +20,9 @@ _ALIKE = {
     "huge": "large", "flowery": "flower", "floral": "flower", "flowered": "flower",
     "colored": "color", "tall": "large", "steel": "metal", "colorful": "color", "metallic": "metal",
     "leathern": "leather", "grayish": "gray", "uppermost": "upper", "righthand": "right",
-    "lefthand": "left", "cuddly": "stuffed", "plush": "stuffed",
+    "lefthand": "left", "1st": "first", "2nd": "second", "3rd": "third", "4th": "fourth",
+    "5th": "fifth", "6th": "sixth", "7th": "seventh", "8th": "eighth", "9th": "ninth",
+    "10th": "tenth", "cuddly": "stuffed", "plush": "stuffed",
 }  # fmt: skip
 # Properties that shut one another out: what is red is not blue, unless it is said to be both.
 COLOURS = frozenset(
@@ -56,8 +58,10 @@ _CLASSES = (
     COLOURS, MATERIALS, _SIZES, _SHAPES, _LENGTHS, _SIDES, _ENDS, _LEVELS, _DEPTHS, _ORDER, _WINDS,
     _AGES, *_STATES,
 )  # fmt: skip
-# Words that pick one of several, and are no fashion of speaking: never one for the other.
-PICKING = (_SIDES, _ENDS, _LEVELS, _DEPTHS, _ORDER, _WINDS, _SIZES, _LENGTHS)
+# Words that pick one of two or more that are alike but for where they belong.
+_PICKING = frozenset().union(
+    _SIDES, _ENDS, _LEVELS, _DEPTHS, _ORDER, _WINDS, ("spare", "lowest", "highest")
+)
 _QUALITIES = frozenset(
     "stripe dot check color flower plain enamel eaten favorite good nice used other spare "
     "extra broken bright cast heavy fluffy cute beautiful bloody stupid damn lovely own "
@@ -187,6 +191,15 @@ def says_how(word: str) -> bool:
     "Red", "wooden" and "dirty" do; "digital", "kitchen" and "ski" name a sort.
     """
     return word in _HOW
+
+
+def picks(word: str) -> bool:
+    """Tell whether a word, as it is compared, picks one of several.
+
+    "Left", "upper", "second" and "topmost" do, a letter, and what has a number in it.
+    """
+    is_mark = len(word) == 1 or any(map(str.isdigit, word))
+    return is_mark or word in _PICKING or word.endswith("most")
 
 
 def narrows(word: str, heads: tuple[str, ...]) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 from sgm.names.aliases import AliasTable
-from sgm.names.instances import split_instance, split_written_on
+from sgm.names.instances import split_instance, split_spoken, split_written_on
 from sgm.names.known_words import is_word
 from sgm.names.modifiers import COLOURS, MATERIALS, PACKAGES, PROPERTIES, narrows, says_how, spell
 from sgm.names.words import (
@@ -191,7 +191,12 @@ class NameReader:
     def split_number(self, name: str) -> tuple[str, str]:
         """Split a counter, or else what is written on a thing, from the words of a name."""
         text, instance = split_instance(name)
-        return (text, instance) if instance else split_written_on(text, self._is_known)
+        if not instance:
+            text, instance = split_written_on(text, self._is_known)
+        if self._table.find(split_words(text)):  # "vitamin c"
+            return text, instance
+        text, mark = split_spoken(text, self._is_known)
+        return text, " ".join(filter(None, (mark, instance)))
 
     def _list_plain_words(self, text: str) -> tuple[str, ...]:
         """Return the words of a name of which they are all there is to read; none of any other."""

@@ -4,16 +4,28 @@ from __future__ import annotations
 
 from bisect import insort
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
 from sgm.names.aliases import AliasTable, Row
+from sgm.names.comparison import (
+    ALL_SAID,
+    DOUBTFUL,
+    LESS_SAID,
+    OTHER_SAID,
+    compare,
+    is_doubtful,
+    is_possible,
+    is_written,
+    rank,
+)
 from sgm.names.known_words import is_word
-from sgm.names.modifiers import MATERIALS, contradict, is_elsewhere, is_property, spell
+from sgm.names.modifiers import MATERIALS, spell
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import Reading, make_reader
+from sgm.names.resolution import MOST_ALTERNATIVES, Resolution
+from sgm.names.spelling import is_near, is_typo
 from sgm.names.words import read_name, read_words, split_words, strip_question
 
 # How alike two labels are, -1 to 1: cosine of their text vectors.
@@ -21,75 +33,12 @@ Similarity = Callable[[str, Sequence[str]], Sequence[float]]
 
 SYNONYM = 0.9  # mug and cup .96, phone and telephone .93; plate and bowl .87 stay apart
 RELATED = 0.8  # enough for a "did you mean"
-_MOST_ALTERNATIVES = 3
 _MOST_RENAMED = 20  # descriptions that are replaced one by one; of more, all are read again
 _MOST_RESOLVED = 2000  # questions whose answers are kept
 _LEAST_MENDED = 5  # letters
-_LONG_NAME = 8  # letters from which on two of them may be wrong
 _MOST_SIBLINGS = 12  # of a kind, whose things are offered for one another
 
-_UNSURE = ("typo", "part of the name", "what it holds", "similar meaning", "unknown")
-
 _Entry = tuple[int, Reading]  # number of a description, and one way to read it
-
-
-@dataclass(frozen=True, slots=True)
-class Resolution:
-    """What a question was taken for.
-
-    Attributes:
-        question: as it was asked.
-        matches: descriptions of the memory that it may mean, in the order in which they came up; a
-            thing is found when one of them is. Empty where the memory has nothing of that name.
-        how: "exact"; "same words" (but for articles, case, order, plural); "any of the kind" (the
-            question says less than the descriptions); "synonym"; "fewer words" (the descriptions
-            say less than the question); "more general name"; "part of the name"; "what it holds";
-            "typo"; "similar meaning" (by text vectors); or "unknown".
-        alternatives: other descriptions that may have been meant, the nearest first.
-        doubtful: where nothing matches, descriptions that may well be meant, and may be another
-            thing: a "piano bench" where a bench is asked for. Ask the user.
-        readings: the matches by what the name may mean: eyeglasses, and drinking glasses.
-        owner: whose it is, by the question: "dad" of "dad's phone"; empty if it names no owner.
-    """
-
-    question: str
-    matches: tuple[str, ...]
-    how: str
-    alternatives: tuple[str, ...] = ()
-    readings: tuple[tuple[str, ...], ...] = ()
-    owner: str = ""
-    doubtful: tuple[str, ...] = ()
-
-    @property
-    def is_ambiguous(self) -> bool:
-        """Whether the name means different things, or perhaps one of `doubtful`; see `ask_back`."""
-        return len(self.readings) > 1 or (not self.matches and bool(self.doubtful))
-
-    @property
-    def is_sure(self) -> bool:
-        """Whether the matches are meant by their names, so that finding one ends a search."""
-        return self.how not in _UNSURE
-
-    @property
-    def ask_back(self) -> str:
-        """What to ask the user, "Do you mean the eyeglasses or the wine glass?"; else empty."""
-        if not self.is_ambiguous:
-            return ""
-        meant = self.readings if self.matches else [(name,) for name in self.doubtful]
-        return f"Do you mean {' or '.join(f'the {_list(names)}' for names in meant)}?"
-
-    def __str__(self) -> str:
-        """Say it in one line."""
-        line = self.question
-        if self.how == "exact":
-            return line
-        if self.how != "unknown":
-            line += f" (taken for {_list(self.matches)}: {self.how})"
-        if self.is_ambiguous:
-            line += f" ({self.ask_back})"
-        if self.alternatives:
-            line += f" (did you mean {_list(self.alternatives)}?)"
-        return line
 
 
 class NameIndex:
@@ -104,17 +53,19 @@ class NameIndex:
        asked words in its name comes before what is only called so besides.
     2. The same with fewer words: "mug" for "the red mug", where no other colour is said.
     3. A more general name: "phone" for "iphone".
-    4. A part of the name that is no English word: "zorb" for "zorb charger".
-    5. What it holds, or a remark in brackets: "cookies" for "cookie jar".
-    6. A word that is no English one, of five letters or more, is read as an English one of the
+    4. What has another property, and none that contradicts: "tall mug" for "teal mug".
+    5. A part of the name that is no English word: "zorb" for "zorb charger".
+    6. What it holds, or a remark in brackets: "cookies" for "cookie jar".
+    7. A word that is no English one, of five letters or more, is read as an English one of the
        memory, if it is that with one slip (`is_typo`). What that is a synonym or kind of is not
        meant.
-    7. Things that mean nearly the same by their text vectors, where one of the two is not in the
+    8. Things that mean nearly the same by their text vectors, where one of the two is not in the
        table: with an encoder of one's own, or if the policy has vectors.
 
     A description of another owner or number is not meant, nor one of another colour, size, side or
-    material. A word that makes it another thing (`narrows`) is said by both or by none: a "soda
-    can" is no "trash can". Where one of the two does not say it, the other is `doubtful`.
+    material. One that has no number or side, where the question has, is `doubtful`. A word that
+    makes it another thing (`narrows`) is said by both or by none: a "soda can" is no "trash can".
+    Where one of the two does not say it, the other is `doubtful`.
 
     What acts is stricter: `resolve_exact`.
     """
@@ -278,12 +229,13 @@ class NameIndex:
         return [reading for reading in self._reader.read(text) if not reading.is_content]
 
     def _match(self, readings: Sequence[Reading], text: str) -> tuple[str, list[list[int]]]:
-        """Apply rules 1 to 5: how it was found, and the numbers of the descriptions by reading."""
+        """Apply rules 1 to 6: how it was found, and the numbers of the descriptions by reading."""
         for how, rule in (
-            ("", partial(self._choose, fit=_ALL_SAID)),
+            ("", partial(self._choose, fit=ALL_SAID)),
             ("same words", partial(self._find_joined, text)),
-            ("fewer words", partial(self._choose, fit=_LESS_SAID)),
+            ("fewer words", partial(self._choose, fit=LESS_SAID)),
             ("more general name", self._find_above),
+            ("another property", partial(self._choose, fit=OTHER_SAID)),
             ("part of the name", self._find_part),
             ("what it holds", self._find_contents),
         ):
@@ -295,7 +247,7 @@ class NameIndex:
 
     def _match_written(self, readings: Sequence[Reading]) -> list[list[int]]:
         """Apply rules 1 and 2 to what has the asked words in its name."""
-        for fit in (_ALL_SAID, _LESS_SAID):
+        for fit in (ALL_SAID, LESS_SAID):
             found = [
                 [number for number in group if self._has_words(reading, number)]
                 for reading in readings
@@ -333,11 +285,11 @@ class NameIndex:
     def _choose(self, reading: Reading, fit: int) -> list[list[int]]:
         """Choose what says as much of the properties, for each thing that the name may be."""
         groups = [
-            [one for one in self._list_entries(reading, thing) if _compare(reading, one[1]) == fit]
+            [one for one in self._list_entries(reading, thing) if compare(reading, one[1]) == fit]
             for thing in reading.things or (None,)
         ]
         # What is written so comes before what is only called so: a "purse" before a wallet.
-        written = [[one for one in group if _is_written(reading, one[1])] for group in groups]
+        written = [[one for one in group if is_written(reading, one[1])] for group in groups]
         is_exact = any(one.said == reading.said for group in written for _, one in group)
         if any(written) and (is_exact or len(reading.things) > 1):
             for place, own in enumerate(written):
@@ -346,8 +298,8 @@ class NameIndex:
                 groups[place] = [
                     one for one in groups[place] if one in own or kinds & set(one[1].things)
                 ]
-        most = max((_rank(reading, one) for group in groups for _, one in group), default=None)
-        groups = [[one for one in group if _rank(reading, one[1]) == most] for group in groups]
+        most = max((rank(reading, one) for group in groups for _, one in group), default=None)
+        groups = [[one for one in group if rank(reading, one[1]) == most] for group in groups]
         return [sorted({number for number, _ in group}) for group in groups if group]
 
     def _list_kinds(self, things: Iterable[int]) -> set[int]:
@@ -371,7 +323,8 @@ class NameIndex:
             number
             for number, one in self._endings.get(whole, ())
             if one.endings[0] == whole
-            and _is_possible(reading, one)
+            and is_possible(reading, one)
+            and (one.instance or not reading.instance)
             and one.stem <= set(map(spell, one.words))  # no "cream of tartar"
         }
         return [sorted(numbers)] if numbers else []
@@ -389,7 +342,7 @@ class NameIndex:
         return [
             number
             for number, one in self._things.get(kind, ())
-            if _compare(reading, one) in (_ALL_SAID, _LESS_SAID) and not self._is_sort_of(kind, one)
+            if compare(reading, one) in (ALL_SAID, LESS_SAID) and not self._is_sort_of(kind, one)
         ]
 
     def _is_sort_of(self, kind: int, said: Reading) -> bool:
@@ -400,7 +353,7 @@ class NameIndex:
         return is_longer or bool(said.sorts or said.properties & MATERIALS)
 
     def _find_part(self, reading: Reading) -> list[list[int]]:
-        """Apply rule 4: names that have its words, where these name nothing that is known."""
+        """Apply rule 5: names that have its words, where these name nothing that is known."""
         if reading.things or is_word(reading.head[-1]):
             return []
         numbers = self._find_holding(reading)
@@ -413,7 +366,7 @@ class NameIndex:
         return [
             number
             for number in sorted(found)
-            if any(_is_possible(reading, other) for other in self._readings[number])
+            if any(is_possible(reading, other) for other in self._readings[number])
         ]
 
     def _find_contents(self, reading: Reading) -> list[list[int]]:
@@ -422,7 +375,7 @@ class NameIndex:
             for thing in reading.things
             for one in (thing, *self._table.list_below(thing))
             for number, other in self._contents.get(one, ())
-            if _compare(reading, other) == _ALL_SAID
+            if compare(reading, other) == ALL_SAID
         }
         return [sorted(numbers)] if numbers else []
 
@@ -432,10 +385,10 @@ class NameIndex:
         for reading in readings:
             for thing in reading.things or (None,):
                 entries = self._list_entries(reading, thing)
-                found += [n for n, one in entries if _compare(reading, one) == _DOUBTFUL]
+                found += [n for n, one in entries if compare(reading, one) == DOUBTFUL]
             for ending in reading.endings[-1:]:
                 entries = self._endings.get(ending, [])
-                found += [n for n, one in entries if _is_doubtful(reading, one)]
+                found += [n for n, one in entries if is_doubtful(reading, one)]
             if not reading.things:
                 found += self._find_holding(reading)
         if not is_word(readings[0].head[-1]):
@@ -444,7 +397,7 @@ class NameIndex:
 
     def _find_spelled(self, asked: Name) -> list[int]:
         """Find what is spelled nearly alike; names that differ in a number are compared once."""
-        alike = [numbers for name, numbers in self._spelled.items() if _is_near(asked, *name)]
+        alike = [numbers for name, numbers in self._spelled.items() if is_near(asked, *name)]
         return sorted(number for numbers in alike for number in numbers)
 
     def _mend(self, word: str) -> str:
@@ -464,7 +417,7 @@ class NameIndex:
     def _find_similar(
         self, readings: Sequence[Reading], similarity: Similarity | None, least: float
     ) -> list[list[int]]:
-        """Apply rule 7: groups of descriptions by their heads, the most similar first."""
+        """Apply rule 8: groups of descriptions by their heads, the most similar first."""
         if self._encoder is not None:
             similarity = self._encoder.compare
             same, related = self._encoder.thresholds
@@ -476,7 +429,7 @@ class NameIndex:
             by_head: dict[str, list[int]] = {}
             for number, others in enumerate(self._readings):
                 one = others[0]
-                if not (reading.things and one.things) and _compare(reading, one) == _ALL_SAID:
+                if not (reading.things and one.things) and compare(reading, one) == ALL_SAID:
                     by_head.setdefault(" ".join(one.head), []).append(number)
             if by_head:
                 values = similarity(" ".join(reading.head), list(by_head))
@@ -510,7 +463,7 @@ class NameIndex:
             for group in self._find_similar(readings, similarity, RELATED):
                 close += group
         rest = [number for number in dict.fromkeys(close) if number not in found]
-        return self._name(rest[:_MOST_ALTERNATIVES])
+        return self._name(rest[:MOST_ALTERNATIVES])
 
 
 class _Declared:
@@ -542,94 +495,6 @@ def _get_number(entry: int | _Entry) -> int:
     return entry if isinstance(entry, int) else entry[0]
 
 
-_ALL_SAID, _LESS_SAID, _DOUBTFUL = 1, 2, 3
-
-
-def _compare(asked: Reading, said: Reading) -> int | None:
-    """Tell how much of a question about a thing of this head a name says; None: another thing."""
-    if not _is_possible(asked, said):
-        return None
-    own, other = (asked.kinds, said.kinds) if asked.things else (asked.stem, said.stem)
-    missing, extra = own - said.said, other - asked.said
-    is_written = asked.key in said.endings
-    if missing or extra:
-        is_part = (not missing or not extra) and asked.endings[-1] == said.endings[-1]
-        return _DOUBTFUL if is_part else None
-    is_same_thing = not set(asked.things).isdisjoint(said.things)
-    is_alike = is_written or is_same_thing
-    if asked.is_sort and not is_same_thing and not is_written:
-        return None
-    if (asked.kinds or said.kinds) and not is_alike:
-        return None  # a "garlic bread" and a "garlic bagel"
-    if _is_other_sort(asked, said, is_written, is_same_thing):
-        return None
-    if _says_other_make(asked, said) or (asked.instance and not said.instance):
-        return _DOUBTFUL
-    is_owned = not asked.owner or said.owner or asked.owner in said.said
-    return _ALL_SAID if not asked.properties - said.said and is_owned else _LESS_SAID
-
-
-def _is_other_sort(asked: Reading, said: Reading, is_written: bool, is_same_thing: bool) -> bool:
-    """Tell whether both say a sort of a thing, and not the same: a "wall" and a "digital clock"."""
-    if asked.sorts - said.said:
-        return bool(said.stem_sorts - asked.said) or asked.endings[-1] not in said.endings
-    if is_written:
-        return False
-    if asked.properties & MATERIALS - said.said and not is_same_thing:
-        return True  # a "silk hat" and a "baseball cap"
-    # A "digital camera" is a camera by the table, and a "television camera" another one.
-    is_own_sort = bool(asked.stem_sorts - said.said)
-    return is_own_sort and is_same_thing and not all(map(is_property, said.sorts - asked.said))
-
-
-def _says_other_make(asked: Reading, said: Reading) -> bool:
-    """Tell whether one says a material, the other a sort: a "silk hat" and a "cowboy hat"."""
-    return bool(asked.properties & MATERIALS - said.said and said.stem_sorts - asked.said)
-
-
-def _is_possible(asked: Reading, said: Reading) -> bool:
-    """Tell whether nothing speaks against it: another owner, number, colour, size or side."""
-    if asked.owner and said.owner not in ("", asked.owner):
-        return False
-    if asked.instance and said.instance not in ("", asked.instance):
-        return False
-    if asked.packages and said.packages and not asked.packages & said.packages:
-        return False
-    if is_elsewhere(asked.said, said.said):
-        return False
-    return not contradict(asked.said - asked.head_words, said.said - said.head_words)
-
-
-def _is_doubtful(asked: Reading, said: Reading) -> bool:
-    """Tell whether a name of the same last word may be meant: one of both says more of its kind."""
-    missing, extra = asked.stem - said.said, said.stem - asked.said
-    return _is_possible(asked, said) and bool(missing) != bool(extra)
-
-
-def _is_near(asked: Name, ordered: tuple[str, ...], joined: str) -> bool:
-    """Tell whether a name is spelled nearly alike: one word of it differs, by a letter or two."""
-    most = 1 if len(asked.joined) < _LONG_NAME else 2
-    if count_mistakes(asked.joined, joined, most) <= most:
-        return True
-    if len(asked.ordered) != len(ordered) or len(ordered) < 2:
-        return False
-    differing = [pair for pair in zip(asked.ordered, ordered, strict=True) if pair[0] != pair[1]]
-    return len(differing) == 1 and count_mistakes(*differing[0], most) <= most
-
-
-def _is_written(asked: Reading, said: Reading) -> bool:
-    """Tell whether a name is written as it is asked for: a "glass" is not written "glasses"."""
-    is_same = asked.head[-1] == said.head[-1] or set(asked.things) == set(said.things)
-    return is_same and asked.key in said.endings
-
-
-def _rank(asked: Reading, said: Reading) -> tuple[bool, bool, int]:
-    """Return what decides between names, the highest first: owner, head words and remarks."""
-    is_owner = bool(asked.owner) and said.owner == asked.owner
-    has_head = len(asked.head) > 1 and asked.head_words <= said.said
-    return is_owner, has_head, len((asked.said - asked.head_words - asked.properties) & said.said)
-
-
 def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:
     """Leave every number in the first group that has it, and drop empty groups."""
     known: set[int] = set()
@@ -639,47 +504,3 @@ def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:
         known.update(own)
         kept += [own] if own else []
     return kept
-
-
-def is_typo(word: str, meant: str) -> bool:
-    """Tell whether a word is another one with one slip of the fingers.
-
-    Two letters in the wrong order, or a letter missing or too many; from eight letters on a wrong
-    one, too. The first letter is right, and so is the last one but for their order.
-    """
-    if word[0] != meant[0] or count_mistakes(word, meant, 1) != 1:
-        return False
-    if sorted(word) == sorted(meant):
-        return True
-    return word[-1] == meant[-1] and (len(word) != len(meant) or len(word) >= _LONG_NAME)
-
-
-def count_mistakes(one: str, other: str, most: int | None = None) -> int:
-    """Count letters wrong, missing, too many, or two in the wrong order (edit distance).
-
-    Where there are more than `most`, any number above that is returned, as soon as it is plain.
-    """
-    if most is None:
-        most = len(one) + len(other)
-    # A letter more or less changes the set of letters by one, and a wrong one by two.
-    if abs(len(one) - len(other)) > most or len(set(one) ^ set(other)) > 2 * most:
-        return most + 1
-    before: list[int] = []
-    row = list(range(len(other) + 1))
-    for i, letter in enumerate(one, start=1):
-        last, row = row, [i]
-        for j, expected in enumerate(other, start=1):
-            cost = min(last[j] + 1, row[j - 1] + 1, last[j - 1] + (letter != expected))
-            if i > 1 and j > 1 and letter == other[j - 2] and one[i - 2] == expected:
-                cost = min(cost, before[j - 2] + 1)
-            row.append(cost)
-        if min(row) > most:
-            break
-        before = last
-    return row[-1]
-
-
-def _list(names: Sequence[str]) -> str:
-    shown = ", ".join(names[:_MOST_ALTERNATIVES])
-    more = len(names) - _MOST_ALTERNATIVES
-    return f"{shown} and {more} more" if more > 0 else shown

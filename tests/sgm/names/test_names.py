@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from sgm.names.name_matching import NameIndex, count_mistakes
+from sgm.names.name_matching import NameIndex
+from sgm.names.spelling import count_mistakes
 from sgm.names.words import compute_singular, read_name
 
 SEEN = (

@@ -6,7 +6,7 @@ import pytest
 
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.name_matching import Resolution
+from sgm.names.resolution import Resolution
 from tools.names.__main__ import (
     OUTCOMES,
     count_outcomes,

@@ -1,0 +1,108 @@
+"""What a question was taken for: matches, how sure they are, and what to ask back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+MOST_ALTERNATIVES = 3
+_UNSURE = (
+    "another property", "typo", "part of the name", "what it holds", "similar meaning", "unknown",
+)  # fmt: skip
+_HOLDS_IT = ("part of the name", "what it holds")
+_SAYS_LESS = ("fewer words", "more general name")
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """What a question was taken for.
+
+    Attributes:
+        question: as it was asked.
+        matches: descriptions of the memory that it may mean, in the order in which they came up; a
+            thing is found when one of them is. Empty where the memory has nothing of that name.
+        how: "exact"; "same words" (but for articles, case, order, plural); "any of the kind" (the
+            question says less than the descriptions); "synonym"; "fewer words" (the descriptions
+            say less than the question); "more general name"; "another property" (they say another
+            one than the question); "part of the name"; "what it holds"; "typo"; "similar meaning"
+            (by text vectors); or "unknown".
+        alternatives: other descriptions that may have been meant, the nearest first.
+        doubtful: where nothing matches, descriptions that may well be meant, and may be another
+            thing: a "piano bench" where a bench is asked for. Ask the user.
+        readings: the matches by what the name may mean: eyeglasses, and drinking glasses.
+        owner: whose it is, by the question: "dad" of "dad's phone"; empty if it names no owner.
+    """
+
+    question: str
+    matches: tuple[str, ...]
+    how: str
+    alternatives: tuple[str, ...] = ()
+    readings: tuple[tuple[str, ...], ...] = ()
+    owner: str = ""
+    doubtful: tuple[str, ...] = ()
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Whether it is to be asked what is meant; see `ask_back`.
+
+        The name means different things, perhaps one of `doubtful`, or what has another property.
+        """
+        if self.matches:
+            return self.means_several or self.how == "another property"
+        return bool(self.doubtful)
+
+    @property
+    def means_several(self) -> bool:
+        """Whether the name means different things, "glasses": each of `readings`."""
+        return len(self.readings) > 1
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the matches are meant by their names, so that finding one ends a search."""
+        return self.how not in _UNSURE
+
+    @property
+    def says_less(self) -> bool:
+        """Whether the matches say less than the question: "mug" for "red mug"."""
+        return self.how in _SAYS_LESS
+
+    @property
+    def taken_for(self) -> tuple[str, ...]:
+        """The matches, but for what may only hold it or be a part of it: "bread box" of bread."""
+        return () if self.how in _HOLDS_IT else self.matches
+
+    @property
+    def meant(self) -> tuple[str, ...]:
+        """The matches, where all that is said of the question holds for them.
+
+        None where they say less: what is no "red mug" may be a "mug".
+        """
+        return self.matches if self.is_sure and not self.says_less else ()
+
+    @property
+    def ask_back(self) -> str:
+        """What to ask the user, "Do you mean the eyeglasses or the wine glass?"; else empty."""
+        if not self.is_ambiguous:
+            return ""
+        meant = self.readings if self.matches else [(name,) for name in self.doubtful]
+        return f"Do you mean {' or '.join(f'the {list_some(names)}' for names in meant)}?"
+
+    def __str__(self) -> str:
+        """Say it in one line."""
+        line = self.question
+        if self.how == "exact":
+            return line
+        if self.how != "unknown":
+            line += f" (taken for {list_some(self.matches)}: {self.how})"
+        if self.is_ambiguous:
+            line += f" ({self.ask_back})"
+        if self.alternatives:
+            line += f" (did you mean {list_some(self.alternatives)}?)"
+        return line
+
+
+def list_some(names: Sequence[str]) -> str:
+    """List the first names, and say how many more there are."""
+    shown = ", ".join(names[:MOST_ALTERNATIVES])
+    more = len(names) - MOST_ALTERNATIVES
+    return f"{shown} and {more} more" if more > 0 else shown

@@ -1,0 +1,56 @@
+"""How nearly alike two words or names are spelled."""
+
+from __future__ import annotations
+
+from sgm.names.name import Name
+
+_LONG_NAME = 8  # letters from which on two of them may be wrong
+
+
+def is_near(asked: Name, ordered: tuple[str, ...], joined: str) -> bool:
+    """Tell whether a name is spelled nearly alike: one word of it differs, by a letter or two."""
+    most = 1 if len(asked.joined) < _LONG_NAME else 2
+    if count_mistakes(asked.joined, joined, most) <= most:
+        return True
+    if len(asked.ordered) != len(ordered) or len(ordered) < 2:
+        return False
+    differing = [pair for pair in zip(asked.ordered, ordered, strict=True) if pair[0] != pair[1]]
+    return len(differing) == 1 and count_mistakes(*differing[0], most) <= most
+
+
+def is_typo(word: str, meant: str) -> bool:
+    """Tell whether a word is another one with one slip of the fingers.
+
+    Two letters in the wrong order, or a letter missing or too many; from eight letters on a wrong
+    one, too. The first letter is right, and so is the last one but for their order.
+    """
+    if word[0] != meant[0] or count_mistakes(word, meant, 1) != 1:
+        return False
+    if sorted(word) == sorted(meant):
+        return True
+    return word[-1] == meant[-1] and (len(word) != len(meant) or len(word) >= _LONG_NAME)
+
+
+def count_mistakes(one: str, other: str, most: int | None = None) -> int:
+    """Count letters wrong, missing, too many, or two in the wrong order (edit distance).
+
+    Where there are more than `most`, any number above that is returned, as soon as it is plain.
+    """
+    if most is None:
+        most = len(one) + len(other)
+    # A letter more or less changes the set of letters by one, and a wrong one by two.
+    if abs(len(one) - len(other)) > most or len(set(one) ^ set(other)) > 2 * most:
+        return most + 1
+    before: list[int] = []
+    row = list(range(len(other) + 1))
+    for i, letter in enumerate(one, start=1):
+        last, row = row, [i]
+        for j, expected in enumerate(other, start=1):
+            cost = min(last[j] + 1, row[j - 1] + 1, last[j - 1] + (letter != expected))
+            if i > 1 and j > 1 and letter == other[j - 2] and one[i - 2] == expected:
+                cost = min(cost, before[j - 2] + 1)
+            row.append(cost)
+        if min(row) > most:
+            break
+        before = last
+    return row[-1]
