@@ -158,6 +158,12 @@ class MemoryBatch(Remembered):
             )  # fmt: skip
         return self._row_of_key[home, key]
 
+    def set_type(self, row: int, label: int, object_type: int) -> None:
+        """Let an object be of another type; hypothetical edges end with the old one."""
+        self.objects["label"][row], self.objects["type"][row] = label, object_type
+        self._pending = None
+        self.look_up_prior()
+
     def find_objects(self, home: np.ndarray, key: np.ndarray) -> np.ndarray:
         """Return the rows of object nodes that there are, (n,)."""
         return self._row_of_key[home, key]

@@ -92,7 +92,7 @@ class MemoryIdentities(MemoryQuestions):
                     f"{shorten(own.description)}. Merge the two, if they are one."
                 )
             self._write("rename", **own.to_json(), name=name, by=by)
-            self._state.take(self._state.get_content().rename(row, name))
+            self._state.rename(row, name)
 
     def merge(self, thing: str | ThingName, other: str | ThingName, by: str = ROBOT) -> None:
         """Note that two things are one: "this is the same mug"; `split` undoes it.

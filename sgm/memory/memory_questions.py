@@ -348,9 +348,7 @@ class MemoryQuestions(MemoryLayout):
                 asked = np.array([row for row, text in texts if text in wanted], dtype=np.int64)
             seen, ids = SeenRows.of_things(fused, asked), state.furniture.ids
             if furniture is None:
-                first: dict[str, int] = {}
-                names = [first.setdefault(t, len(first)) for t in state.things.descriptions]
-                seen = seen.take(seen.find_current(np.array(names, dtype=np.int64)))
+                seen = seen.take(seen.find_current(state.things.number_descriptions()))
             else:
                 place = state.furniture.position.get(furniture, -2)
                 seen = seen.take((seen.furniture == place) & seen.is_there)

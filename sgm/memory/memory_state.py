@@ -249,6 +249,14 @@ class MemoryState:
         labels, types = np.array(kinds, dtype=np.int64).reshape(-1, 2).T
         self.batch.ensure_objects(np.zeros_like(rows), rows, labels, types)
 
+    def rename(self, row: int, name: str) -> None:
+        """Call an object otherwise; of the others nothing changes."""
+        batch, content = self.batch, self.get_content().rename(row, name)
+        self.things, self.sought = ThingRows(content.things), dict(content.sought)
+        batch.set_type(row, *self.vocabulary.find_type(name))
+        self.asked = None
+        self.begin_anew()
+
     def list_members(self, row: int) -> list[int]:
         """Return the rows of all nodes that were merged with one, itself first."""
         if row < 0 or not self.has_merged:

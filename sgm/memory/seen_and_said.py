@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from sgm.memory.seen_positions import Told, tell_positions
 from sgm.memory.sighting import SeenAt
 from sgm.memory.thing import Statement, Thing
 from sgm.schema import NEVER, RELATIONS
+
+# Of a row: place, relation, whether the last look showed it, time, times seen and looked, Told.
+Values: TypeAlias = tuple[int, int, bool, int, int, int, Told]
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +85,8 @@ class SeenRows:
         name = name_of[self.thing]
         is_placed = np.zeros(len(name_of), dtype=bool)
         is_placed[name[self.is_there]] = True
-        order = np.lexsort((np.arange(len(name)), -self.time))
-        order = order[~is_placed[name[order]]]
+        nowhere = np.flatnonzero(~is_placed[name])
+        order = nowhere[np.argsort(-self.time[nowhere], kind="stable")]
         latest = order[np.unique(name[order], return_index=True)[1]]
         return np.sort(np.append(np.flatnonzero(self.is_there), latest))
 
@@ -96,19 +99,6 @@ class SeenRows:
 
     def tell(self, memory: MemoryBatch, furniture_ids: Sequence[int]) -> list[SeenAt]:
         """Return what each row says, with positions in the map where they are known."""
-        told: list[Told] = [(None, None, None)] * len(self.time)
-        has_edge = np.flatnonzero(self.edge >= 0)
-        if memory.positions.num_rows:
-            positions = tell_positions(memory, self.edge[has_edge])
-            for row, at in zip(has_edge.tolist(), positions, strict=True):
-                told[row] = at
-        columns = [
-            column.tolist()
-            for column in (
-                self.furniture, self.relation, self.is_there, self.time,
-                self.times_seen, self.times_looked,
-            )
-        ]  # fmt: skip
         return [
             SeenAt(
                 time=time,
@@ -126,8 +116,22 @@ class SeenRows:
                 position,
                 position_sd,
                 usual,
-            ) in zip(*columns, told, strict=True)
+            ) in self.list_values(memory)
         ]
+
+    def list_values(self, memory: MemoryBatch) -> Iterator[Values]:
+        """List the place, relation, ..., `times_looked` of each row, and what `Told` says of it."""
+        told: list[Told] = [(None, None, None)] * len(self.time)
+        has_edge = np.flatnonzero(self.edge >= 0)
+        if memory.positions.num_rows:
+            positions = tell_positions(memory, self.edge[has_edge])
+            for row, at in zip(has_edge.tolist(), positions, strict=True):
+                told[row] = at
+        columns = (
+            self.furniture, self.relation, self.is_there, self.time, self.times_seen,
+            self.times_looked,
+        )  # fmt: skip
+        return zip(*(column.tolist() for column in columns), told, strict=True)
 
 
 def list_home(
@@ -146,43 +150,41 @@ def list_home(
     furniture_ids = tuple(layout.furniture)
     seen = SeenRows.of_things(memory)
     seen = seen.take(np.lexsort((-seen.time, seen.thing)))  # of each object, the latest first
-    for row, place in zip(seen.thing.tolist(), seen.tell(memory, furniture_ids), strict=True):
-        if place.furniture is None:
-            unplaced.append({"description": descriptions[row], "last_seen": place.time})
+    for row, values in zip(seen.thing.tolist(), seen.list_values(memory), strict=True):
+        at, relation, is_there, time, times_seen, times_looked, (position, _, _) = values
+        if at < 0:
+            unplaced.append({"description": descriptions[row], "last_seen": time})
             continue
-        by = said_by.get(row, {}).get((place.time, place.furniture))
-        objects[place.furniture].append(
+        furniture = furniture_ids[at]
+        thing: dict[str, Any] = {
+            "description": descriptions[row],
+            "relation": RELATIONS[relation],
+            "is_there": is_there,
+            "last_seen": time,
+            "times_seen": times_seen,
+            "times_looked": times_looked,
+        }
+        if row in said_by and (by := said_by[row].get((time, furniture))) is not None:
+            thing["by"] = by
+        if position is not None:
+            thing["position"] = list(position)
+        objects[furniture].append(thing)
+    last_looked = memory.furniture_last_observed[0].tolist()
+    furniture_in: dict[int, list[dict[str, Any]]] = {room: [] for room in layout.rooms}
+    for (number, node), looked in zip(layout.furniture.items(), last_looked, strict=True):
+        furniture_in[node.room].append(
             {
-                "description": descriptions[row],
-                "relation": place.relation,
-                "is_there": place.is_there,
-                "last_seen": place.time,
-                "times_seen": place.times_seen,
-                "times_looked": place.times_looked,
-                **({} if by is None else {"by": by}),
-                **({} if place.position is None else {"position": list(place.position)}),
+                "id": number,
+                "label": node.label,
+                "description": node.description,
+                "last_looked": None if looked == NEVER else looked,
+                "objects": objects[number],
             }
         )
-    last_looked = memory.furniture_last_observed[0].tolist()
-    looked = dict(zip(layout.furniture, last_looked, strict=True))
     return {
         "time": memory.time,
         "rooms": [
-            {
-                "id": room,
-                "label": own.label,
-                "furniture": [
-                    {
-                        "id": number,
-                        "label": node.label,
-                        "description": node.description,
-                        "last_looked": None if looked[number] == NEVER else looked[number],
-                        "objects": objects[number],
-                    }
-                    for number, node in layout.furniture.items()
-                    if node.room == room
-                ],
-            }
+            {"id": room, "label": own.label, "furniture": furniture_in[room]}
             for room, own in layout.rooms.items()
         ],
         "unplaced": unplaced,

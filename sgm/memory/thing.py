@@ -7,6 +7,8 @@ from dataclasses import astuple, dataclass, replace
 from numbers import Real
 from typing import Any
 
+import numpy as np
+
 from sgm.memory.sighting import read_embedding, read_id
 from sgm.messages import shorten
 from sgm.names.name import Name
@@ -159,6 +161,8 @@ class ThingRows:
         """List things, one after the other."""
         self._things: list[Thing] = []
         self._descriptions: tuple[str, ...] = ()
+        self._numbers = np.zeros(0, dtype=np.int64)
+        self._first_numbers: dict[str, int] = {}
         # By `Name.key` of the description, a tuple, or by id, a text.
         self._rows: dict[tuple[str, ...] | str, int] = {}
         self._rows_with_id: dict[tuple[str, ...], list[int]] = {}
@@ -187,6 +191,14 @@ class ThingRows:
         if new:
             self._descriptions += tuple(thing.description for thing in new)
         return self._descriptions
+
+    def number_descriptions(self) -> np.ndarray:
+        """Number what the things are called: the same number for the same description, (O,)."""
+        known, first = len(self._numbers), self._first_numbers
+        if known < len(self._things):
+            new = [first.setdefault(text, len(first)) for text in self.descriptions[known:]]
+            self._numbers = np.append(self._numbers, new)
+        return self._numbers
 
     @property
     def names(self) -> tuple[str, ...]:

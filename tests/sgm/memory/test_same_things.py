@@ -55,6 +55,24 @@ def test_a_thing_is_called_otherwise(memory):
     assert (SINK, 0, False, 1, 2) in list_seen(memory, "flashlight")
 
 
+def test_a_thing_that_is_called_otherwise_is_of_another_type(memory):
+    """It is as if all were looked up again, and nothing of the others is."""
+    memory.query("torch")
+    prior = memory.batch.place_prior
+    memory.rename("torch", "milk")
+    again = memory.copy()
+    assert memory.batch.place_prior is prior
+    assert memory.batch.labels == again.batch.labels
+    for table in ("objects", "edges"):
+        for name, values in getattr(again.batch, table).items():
+            np.testing.assert_array_equal(getattr(memory.batch, table)[name], values, name)
+    for one in (memory, again):
+        one.observe(SHELF, [])  # no longer asked for: no edge is opened
+        one.observe(SINK, [Sighting("milk"), Sighting("torch")])
+    assert dump(memory) == dump(again)
+    assert list_probabilities(memory, "milk") == list_probabilities(again, "milk")
+
+
 def test_two_names_are_one_thing(memory):
     memory.merge("torch", "night lamp", by="anna")
     both = {(SINK, 0, True, 1, 1), (DESK, 1, False, 1, 2)}
