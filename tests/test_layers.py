@@ -154,6 +154,7 @@ def test_picture_shows_every_part():
     assert sorted(shown) == sorted(parts), "Draw it again: python -m docs.draw_layers"
 
 
+@pytest.mark.slow
 def test_every_part_imports_from_those_before_it():
     """Strings that name a class count, too: a registry imports it when it is asked to."""
     place = {part: number for number, part in enumerate(ORDER)}

@@ -147,6 +147,7 @@ def list_modules(folder: str) -> list[Path]:
     return sorted((ROOT / folder).rglob("*.py"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", CODE)
 def test_words_that_are_out_are_in_no_docstring_comment_or_message(folder):
     found = []
@@ -159,6 +160,7 @@ def test_words_that_are_out_are_in_no_docstring_comment_or_message(folder):
     assert found == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", CODE)
 def test_sentences_of_the_code_are_short(folder):
     counts, long = [], []

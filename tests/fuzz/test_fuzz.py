@@ -69,6 +69,7 @@ def _refuse(_):
     raise ValueError("x must be y, got z. Pass y.")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("use", "outcome"),
     [

@@ -102,6 +102,7 @@ def checkpoint(homes, tmp_path_factory) -> Path:
     return folder / "checkpoints" / "last.ckpt"
 
 
+@pytest.mark.slow
 def test_evaluated_in_recorded_homes_alone(checkpoint, homes, tmp_path, capsys):
     shared = ["--policies=none", "--tasks=predict_location", f"--checkpoint=net={checkpoint}"]
     out = tmp_path / "out"

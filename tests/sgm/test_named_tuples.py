@@ -81,6 +81,7 @@ def test_fields_may_stand_in_any_order(python):
     assert len(turned) > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("package", ["sgm", "simulator"])
 def test_all_are_made_by_name(package):
     kinds, modules = list_named_tuples(package)

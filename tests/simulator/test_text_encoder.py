@@ -137,6 +137,7 @@ def test_a_new_vector_is_the_same_to_the_bit_in_any_batch(encoder: Tok2Vec, nlp:
     np.testing.assert_array_equal(together, backwards)
 
 
+@pytest.mark.slow
 def test_known_words_have_the_vectors_of_spacy(encoder: Tok2Vec, nlp: Language) -> None:
     """Those in the file, and what would be computed for them."""
     words = train.list_words()

@@ -188,6 +188,7 @@ def fit(module, batches, max_epochs=2, ckpt_path=None):
     return trainer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoder", [MLP, GCN, HEAT])
 def test_a_reloaded_checkpoint_gives_equal_logits(encoder, random_batch, tmp_path):
     torch.manual_seed(0)

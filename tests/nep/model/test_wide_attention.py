@@ -79,6 +79,7 @@ def test_a_wide_snapshot_in_a_batch_is_what_it_is_alone(attention, places):
             torch.testing.assert_close(found[rows], alone)
 
 
+@pytest.mark.slow
 def test_it_learns(attention, places):
     attention.train()
     attention(places, torch.zeros(NUM_WIDE, dtype=torch.int64), 1).square().sum().backward()

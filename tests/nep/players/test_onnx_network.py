@@ -174,6 +174,7 @@ def answer(network, questions):
     return np.where(is_answer, network.compute_logits(*questions).round(DECIMALS), -np.inf)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("num_places", [1, 7, 32, 60])
 def test_a_question_is_answered_alike_whoever_shares_the_batch(network, num_places):
     questions = sample_questions(333, num_places)

@@ -94,6 +94,7 @@ def test_interval_of_many_values_is_the_standard_one():
 
 
 # Of 1,000 trials of a true coverage of .95 the standard error is .007: four of them.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("num_units", "least"), [(3, 0.92), (5, 0.92), (12, 0.92), (30, 0.92)]
 )  # fmt: skip

@@ -112,6 +112,7 @@ def test_an_object_that_is_just_seen_is_there(finder, home):
     assert ranking[0].why.startswith("seen here in this step")
 
 
+@pytest.mark.slow
 def test_answers_go_on_after_a_restart(finder, home, tmp_path):
     memory, places = home
     finder.rank(memory, "milk")

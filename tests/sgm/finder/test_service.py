@@ -69,6 +69,7 @@ def test_where_is_says_place_reason_and_time(service, wall):
     assert service.where_is("mug", at=200).at.step == 200
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     st.lists(

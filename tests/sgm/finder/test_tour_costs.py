@@ -70,12 +70,14 @@ def compute_ratios(kind, num_places, num_cases, seed=0):
 KINDS = pytest.mark.parametrize("kind", ["anywhere", "rooms", "one way", "doors"])
 
 
+@pytest.mark.slow
 @KINDS
 @pytest.mark.parametrize(("num_places", "num_cases"), [(3, 25), (9, 25), (12, 100)])
 def test_up_to_twelve_places_have_the_least_cost(kind, num_places, num_cases):
     np.testing.assert_allclose(compute_ratios(kind, num_places, num_cases), 1)
 
 
+@pytest.mark.slow
 @KINDS
 def test_more_places_are_near_the_least_cost(kind):
     ratios = compute_ratios(kind, 14, 50)

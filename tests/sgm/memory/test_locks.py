@@ -75,6 +75,7 @@ def test_a_file_is_free_with_the_last_memory_that_saved_it(start, tmp_path):
     assert start(path)[1] == "saved"
 
 
+@pytest.mark.slow
 def test_a_file_that_another_process_put_in_its_place_is_told(start, tmp_path):
     path = tmp_path / "home.sgm"
     memory = SceneGraphMemory()

@@ -144,6 +144,7 @@ def test_a_log_holds_the_scores_and_replays_to_the_memory(tmp_path):
     np.testing.assert_array_equal(again.batch.edges["missed"], memory.batch.edges["missed"])
 
 
+@pytest.mark.slow
 def test_scores_are_fitted_from_looks_that_later_ones_confirm(tmp_path):
     """A detector that is right more often than it says: 90 % of what is there is seen again."""
     path, rng = tmp_path / "looks.jsonl", np.random.default_rng(0)

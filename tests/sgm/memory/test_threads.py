@@ -318,6 +318,7 @@ def open_elsewhere(log):
     return run.stdout.strip()
 
 
+@pytest.mark.slow
 def test_a_log_is_written_by_one_process_at_a_time(tmp_path):
     log = tmp_path / "looks.jsonl"
     memory = SceneGraphMemory(log=log)

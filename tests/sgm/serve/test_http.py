@@ -518,6 +518,7 @@ def test_a_write_that_waits_for_the_disk_keeps_nobody_else_waiting(tmp_path, mon
     assert len(num_syncs) <= 3  # the first, that of all who waited, and one for who came between
 
 
+@pytest.mark.slow
 def test_time_is_measured_from_the_first_byte(served):
     begin = time.perf_counter()
     served.client.call("where_is", thing="mug")

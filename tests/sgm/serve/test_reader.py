@@ -88,6 +88,7 @@ def test_calls_that_only_read_are_those_of_a_copy():
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_answers_are_the_same_after_every_write(served):
     call = served.client.call
     ask_all(served)
@@ -111,6 +112,7 @@ def test_answers_are_the_same_after_every_write(served):
     ask_all(served)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:looks must be few in a time step")
 def test_who_reads_next_knows_what_was_written(served):
     for number in range(100):
@@ -121,6 +123,7 @@ def test_who_reads_next_knows_what_was_written(served):
     assert served.asked == ["where_is"] * 100
 
 
+@pytest.mark.slow
 def test_what_is_refused_is_refused_in_the_same_line(served):
     for name, arguments in (("list_things", {"place": 99}), ("where_is", {"thing": "?"})):
         call = BY_NAME[name]

@@ -100,6 +100,7 @@ def test_a_session_uses_every_call():
     assert {name for name, _ in SESSION} == set(BY_NAME)
 
 
+@pytest.mark.slow
 def test_mcp_and_http_do_the_same_session_with_equal_answers(tmp_path):
     home, service = open_service(tmp_path / "a.sgm")
     with run_server(service, home, tools=False) as running:

@@ -94,6 +94,7 @@ def test_the_order_within_a_look_is_that_of_the_detector():
         assert got == list(dict.fromkeys(listed))  # a thing that is there twice is one edge
 
 
+@pytest.mark.slow
 def test_a_home_is_the_same_in_any_company_and_with_any_number_of_workers(table):
     assert_equal(EventTable.join([collect([number]) for number in (2, 0, 1)]), table)
     assert_equal(collect(workers=2), table)

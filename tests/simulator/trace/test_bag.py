@@ -291,6 +291,7 @@ def test_messages_that_were_cut_are_counted(write_bag, tmp_path):
     assert looks.num_looks == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
 def test_bags_that_were_altered_end_in_one_line(write_bag, tmp_path, storage):
     folder = write_bag(storage)

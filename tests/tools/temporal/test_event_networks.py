@@ -253,6 +253,7 @@ def test_the_mixer_gets_the_latest_link_first(monkeypatch):
     assert heard == [([0, 1, 1, 2, 2, 2], [2, 3, 1, 3, 2, 1])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_training_is_repeated_to_the_bit_and_learns(name, episodes):
     """The loss of what it was trained on falls; how far is no matter of a test."""

@@ -203,6 +203,7 @@ def test_the_ceiling_bounds_no_ndcg_and_heat_plus_reads_a_filter_that_knows_the_
     assert "gap closed" not in text
 
 
+@pytest.mark.slow
 def test_table_1_is_made_again_from_its_scores(location, tmp_path):
     looks = {title: make_scores(3 + i, 5 + i) for i, title in enumerate(location)}
     known = replace(
@@ -419,7 +420,8 @@ def test_networks_of_other_homes_are_refused_beside_others(tmp_path):
         Beside.load(tmp_path / "temporal.json")
 
 
-@pytest.mark.parametrize("page", [pytest.param("table_1", marks=pytest.mark.slow), "location_200"])
+@pytest.mark.slow
+@pytest.mark.parametrize("page", ["table_1", "location_200"])
 def test_a_page_that_ships_is_what_its_scores_say(page):
     results = Path(__file__).parents[4] / "results"
     files = make_table_1(*load_table_1(results / f"{page}.json"), page)
