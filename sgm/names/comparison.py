@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sgm.names.known_words import is_word
 from sgm.names.modifiers import (
+    COLOURS,
     MATERIALS,
     contradict,
     is_elsewhere,
@@ -38,7 +39,10 @@ def compare(asked: Reading, said: Reading) -> int | None:
     if _says_other_make(asked, said) or (asked.instance and not said.instance):
         return DOUBTFUL
     is_owned = not asked.owner or said.owner or asked.owner in said.said
-    if not asked.properties - said.said and is_owned:
+    missing_features = asked.features - said.features - said.said
+    if missing_features and said.features - asked.features:
+        return OTHER_SAID  # a mug "with dots", and one "with stripes"
+    if not (asked.properties - said.said or missing_features) and is_owned:
         return ALL_SAID
     missing = asked.properties - said.said
     if any(map(picks, missing)):
@@ -84,7 +88,17 @@ def is_possible(asked: Reading, said: Reading) -> bool:
         return False
     if is_elsewhere(asked.said, said.said):
         return False
-    return not contradict(asked.said - asked.head_words, said.said - said.head_words)
+    if not asked.features.isdisjoint(f"no {word}" for word in said.features):
+        return False
+    if not said.features.isdisjoint(f"no {word}" for word in asked.features):
+        return False
+    asked_before, said_before = asked.said - asked.head_words, said.said - said.head_words
+    # No "canvas belt" is a "leather belt", but a green bottle may be one of white wine.
+    return not (
+        contradict(asked_before, said_before)
+        or contradict(asked.properties - COLOURS, said.head_before)
+        or contradict(asked.head_before, said.properties - COLOURS)
+    )
 
 
 def is_doubtful(asked: Reading, said: Reading) -> bool:

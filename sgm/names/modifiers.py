@@ -22,7 +22,8 @@ _ALIKE = {
     "leathern": "leather", "grayish": "gray", "uppermost": "upper", "righthand": "right",
     "lefthand": "left", "1st": "first", "2nd": "second", "3rd": "third", "4th": "fourth",
     "5th": "fifth", "6th": "sixth", "7th": "seventh", "8th": "eighth", "9th": "ninth",
-    "10th": "tenth", "cuddly": "stuffed", "plush": "stuffed",
+    "10th": "tenth", "lady": "woman", "gentleman": "man", "mens": "man", "womens": "woman",
+    "child": "kid", "cuddly": "stuffed", "plush": "stuffed",
 }  # fmt: skip
 # Properties that shut one another out: what is red is not blue, unless it is said to be both.
 COLOURS = frozenset(
@@ -48,6 +49,12 @@ _DEPTHS = frozenset(("inner", "outer"))
 _ORDER = frozenset("first second third fourth fifth sixth seventh eighth ninth tenth last".split())
 _WINDS = frozenset("north south east west".split())
 _AGES = frozenset(("new", "old"))
+_SEASONS = frozenset("winter summer autumn".split())
+_WEARERS = (  # "kids" are boys and girls, and "adults" women and men
+    frozenset("man woman boy girl".split()), frozenset(("man", "kid")),
+    frozenset(("woman", "kid")), frozenset(("adult", "kid")), frozenset(("adult", "boy")),
+    frozenset(("adult", "girl")),
+)  # fmt: skip
 _STATES = (
     frozenset(("open", "closed")), frozenset(("clean", "dirty")), frozenset(("full", "empty")),
     frozenset(("hot", "cold", "warm")), frozenset(("wet", "dry")), frozenset(("dark", "light")),
@@ -56,7 +63,7 @@ _STATES = (
 )  # fmt: skip
 _CLASSES = (
     COLOURS, MATERIALS, _SIZES, _SHAPES, _LENGTHS, _SIDES, _ENDS, _LEVELS, _DEPTHS, _ORDER, _WINDS,
-    _AGES, *_STATES,
+    _AGES, *_WEARERS, *_STATES,
 )  # fmt: skip
 # Words that pick one of two or more that are alike but for where they belong.
 _PICKING = frozenset().union(
@@ -71,9 +78,9 @@ _QUALITIES = frozenset(
     "waterproof handmade homemade shiny matte glossy rusty dusty muddy sticky greasy "
     "crumpled torn chipped cracked wide narrow deep shallow flat high low tilted electric "
     "electrical electronic digital analog wireless cordless corded bluetooth wifi usb led "
-    "smart automatic manual mechanical solar battery gas double single triple twin mens "
-    "womens unisex adult junior toddler personal private public shared random unknown "
-    "nearby framed".split()
+    "smart automatic manual mechanical solar battery gas double single triple twin "
+    "woman man boy girl kid unisex adult junior toddler personal private public shared random "
+    "unknown nearby framed".split()
 )
 # Where it belongs, or when it is used.
 _BELONGING = frozenset(
@@ -222,4 +229,5 @@ def is_elsewhere(asked: frozenset[str], said: frozenset[str]) -> bool:
 
 def contradict(asked: frozenset[str], said: frozenset[str]) -> bool:
     """Tell whether properties that are asked for shut out those of a name: red, and blue."""
-    return any(asked & group and said & group and not asked & said & group for group in _CLASSES)
+    classes = (*_CLASSES, _SEASONS)
+    return any(asked & group and said & group and not asked & said & group for group in classes)

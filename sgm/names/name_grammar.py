@@ -99,6 +99,7 @@ class Reading:
         is_sort: whether the head says a sort of the thing that it is an alias of, as "dress shirt"
             of "shirt": other sorts are not meant.
         main_words: words of the names that the table has for the things first.
+        features: what is said of it after "with" or "without": "blue stripe", "no lid".
         is_content: whether it is what the thing holds, or a remark: "cereal" of "cereal box".
     """
 
@@ -117,11 +118,17 @@ class Reading:
     is_content: bool = False
     is_sort: bool = False
     main_words: frozenset[str] = frozenset()
+    features: frozenset[str] = frozenset()
 
     @cached_property
     def packages(self) -> frozenset[str]:
         """In what it is packed, or how it is shaped, where that is not its name: "soap bottle"."""
         return (self.said & PACKAGES) - (self.head_words & self.main_words)
+
+    @cached_property
+    def head_before(self) -> frozenset[str]:
+        """The head without its last word: "leather" of the head "leather belt"."""
+        return self.head_words - {spell(self.head[-1])}
 
     def number(self, instance: str) -> Reading:
         """Return the reading of the name with a number; what follows from its words is shared."""
@@ -193,10 +200,9 @@ class NameReader:
         text, instance = split_instance(name)
         if not instance:
             text, instance = split_written_on(text, self._is_known)
-        if self._table.find(split_words(text)):  # "vitamin c"
+        if instance or self._table.find(split_words(text)):  # "vitamin c"
             return text, instance
-        text, mark = split_spoken(text, self._is_known)
-        return text, " ".join(filter(None, (mark, instance)))
+        return split_spoken(text, self._is_known)
 
     def _list_plain_words(self, text: str) -> tuple[str, ...]:
         """Return the words of a name of which they are all there is to read; none of any other."""
@@ -270,6 +276,11 @@ class NameReader:
         if link == "of":  # "cream of tartar" is no cream
             rest = frozenset(map(self._spell, (word for word, _ in right))) - DETERMINERS
             own = [_add_kinds(one, rest) for one in own]
+        if link in WITH:
+            features = frozenset(map(self._spell, (word for word, _ in right))) - DETERMINERS - WITH
+            if link == "without":
+                features = frozenset(f"no {word}" for word in features)
+            own = [replace(one, features=one.features | features) for one in own]
         if link in WITH and link != "without":
             own += [replace(one, is_content=True) for one in self._read_phrase(right, True)]
         return own
@@ -313,7 +324,7 @@ class NameReader:
             (n + 1 for n in range(start) if words[n][1] and words[n][0] not in _NOBODY), default=0
         )
         head = self._spell_all(plain[start:])
-        before = [word for word in plain[owned:start] if word not in _NOBODY]
+        before = plain[owned:start]
         last, whole = spell(plain[-1]), make_key(plain[start:])
         own_words = head | {whole} | {make_key(split_words(self._table.names[n])) for n in things}
         properties, kinds, sorts = self._split_modifiers(before, (last, whole), own_words)

@@ -31,10 +31,24 @@ HOLDERS = [
     ("knife block", "knives"), ("cookie jar", "cookies"),
 ]  # fmt: skip
 DOUBTFUL = [*ONE_OF_SEVERAL, *OTHER_PROPERTIES, *HOLDERS]
+# Known, and asked for: two of one kind, for other people, seasons or uses, or of other make.
+OTHERS = [
+    ("women's raincoat", "men's raincoat"), ("girl's skates", "boy's skates"),
+    ("adult life vest", "kids life vest"), ("winter gloves", "summer gloves"),
+    ("bowl with dots", "bowl with stripes"), ("jug with lid", "jug without lid"),
+    ("leather belt", "canvas belt"), ("plastic cup", "paper cup"),
+    ("electric guitar", "acoustic guitar"), ("safety razor", "electric razor"),
+    ("upright piano", "grand piano"), ("wedding ring", "engagement ring"),
+    ("single bed", "bunk bed"), ("hand mirror", "wall mirror"),
+    ("dinner fork", "dessert fork"),
+    ("inkjet printer", "laser printer"), ("ground coffee", "instant coffee"),
+    ("battery charger", "phone charger"), ("venetian blinds", "roller blind"),
+]  # fmt: skip
 # Known, and asked for: the known name says less, and nothing else.
 SAYS_LESS = [
     ("ladle", "red ladle"), ("kettle", "anna's kettle"), ("cell phone", "iphone"),
-    ("red scarf", "long red scarf"), ("bowl", "small bowl"),
+    ("red scarf", "long red scarf"), ("bowl", "small bowl"), ("bowl", "bowl with stripes"),
+    ("raincoat", "men's raincoat"), ("guitar", "acoustic guitar"),
 ]  # fmt: skip
 
 
@@ -58,6 +72,16 @@ def test_a_question_for_it_is_asked_back(make_service, known, asked):
     assert answer.status in ("ambiguous", "unknown")
     assert known in answer.candidates
     assert known in answer.ask
+
+
+@pytest.mark.parametrize(("known", "asked"), OTHERS)
+def test_another_of_its_kind_is_not_meant(make_service, known, asked):
+    for one, other in ((known, asked), (asked, known)):
+        service = make_service(one)
+        assert service.where_is(other).status in ("ambiguous", "unknown")
+        search = service.finder.search(service.memory, other)
+        search.next()
+        assert not search.seen([Sighting(one)])
 
 
 @pytest.mark.parametrize(("known", "asked"), ONE_OF_SEVERAL)
