@@ -35,6 +35,18 @@ def test_measure_writes_a_table_and_goes_on(tmp_path, capsys):
     assert "| furniture on the map, of" in said
     assert "| assignment of" not in said
     assert """`python -m tools.eyes --parts '["maps"]' --num_homes 1""" in out.read_text("utf-8")
+    page = tmp_path / "looks.md"
+    page.write_text("# Looks\n\nmade before\n", "utf-8")
+    for _ in range(2):  # the section is renewed, not added again
+        main([*arguments, "--parts", '["maps"]', "--also", str(page)])
+        text = page.read_text("utf-8")
+        assert text.startswith("# Looks\n\nmade before\n\n## A robot that starts without a map\n")
+        assert text.count("| looks of an errand, without a map and with the true one") == 1
+        assert "(eyes.md) has the rest" in text
+        assert "pose noise 2 cm" in text
+        assert "pose noise 10 cm" not in text
+        page.write_text(f"{text}\n## After\n\nkept\n", "utf-8")
+    assert page.read_text("utf-8").endswith("\n\n## After\n\nkept\n\n## After\n\nkept\n")
 
 
 def test_table_by_hand():
@@ -93,3 +105,5 @@ def test_standard_error_of_a_ratio_by_hand():
 def test_bad_input_is_one_line():
     with pytest.raises(SystemExit, match="num_homes must be at least 1, got 0"):
         main(["--num_homes", "0", *SMALL])
+    with pytest.raises(SystemExit, match="--also must come with --out and the part maps"):
+        main(["--also", "results/eyes.md", "--parts", '["looks"]', *SMALL])
