@@ -4,9 +4,10 @@ from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.detection import Detection
 from sgm.eyes.furniture_labels import FurnitureLabels
-from sgm.eyes.furniture_mapper import FurnitureMapper, MapRules
+from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import LookBuilder
 from sgm.eyes.look_rules import Gate, LookRules
+from sgm.eyes.map_rules import MapRules
 from sgm.eyes.placing import Unassigned
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP, INTERIORS, Box, sample_volume
 from sgm.layout.viewpoint import Viewpoint

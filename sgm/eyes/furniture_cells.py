@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from sgm.layout.box import Box
+from sgm.layout.turns import make_turn
 
 CELL = 0.06  # metres, of a side
 _OFFSET = 1 << 20  # of the numbers of cells along an axis, so that none is negative
@@ -41,12 +42,12 @@ class FurnitureCells:
     def add(self, points: np.ndarray, is_within: np.ndarray) -> None:
         """Count the cells of points (n, 3) in the map, within the detection or not, of a frame."""
         keys = _number_cells(points)
-        known, first, row = np.unique(keys, return_index=True, return_inverse=True)
+        known, row = np.unique(keys, return_inverse=True)
         num_within = np.bincount(row, is_within)
-        counts = np.zeros((len(known), 5))
+        counts = np.empty((len(known), 5))
         counts[:, 0] = num_within > 0
         counts[:, 1] = num_within == 0
-        counts[:, 2:] = points[first]
+        counts[row, 2:] = points  # the last one in each cell
         self._new.append((known, counts))
 
     def join(self, other: FurnitureCells) -> None:
@@ -70,8 +71,7 @@ class FurnitureCells:
         counts = np.concatenate([self._counts, *(counts for _, counts in self._new)])
         self._new.clear()
         self._keys, row = np.unique(keys, return_inverse=True)
-        self._counts = np.zeros((len(self._keys), 5))
-        np.add.at(self._counts, row, counts)
+        self._counts = _sum_rows(row, counts, len(self._keys))
 
     def fit(self, eye: np.ndarray, ground: float, sd: float = 0.0) -> Box | None:
         """Return the box of the furniture; None if too little was seen.
@@ -94,8 +94,7 @@ class FurnitureCells:
             return None
         own, rest = middle[is_own], middle[~is_own & (beside >= within)]
         yaw = _find_yaw(own[:, :2], eye[:2])
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        axes = np.array([[cos, -sin], [sin, cos]])
+        axes = make_turn(yaw)
         flat = own[:, :2] @ axes
         widening = _WIDENING + sd
         low, high = (_narrow(_find_range(flat[:, side]), widening) for side in (0, 1))
@@ -109,6 +108,11 @@ class FurnitureCells:
         return Box((float(x), float(y), top - height / 2), (length, width, height), yaw)
 
 
+def _sum_rows(row: np.ndarray, values: np.ndarray, num_rows: int) -> np.ndarray:
+    """Return the sums of values (n, 5) over those of each row (n,), (num_rows, 5)."""
+    return np.column_stack([np.bincount(row, column, num_rows) for column in values.T])
+
+
 def _number_cells(points: np.ndarray) -> np.ndarray:
     """Return one number for the cell of each point (n, 3), (n,)."""
     x, y, z = np.clip(np.floor(points / CELL).astype(np.int64) + _OFFSET, 0, 2 * _OFFSET - 1).T
@@ -120,11 +124,9 @@ def _find_yaw(flat: np.ndarray, eye: np.ndarray) -> float:
 
     Walls and what stands along them follow the axes of most maps: another yaw must be smaller.
     """
-    cos, sin = np.cos(_TURNS), np.sin(_TURNS)
-    along = flat @ np.stack([cos, sin])  # (n, turns)
-    across = flat @ np.stack([-sin, cos])
-    ends = np.quantile(np.stack([along, across]), [_TRIM, 1 - _TRIM], axis=1)  # (2, 2, turns)
-    area = np.prod(ends[1] - ends[0], axis=0)
+    turned = flat @ make_turn(_TURNS)  # (turns, n, 2)
+    ends = np.quantile(turned, [_TRIM, 1 - _TRIM], axis=1)  # (2, turns, 2)
+    area = np.prod(ends[1] - ends[0], axis=1)
     best = int(area.argmin())
     turn = float(_TURNS[best]) if area[best] < _TURN_GAIN * area[0] else 0.0
     away = eye - flat.mean(axis=0)

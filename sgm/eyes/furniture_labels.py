@@ -9,7 +9,7 @@ from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
 from sgm.names.words import make_key, read_words, split_words
 
-_MOST_PAIRS = 10_000
+_MOST_KEPT = 10_000
 # What is no piece of furniture by itself, though things lie there.
 _SURFACES = frozenset(("balcony", "floor", "wall"))
 
@@ -35,7 +35,9 @@ class FurnitureLabels:
                 f"labels of furniture must be a list, got {shorten(own)}. Write ['workbench']."
             )
         self._meanings: dict[str, dict[str, None]] = {}
-        self._same: dict[tuple[str, str], bool] = {}  # what was compared, for every frame asks
+        # What was found and compared, for every frame asks.
+        self._found: dict[str, tuple[str, ...]] = {}
+        self._same: dict[tuple[str, str], bool] = {}
         table = AliasTable.household()
         for row in read_table("sgm.prior", "household_furniture.csv"):
             label = row["label"]
@@ -64,7 +66,12 @@ class FurnitureLabels:
 
     def find(self, name: str) -> tuple[str, ...]:
         """Return the labels that a name may mean, the likeliest first; none for a thing."""
-        return tuple(self._meanings.get(_make_key(name), ()))
+        found = self._found.get(name)
+        if found is None:
+            if len(self._found) >= _MOST_KEPT:
+                self._found.clear()
+            found = self._found[name] = tuple(self._meanings.get(_make_key(name), ()))
+        return found
 
     def find_label(self, name: str) -> str | None:
         """Return the label of a piece of furniture that may be found; None for anything else."""
@@ -80,7 +87,7 @@ class FurnitureLabels:
         pair = name, other
         found = self._same.get(pair)
         if found is None:
-            if len(self._same) >= _MOST_PAIRS:
+            if len(self._same) >= _MOST_KEPT:
                 self._same.clear()
             found = self._same[pair] = self._compare(name, other)
         return found

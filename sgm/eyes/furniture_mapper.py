@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, deque
-from collections.abc import Container, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections import deque
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from sgm.checks import check_at_least, check_shares
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection
 from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_points import measure_furniture
+from sgm.eyes.map_changes import MapChanges
+from sgm.eyes.map_rules import MapRules
+from sgm.eyes.map_spots import MapSpots
 from sgm.eyes.moved_furniture import follow_boxes
-from sgm.eyes.sketch import Sketch, compute_overlap, count_beside, get_area
+from sgm.eyes.sketch import Sketch, draw_sketches
+from sgm.eyes.sketch_joins import SketchJoins
 from sgm.eyes.sketch_matches import REACH, SketchMatches
 from sgm.layout.areas import Areas
-from sgm.layout.box import FLOOR_THICKNESS, Box
+from sgm.layout.box import Box
+from sgm.layout.footprints import compute_overlap, get_area
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 
 _LEAST_POINTS = 5  # of a detection
@@ -27,52 +31,10 @@ _MOST_SEEN = 100  # detections of furniture, and of things, that are read of a f
 # Of so many latest detections of furniture, those at its place, for a pose to be believed again.
 _DOUBTED, _SURE_AGAIN = 8, 5
 _GROWN = 0.5  # share of a footprint that lies in the one which is drawn for it now
-_BESIDE = 0.2  # metres between furniture and what may be a part of it
 # Furniture that was in view in so many of the latest frames, and seen in less than that share of
 # them, is not there. Frames count from so near by, in metres, that it should have been seen.
 _LEAST_SHOWN, _MOST_SHOWN, _LEAST_NAMED, _SEEN_SURELY = 30, 60, 0.1, 3.0
 _INSIDE = 0.05  # metres below the upper side, and from all others, of what lies inside
-_SPOT = "spot"
-_SPOT_SIDE = 0.5  # metres of a new spot
-_WIDEST_SPOT = 1.2
-_SPOT_REACH = 0.6  # metres from the middle of a spot at which a thing is at it, or widens it
-_NEAR = 1.5  # metres at which furniture is named as what a spot is by
-
-
-@dataclass(frozen=True, slots=True)
-class MapRules:
-    """When furniture is believed, and how the map may change.
-
-    Attributes:
-        least_frames: in which furniture must have been detected.
-        least_apart: metres between the places of the camera from which it must have been seen.
-        least_change: metres by which a side or the middle of a box changes before it is drawn anew.
-        most_change: metres that the middle of furniture moves at once, after which it is rather the
-            pose that jumped.
-        most_frames: after which furniture is drawn well enough.
-        least_overlap: share of the smaller footprint that is in both, of detections of one label
-            that are of one piece of furniture.
-        least_likeness: overlap of detections with how the box looks, on average.
-        settle: seconds between two changes of the map; visits end with each.
-    """
-
-    least_frames: int = 5
-    least_apart: float = 0.3
-    least_change: float = 0.04
-    most_change: float = 0.4
-    most_frames: int = 400
-    least_overlap: float = 0.4
-    least_likeness: float = 0.4
-    settle: float = 10.0
-
-    def __post_init__(self) -> None:
-        """Raise ValueError for a number that is out of range."""
-        check_at_least(1, least_frames=self.least_frames, most_frames=self.most_frames)
-        check_at_least(
-            0, least_apart=self.least_apart, least_change=self.least_change,
-            most_change=self.most_change, settle=self.settle,
-        )  # fmt: skip
-        check_shares(least_overlap=self.least_overlap, least_likeness=self.least_likeness)
 
 
 class FurnitureMapper:
@@ -93,8 +55,6 @@ class FurnitureMapper:
         memory: that gets the furniture.
         labels: which names are of furniture.
         rules: when furniture is believed.
-        merged: ids of furniture and spots that are gone, with those that they are part of.
-        gone: ids of those that are gone and part of nothing.
     """
 
     def __init__(
@@ -117,18 +77,16 @@ class FurnitureMapper:
         """
         self.memory = memory
         self.labels = FurnitureLabels() if labels is None else labels
-        self._areas = Areas() if areas is None else areas
         self.rules = MapRules() if rules is None else rules
         self._ground = ground
         self._sketches: list[Sketch] = []
         self._num_sketches = 0  # so far
         self._by_id: dict[int, Sketch] = {}
         self._drawn: dict[int, Box] = {}  # as this has left them in the memory
-        self._spots: set[int] = set()
-        self._left: set[int] = set()  # of them, those that furniture has left
-        self._counts: Counter[str] = Counter()
-        self.merged: dict[int, int] = {}
-        self.gone: set[int] = set()
+        self._changes = MapChanges(memory, Areas() if areas is None else areas)
+        self._counts = self._changes.counts
+        self._spots = MapSpots(self._changes, ground)
+        self._joins = SketchJoins(self.labels, self.rules, ground)
         # Since a jump: whether the latest detections of furniture were where it stands.
         self._doubt: deque[bool] | None = None
 
@@ -136,6 +94,16 @@ class FurnitureMapper:
     def counts(self) -> dict[str, int]:
         """How often the map was changed in which way."""
         return dict(self._counts)
+
+    @property
+    def merged(self) -> Mapping[int, int]:
+        """Ids of furniture and spots that are gone, with those that they are part of."""
+        return self._changes.merged
+
+    @property
+    def gone(self) -> Container[int]:
+        """Ids of furniture and spots that are gone, and part of nothing."""
+        return self._changes.gone
 
     def is_found(self, furniture: int) -> bool:
         """Tell whether furniture of the memory was found by this."""
@@ -179,6 +147,7 @@ class FurnitureMapper:
         ]
         matches.prepare(detections, labels, shown, wanted)
         taken: set[int] = set()  # numbers of sketches
+        due: list[Sketch] = []  # to be drawn
         for row, (detection, furniture) in enumerate(zip(detections, known, strict=True)):
             sketch = None if furniture is None else self._by_id.get(furniture)
             if furniture is not None and sketch is None:
@@ -205,7 +174,8 @@ class FurnitureMapper:
                 if detection.box is not None:
                     sketch.silhouettes.add(view, detection.box)
                 if sketch.num_frames >= 2 * max(sketch.num_drawn, 1) or not sketch.num_drawn:
-                    sketch.draw(self._ground)
+                    due.append(sketch)
+        draw_sketches(due, self._ground)
         self._note_shown(view, taken)
         return True
 
@@ -236,11 +206,12 @@ class FurnitureMapper:
     def settle(self) -> bool:
         """Add what is believed to the memory, and draw anew; return whether the map changed."""
         self._follow()
-        for sketch in self._sketches:
-            sketch.draw(self._ground)
+        draw_sketches(self._sketches, self._ground)
         self._sketches = [one for one in self._sketches if one.box is not None]
-        has_changed = self._join_sketches()
-        has_changed |= self._remove_left()
+        num_merged = len(self.merged)
+        self._sketches = self._joins.join(self._sketches, self._merge)
+        has_changed = len(self.merged) > num_merged
+        has_changed |= self._spots.remove_left()
         has_changed |= self._leave_out()
         for sketch in self._sketches:
             if sketch.furniture is None and self._is_believed(sketch):
@@ -266,7 +237,7 @@ class FurnitureMapper:
             whole = [
                 other
                 for other, one in self._by_id.items()
-                if self._is_part_of(sketch, one) and 2 * sketch.num_frames <= one.num_frames
+                if self._joins.is_part_of(sketch, one) and 2 * sketch.num_frames <= one.num_frames
             ]
             if whole:
                 self._merge(whole[0], number)
@@ -275,123 +246,39 @@ class FurnitureMapper:
                 sketch.num_shown >= _LEAST_SHOWN
                 and sketch.num_named < _LEAST_NAMED * sketch.num_shown
             ):
-                self._make_spot(number)
+                del self._by_id[number]
+                self._spots.make_of(number)
                 gone.append(sketch)
         self._sketches = [one for one in self._sketches if one not in gone]
         return bool(gone)
-
-    def _make_spot(self, furniture: int) -> None:
-        """Take furniture from the map that is not there: what was seen there lies on a spot."""
-        box = self.memory.layout.furniture[furniture].box
-        del self._by_id[furniture]
-        assert box is not None
-        self._counts["furniture gone"] += 1
-        self._spots.add(furniture)
-        self._left.add(furniture)
-        self.memory.name_furniture(furniture, _SPOT, self._name_spot(box, is_low=False))
-
-    def _remove_left(self) -> bool:
-        """Remove spots that furniture has left, where nothing lies; return whether there was one.
-
-        What was seen there since is in the memory by now.
-        """
-        ids = self.memory.furniture_ids
-        self._left &= self._spots & {*ids}
-        if not self._left:
-            return False
-        edges = self.memory.batch.edges
-        occupied = {ids[index] for index in edges["furniture"][edges["is_true"]].tolist()}
-        empty = self._left - occupied
-        for spot in empty:
-            self._spots.discard(spot)
-            self.memory.remove_furniture(spot)
-        self.gone |= empty
-        return bool(empty)
 
     def _is_believed(self, sketch: Sketch) -> bool:
         if sketch.box is None or sketch.num_frames < self.rules.least_frames:
             return False
         if sketch.likeness < self.rules.least_likeness:
             return False
-        if any(self._is_part_of(sketch, other) for other in self._by_id.values()):
+        if any(self._joins.is_part_of(sketch, other) for other in self._by_id.values()):
             return False
         return float(np.linalg.norm(sketch.high - sketch.low)) >= self.rules.least_apart
-
-    def _is_part_of(self, sketch: Sketch, other: Sketch) -> bool:
-        """Tell whether a sketch may be a part of other furniture of its label that is near it.
-
-        So it is while the other one was seen in at least as many frames, and seldom in the same
-        ones: of two that stand side by side a camera shows both.
-        """
-        if sketch.box is None or other.box is None or other is sketch:
-            return False
-        if sketch.num_frames > other.num_frames or not self.labels.are_same(
-            sketch.label, other.label
-        ):
-            return False
-        corners = np.column_stack([sketch.box.corners, np.zeros(len(sketch.box.corners))])
-        corners[:, 2] = other.box.center[2]
-        is_near = other.box.contains(corners, _BESIDE).any()
-        return bool(is_near) and count_beside(sketch, other) < self.rules.least_frames
-
-    def _join_sketches(self) -> bool:
-        """Make one of sketches that overlap; return whether furniture of the memory is gone."""
-        has_changed = False
-        least = self.rules.least_likeness
-        ordered = sorted(
-            self._sketches,
-            key=lambda one: (one.furniture is None, one.likeness < least, -one.num_frames),
-        )
-        kept: list[Sketch] = []
-        for sketch in ordered:
-            into = next((one for one in kept if self._are_one(one, sketch)), None)
-            if into is None:
-                kept.append(sketch)
-                continue
-            if sketch.furniture is not None and into.furniture is not None:
-                self._merge(into.furniture, sketch.furniture)
-                has_changed = True
-            is_other = not self.labels.are_same(into.label, sketch.label)
-            if is_other and sketch.furniture is None and sketch.likeness < least:
-                continue  # what it shows is the other one, and it does not look like it
-            into.join(sketch)
-            into.draw(self._ground)
-        self._sketches = kept
-        return has_changed
-
-    def _are_one(self, sketch: Sketch, other: Sketch) -> bool:
-        """Tell whether two sketches are of one piece of furniture."""
-        if sketch.box is None or other.box is None:
-            return False
-        both, whole = compute_overlap(sketch.box, other.box)
-        smaller = min(get_area(sketch.box), get_area(other.box))
-        if self.labels.are_same(sketch.label, other.label):
-            if both > 0.5 * whole:
-                return True  # where one stands no other can
-            num_beside = count_beside(sketch, other)
-            if 4 * num_beside > min(sketch.num_frames, other.num_frames):
-                return False  # they were seen at once
-            return both > self.rules.least_overlap * smaller
-        is_seldom = 4 * other.num_frames < sketch.num_frames  # a name that was wrong
-        return both > 0.5 * whole or (is_seldom and both > 0.6 * smaller)
 
     def _add(self, sketch: Sketch) -> None:
         """Add believed furniture to the memory, with what was seen at spots that it stands at."""
         assert sketch.box is not None
         for number, row in self.memory.layout.furniture.items():
-            if row.box is None or number in self._by_id or number in self._spots:
+            if row.box is None or number in self._by_id or number in self._spots.ids:
                 continue
             both, _ = compute_overlap(row.box, sketch.box)
             if both > self.rules.least_overlap * min(get_area(row.box), get_area(sketch.box)):
                 return  # it is on the map already, as people have drawn it
         label, box = sketch.label, sketch.box
-        number = sum(row.label == label for row in self.memory.layout.furniture.values()) + 1
-        name = label if number == 1 else f"{label} {number}"
-        room = self._find_room(box.center)
+        taken = {row.description for row in self.memory.layout.furniture.values()}
+        names = (f"{label} {number}" for number in range(2, len(taken) + 3))
+        name = label if label not in taken else next(one for one in names if one not in taken)
+        room = self._changes.find_room(box.center)
         sketch.furniture = self.memory.add_furniture(label, room, name, box=box)
         self._by_id[sketch.furniture] = sketch
         self._counts["furniture found"] += 1
-        self._take_spots(sketch.furniture, box)
+        self._spots.take(sketch.furniture, box)
 
     def _update(self, sketch: Sketch) -> bool:
         """Draw furniture of the memory anew, if it differs by enough; return whether it did."""
@@ -401,38 +288,25 @@ class FurnitureMapper:
             return False
         new = replace(new, interior=row.box.interior)
         moved = math.dist(new.center, row.box.center)
-        both, _ = compute_overlap(row.box, new)
         change = max(moved, *(abs(a - b) for a, b in zip(new.size, row.box.size, strict=True)))
         if change < self.rules.least_change and row.label == sketch.label:
             return False
-        has_grown = both > _GROWN * get_area(row.box)  # what was drawn is a part of it
-        if moved > self.rules.most_change + max(row.box.size[:2]) / 2 and not has_grown:
-            self._counts["furniture that jumped"] += 1
-            return False
+        if moved > self.rules.most_change + max(row.box.size[:2]) / 2:
+            both, _ = compute_overlap(row.box, new)
+            if both <= _GROWN * get_area(row.box):  # else what was drawn is a part of it
+                self._counts["furniture that jumped"] += 1
+                return False
         if row.label != sketch.label:
             self.memory.name_furniture(furniture, sketch.label)
         if change >= self.rules.least_change:
             self.memory.move_furniture(furniture, box=new)
         self._counts["furniture drawn anew"] += 1
-        self._take_spots(furniture, new)
+        self._spots.take(furniture, new)
         return True
 
     def _merge(self, furniture: int, other: int) -> None:
-        self.memory.merge_furniture(furniture, other)
+        self._changes.merge(furniture, other)
         self._by_id.pop(other, None)
-        self._spots.discard(other)
-        self.merged[other] = furniture
-        self._counts["furniture merged"] += 1
-
-    def _find_room(self, at: Sequence[float]) -> int:
-        """Return the id of the room at a position, which is added if the memory has none."""
-        name = self._areas.find(at)
-        for number, room in self.memory.layout.rooms.items():
-            if str(room) == name:
-                return number
-        return self.memory.add_room(name)
-
-    # Spots.
 
     def find_spot(self, center: np.ndarray, bottom: float) -> int:
         """Return the spot at which a thing lies, which is added if there is none.
@@ -441,53 +315,7 @@ class FurnitureMapper:
             center: of the thing in the map, (3,).
             bottom: height of its lower side.
         """
-        is_low = bottom < self._ground + 0.15
-        top = self._ground if is_low else bottom
-        layout = self.memory.layout
-        for number in self._spots:
-            box = layout.furniture[number].box
-            assert box is not None
-            if abs(box.top - top) < 0.1 and math.dist(box.center[:2], center[:2]) < _SPOT_REACH:
-                size = [
-                    min(max(side, 2 * abs(float(at) - mid) + 0.2), _WIDEST_SPOT)
-                    for side, at, mid in zip(box.size[:2], center, box.center, strict=False)
-                ]
-                wider = replace(box, size=(size[0], size[1], box.size[2]))
-                self.memory.move_furniture(number, box=wider)
-                return number
-        x, y = center[:2].tolist()
-        thick = FLOOR_THICKNESS if is_low else 0.04
-        box = Box((x, y, top - thick / 2), (_SPOT_SIDE, _SPOT_SIDE, thick))
-        name = self._name_spot(box, is_low)
-        spot = self.memory.add_furniture("floor" if is_low else _SPOT, self._find_room((x, y)),
-                                         name, box=box)  # fmt: skip
-        self._spots.add(spot)
-        self._counts["spots"] += 1
-        return spot
-
-    def _name_spot(self, box: Box, is_low: bool) -> str:
-        """Return what people call a spot: by the furniture that is nearest."""
-        near = [
-            (float(row.box.compute_distance(np.array(box.center))), row.description)
-            for number, row in self.memory.layout.furniture.items()
-            if row.box is not None and number not in self._spots
-        ]
-        away, name = min(near, default=(math.inf, ""))
-        what = "floor" if is_low else _SPOT
-        base = f"{what} by the {name}" if away < _NEAR else what
-        taken = {row.description for row in self.memory.layout.furniture.values()}
-        names = (base if number == 1 else f"{base} {number}" for number in range(1, len(taken) + 2))
-        return next(name for name in names if name not in taken)
-
-    def _take_spots(self, furniture: int, box: Box) -> None:
-        """Let furniture have what was seen at spots that turn out to be it."""
-        for spot in sorted(self._spots):
-            own = self.memory.layout.furniture[spot].box
-            assert own is not None
-            is_at = box.bottom + 0.05 <= own.top <= box.top + 0.15
-            flat = np.array([own.center[0], own.center[1], box.center[2]])
-            if is_at and box.contains(flat, 0.1):
-                self._merge(furniture, spot)
+        return self._spots.find(center, bottom)
 
     def list_around(self, at: np.ndarray) -> list[int]:
         """Return the furniture that was found, and whose box a point (3,) lies in."""

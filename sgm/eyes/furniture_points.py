@@ -47,36 +47,39 @@ def measure_furniture(
     flat = pixels.reshape(-1, 2)
     is_kept = view.intrinsics.contains(flat).reshape(len(rows), -1)
     is_kept[:, _IS_WITHIN] &= ~_find_covered(pixels[:, _IS_WITHIN], own, near)
-    kept = np.flatnonzero(is_kept)
-    points, is_known, is_beyond = view.measure_pixels(flat[kept])
-    ends = np.cumsum(is_kept.sum(axis=1))[:-1]
-    is_within = np.broadcast_to(_IS_WITHIN, is_kept.shape).reshape(-1)[kept]
+    points, is_known, is_beyond = view.measure_pixels(flat)
     is_known &= points[:, 2] > ground + _ABOVE_FLOOR
-    away = np.linalg.norm(points - view.pose.position, axis=1)
-    parts = (np.split(values, ends) for values in (points, is_within, is_known, is_beyond, away))
-    for row, *part in zip(rows, *parts, strict=True):
-        found[row] = _choose(*part)
+    away = np.linalg.norm(points - view.pose.position, axis=1).reshape(is_kept.shape)
+    is_known, is_beyond = is_known.reshape(is_kept.shape), is_beyond.reshape(is_kept.shape)
+    is_chosen = is_kept & is_known & (away < _find_ends(is_kept, is_known, is_beyond, away))
+    points = points.reshape(*is_kept.shape, 3)
+    for row, own, chosen in zip(rows, points, is_chosen, strict=True):
+        found[row] = own[chosen], _IS_WITHIN[chosen]
     return found
 
 
-def _choose(
-    points: np.ndarray,
-    is_within: np.ndarray,
-    is_known: np.ndarray,
-    is_beyond: np.ndarray,
-    away: np.ndarray,
-) -> Points:
-    """Return those points (n, 3) of a detection that may be of what it is of."""
-    if is_beyond[is_within].sum() > _MOST_BEYOND * is_within.sum():
-        return _NONE  # what is nearer stands before it
-    inner = np.sort(away[is_within & is_known])
-    if not len(inner):
-        return _NONE
-    at = _NEAREST * (len(inner) - 1)  # a quantile
-    low = int(at)
-    nearest = inner[low] + (at - low) * (inner[min(low + 1, len(inner) - 1)] - inner[low])
-    is_near = is_known & (away < nearest + _MOST_BEHIND)
-    return points[is_near], is_within[is_near]
+def _find_ends(
+    is_kept: np.ndarray, is_known: np.ndarray, is_beyond: np.ndarray, away: np.ndarray
+) -> np.ndarray:
+    """Return how far away what each of k detections is of may be, (k, 1), of its points (k, g).
+
+    0 where most of it shows what is out of reach: what is nearer stands before it.
+    """
+    is_kept, is_known, is_beyond, away = (
+        part[:, _IS_WITHIN] for part in (is_kept, is_known, is_beyond, away)
+    )
+    is_far = (is_kept & is_beyond).sum(axis=1) > _MOST_BEYOND * is_kept.sum(axis=1)
+    is_known = is_known & is_kept
+    num_known = is_known.sum(axis=1)
+    ordered = np.sort(np.where(is_known, away, np.inf), axis=1)
+    at = _NEAREST * np.maximum(num_known - 1, 0)  # a quantile
+    low, row = at.astype(np.int64), np.arange(len(away))
+    first = ordered[row, low]
+    second = ordered[row, np.minimum(low + 1, np.maximum(num_known - 1, 0))]
+    is_some = (num_known > 0) & ~is_far
+    first, second = np.where(is_some, first, 0), np.where(is_some, second, 0)
+    nearest = first + (at - low) * (second - first)
+    return np.where(is_some, nearest + _MOST_BEHIND, 0)[:, None]
 
 
 def _find_covered(pixels: np.ndarray, own: np.ndarray, near: np.ndarray) -> np.ndarray:

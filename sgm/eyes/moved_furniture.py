@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, MutableMapping
 
 import numpy as np
 
 from sgm.eyes.sketch import Sketch
 from sgm.layout.box import Box
+from sgm.layout.turns import make_upright_turn
 
 _SAME = 1e-6  # metres and radians
 
@@ -54,8 +54,7 @@ def follow_boxes(
 
 def _find_motion(box: Box, other: Box) -> tuple[np.ndarray, np.ndarray]:
     """Return the rotation (3, 3) around the origin, and the shift (3,), from a box to another."""
-    cos, sin = math.cos(other.yaw - box.yaw), math.sin(other.yaw - box.yaw)
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    turn = make_upright_turn(other.yaw - box.yaw)
     return turn, np.array(other.center) - turn @ box.center
 
 

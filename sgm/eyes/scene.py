@@ -9,6 +9,7 @@ import numpy as np
 from sgm.layout.box import Box, read_box, sample_volume
 from sgm.layout.furniture import Furniture
 from sgm.layout.outline import compute_prism_entries
+from sgm.layout.turns import make_upright_turn
 from sgm.messages import shorten
 from sgm.schema import RELATIONS, PlaceCode
 
@@ -55,7 +56,7 @@ class Scene:
         self.index = {number: place for place, number in enumerate(self.ids)}
         self.center = np.array([box.center for box in rows]).reshape(-1, 3)
         self.half = np.array([box.size for box in rows]).reshape(-1, 3) / 2
-        self.rotation = np.array([_make_rotation(box.yaw) for box in rows]).reshape(-1, 3, 3)
+        self.rotation = make_upright_turn(np.array([box.yaw for box in rows]))
         self.radius = np.linalg.norm(self.half, axis=1)
         self.has_inside = np.array([box.interior != "none" for box in rows], dtype=bool)
         self.has_door = np.array([box.has_door for box in rows], dtype=bool)
@@ -121,11 +122,6 @@ def _list_names(furniture: Furniture | Box) -> tuple[str, ...]:
     if isinstance(furniture, Furniture):
         return tuple(dict.fromkeys((furniture.label, furniture.description)))
     return ()
-
-
-def _make_rotation(yaw: float) -> np.ndarray:
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
 
 def compute_entries(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from sgm.eyes.box_fit import compute_likeness, fit_boxes
 from sgm.eyes.furniture_cells import FurnitureCells
 from sgm.eyes.silhouettes import Silhouettes
 from sgm.layout.box import Box
@@ -92,49 +94,30 @@ class Sketch:
             yaw = self.box.yaw + math.atan2(turn[1, 0], turn[0, 0])
             self.box = replace(self.box, center=tuple(center.tolist()), yaw=yaw)
 
-    def draw(self, ground: float) -> None:
-        """Draw the box anew, where frames came since."""
-        if self.num_drawn != self.num_frames:
-            eye, sd = self.sum_eye / self.num_frames, self.sum_sd / self.num_frames
-            drawn = self.cells.fit(eye, ground, sd)
-            if drawn is not None:
-                drawn = self.silhouettes.fit(drawn, ground)
-            boxes = [box for box in (drawn, self.box) if box is not None]
-            if boxes:  # the one that explains better what was seen, the new one first
-                fits = [self.silhouettes.compute_overlap(box) for box in boxes]
-                best = int(np.argmax(fits))
-                self.box, self.likeness = boxes[best], fits[best]
-            self.num_drawn = self.num_frames
+
+def draw_sketches(sketches: Iterable[Sketch], ground: float) -> None:
+    """Draw the boxes of sketches anew, where frames came since; `ground` is the floor's height."""
+    due = [one for one in sketches if one.num_drawn != one.num_frames]
+    cells = [
+        one.cells.fit(one.sum_eye / one.num_frames, ground, one.sum_sd / one.num_frames)
+        for one in due
+    ]
+    drawn = [(one, box) for one, box in zip(due, cells, strict=True) if box is not None]
+    fitted = fit_boxes([one.silhouettes for one, _ in drawn], [box for _, box in drawn], ground)
+    # Of the new box and the one before, that counts which explains better what was seen.
+    boxes = [(one, box) for (one, _), box in zip(drawn, fitted, strict=True)]
+    boxes += [(one, one.box) for one in due if one.box is not None]
+    likeness = compute_likeness([one.silhouettes for one, _ in boxes], [box for _, box in boxes])
+    best: set[int] = set()
+    for number in np.argsort(-likeness, kind="stable").tolist():
+        sketch, box = boxes[number]
+        if sketch.number not in best:
+            best.add(sketch.number)
+            sketch.box, sketch.likeness = box, float(likeness[number])
+    for sketch in due:
+        sketch.num_drawn = sketch.num_frames
 
 
 def count_beside(sketch: Sketch, other: Sketch) -> int:
     """Return in how many frames two sketches were detected at once."""
     return sketch.beside[other.number] + other.beside[sketch.number]
-
-
-def get_area(box: Box) -> float:
-    """Return the area of a footprint, as a rectangle."""
-    return box.size[0] * box.size[1]
-
-
-def compute_overlap(box: Box, other: Box) -> tuple[float, float]:
-    """Return the area of two footprints that is in both, and that in either, by points.
-
-    0 where one stands above the other.
-    """
-    low, high = max(box.bottom, other.bottom), min(box.top, other.top)
-    least = min(box.size[2], other.size[2])
-    whole = get_area(box) + get_area(other)
-    if (
-        high - low < 0.3 * least
-        or math.dist(box.center[:2], other.center[:2])
-        > (math.hypot(*box.size[:2]) + math.hypot(*other.size[:2])) / 2
-    ):
-        return 0.0, whole
-    small, large = sorted((box, other), key=get_area)
-    steps = (np.arange(20) + 0.5) / 20 - 0.5
-    flat = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * small.size[:2]
-    points = small.to_map(np.column_stack([flat, np.zeros(len(flat))]))
-    points[:, 2] = large.center[2]
-    both = float(large.contains(points).mean()) * get_area(small)
-    return both, whole - both

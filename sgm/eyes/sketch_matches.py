@@ -6,18 +6,21 @@ from collections.abc import Container, Sequence
 
 import numpy as np
 
+from sgm.eyes.box_fit import compute_overlaps
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection
 from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_points import Points
-from sgm.eyes.silhouettes import compute_overlaps
 from sgm.eyes.sketch import Sketch
 from sgm.layout.box import Box
 
 REACH = 0.15  # metres around a box within which a detection of its label is of it
 _LEAST_ALIKE = 0.08  # of that share times the overlap with how the box looks, and a tenth
+_NOWHERE = 1e9  # metres: a point that there is not
 _FAR = 1.5  # metres from a box at which none of its points are looked for
-_LEAST_SHARE = 0.3  # of the points of a detection that lie in the box of what it is of
+# Of the points of a detection, so many lie in the box of what it is of. Most may be of what stands
+# before it; then its box must look much like that of the detection.
+_LEAST_SHARE = 0.1
 
 
 class SketchMatches:
@@ -60,27 +63,28 @@ class SketchMatches:
             rows: numbers of those that are asked about.
         """
         reach = REACH + 2 * float(self._view.pose.compute_sd(np.array(2.0)))
-        pairs: list[tuple[int, int, float]] = []  # detection, sketch, share
-        for row in rows:
-            label, (points, is_within) = labels[row], shown[row]
-            self._found[row] = []
-            if label is None or not len(self._sketches):
-                continue
-            own = points[is_within]
-            away = np.linalg.norm(own.mean(axis=0) - self._center, axis=1)
-            near = np.flatnonzero(self._list_same(label) & (away <= self._radius + _FAR))
-            share = self._compute_shares(own, near, reach)
-            is_found = share >= _LEAST_SHARE
-            found = zip(near[is_found].tolist(), share[is_found].tolist(), strict=True)
-            pairs += [(row, sketch, part) for sketch, part in found]
+        self._found |= {row: [] for row in rows}
+        own = [shown[row][0][shown[row][1]] for row in rows]
+        if not rows or not self._sketches:
+            return
+        middle = np.array([points.mean(axis=0) for points in own])
+        is_same = np.array([self._list_same(labels[row]) for row in rows])
+        is_near = np.linalg.norm(middle[:, None] - self._center, axis=2) <= self._radius + _FAR
+        number, sketch = np.nonzero(is_same & is_near)
+        share = self._compute_shares(own, number, sketch, reach)
+        is_found = share >= _LEAST_SHARE
+        found = (part[is_found].tolist() for part in (number, sketch, share))
+        pairs = [(rows[one], other, part) for one, other, part in zip(*found, strict=True)]
         self._order(detections, pairs)
 
     def find(self, row: int, taken: Container[int]) -> Sketch | None:
         """Return what a detection is of, of what was not taken by another one, by its number."""
         return next((one for one in self._found[row] if one.number not in taken), None)
 
-    def _list_same(self, label: str) -> np.ndarray:
+    def _list_same(self, label: str | None) -> np.ndarray:
         """Tell which sketches may be of a label, (S,)."""
+        if label is None:
+            return np.zeros(len(self._sketches), dtype=bool)
         known = self._is_same.get(label)
         if known is None:
             are_same = self._labels.are_same
@@ -90,16 +94,31 @@ class SketchMatches:
             known = self._is_same[label] = np.array([is_same[names] for names in self._names], bool)
         return known
 
-    def _compute_shares(self, points: np.ndarray, near: np.ndarray, reach: float) -> np.ndarray:
-        """Return the share of points (n, 3) that lie within reach of boxes (k,), (k,)."""
-        x, y, z = points.T[:, None] - self._center[near].T[..., None]  # (k, n) each
-        cos, sin = np.cos(self._yaw[near])[:, None], np.sin(self._yaw[near])[:, None]
-        beyond = np.zeros(x.shape)  # squared
-        for along, half in zip(
-            (cos * x + sin * y, cos * y - sin * x, z), self._half[near].T, strict=True
-        ):
-            beyond += np.maximum(np.abs(along) - half[:, None], 0) ** 2
-        share: np.ndarray = (beyond <= reach**2).mean(axis=1)
+    def _compute_shares(
+        self, points: Sequence[np.ndarray], number: np.ndarray, sketch: np.ndarray, reach: float
+    ) -> np.ndarray:
+        """Return the share of the points of detections that lie within reach of boxes.
+
+        Args:
+            points: of each detection, (n, 3) each.
+            number: of the detection of each pair, (p,).
+            sketch: number of the box of each pair, (p,).
+            reach: metres.
+
+        Returns:
+            Of each pair, (p,).
+        """
+        num_points = np.array([len(one) for one in points])
+        flat = np.full((len(points), num_points.max(), 3), _NOWHERE)
+        for row, one in zip(flat, points, strict=True):
+            row[: len(one)] = one
+        x, y, z = flat.transpose(2, 0, 1)[:, number] - self._center[sketch].T[..., None]  # (p, n)
+        cos, sin = np.cos(self._yaw[sketch])[:, None], np.sin(self._yaw[sketch])[:, None]
+        half = self._half[sketch].T[..., None]
+        beyond = np.maximum(np.abs(cos * x + sin * y) - half[0], 0) ** 2
+        beyond += np.maximum(np.abs(cos * y - sin * x) - half[1], 0) ** 2
+        beyond += np.maximum(np.abs(z) - half[2], 0) ** 2
+        share: np.ndarray = (beyond <= reach**2).sum(axis=1) / num_points[number]
         return share
 
     def _order(

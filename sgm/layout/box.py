@@ -19,6 +19,7 @@ from sgm.layout.outline import (
     contains_points,
     read_outline,
 )
+from sgm.layout.turns import make_turn, make_upright_turn
 from sgm.messages import shorten
 from sgm.schema import MOST_METRES
 
@@ -112,8 +113,7 @@ class Box:
         """
         outline = np.array(read_outline("polygon", corners))
         low, high, turn = read_numbers("bottom, top and yaw", (bottom, top, yaw), (3,)).tolist()
-        cos, sin = math.cos(turn), math.sin(turn)
-        axes = np.array([[cos, -sin], [sin, cos]])
+        axes = make_turn(turn)
         own = outline @ axes
         middle, size = (own.min(axis=0) + own.max(axis=0)) / 2, np.ptp(own, axis=0)
         x, y = (axes @ middle).tolist()
@@ -177,13 +177,17 @@ class Box:
         return math.hypot(*self.size) / 2
 
     @property
+    def flat_radius(self) -> float:
+        """Half the diagonal of its footprint as a rectangle."""
+        return math.hypot(*self.size[:2]) / 2
+
+    @property
     def corners(self) -> np.ndarray:
         """The footprint counter-clockwise, of a rectangle from front left on, (4 or more, 2)."""
         own = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * np.array(self.size[:2]) / 2
         if self.outline is not None:
             own = np.array(self.outline)
-        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
-        return own @ np.array([[cos, sin], [-sin, cos]]) + self.center[:2]
+        return own @ make_turn(self.yaw).T + self.center[:2]
 
     @property
     def on_top(self) -> Box:
@@ -205,13 +209,11 @@ class Box:
     def to_own(self, points: np.ndarray) -> np.ndarray:
         """Turn points of the map (..., 3) into the own axes, from the middle on."""
         offset = np.asarray(points, dtype=float) - self.center
-        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
-        return offset @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        return offset @ make_upright_turn(self.yaw)
 
     def to_map(self, own: np.ndarray) -> np.ndarray:
         """Turn points in the own axes (..., 3) into the map; the way back from `to_own`."""
-        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
-        return own @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]) + self.center
+        return own @ make_upright_turn(self.yaw).T + self.center
 
     def compute_distance(self, points: np.ndarray) -> np.ndarray:
         """Return how far points (..., 3) are from it, (...,); 0 inside."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from sgm.checks import is_finite, is_number
 from sgm.layout.box import Box
+from sgm.layout.turns import turn_flat
 from sgm.messages import shorten
 
 _FAR = 1e9  # metres: no map has its origin farther away
@@ -69,9 +70,9 @@ class Furniture:
         """Return it turned around the origin of the map, and moved then; see `Layout.transform`."""
         position, box = self.position, self.box
         if position is not None:
-            position = turn(position, angle, shift)
+            position = turn_flat(*position, angle, shift)
         if box is not None:
-            center = (*turn(box.center[:2], angle, shift), box.center[2])
+            center = (*turn_flat(*box.center[:2], angle, shift), box.center[2])
             box = replace(box, center=center, yaw=box.yaw + angle)
         return replace(self, position=position, box=box)
 
@@ -100,12 +101,6 @@ class Furniture:
             label, room, description, position=read_position(position),
             box=None if box is None else Box.from_json(box), open_cost=read_open_cost(open_cost),
         )  # fmt: skip
-
-
-def turn(at: tuple[float, float], angle: float, shift: tuple[float, float]) -> tuple[float, float]:
-    """Return x, y turned around the origin, counter-clockwise in radians, and moved then."""
-    cos, sin = math.cos(angle), math.sin(angle)
-    return cos * at[0] - sin * at[1] + shift[0], sin * at[0] + cos * at[1] + shift[1]
 
 
 def read_position(position: Any = None) -> tuple[float, float] | None:

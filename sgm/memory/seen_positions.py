@@ -10,6 +10,7 @@ import numpy as np
 
 from sgm.arrays.table import Table
 from sgm.layout.box import Box
+from sgm.layout.turns import turn_flat
 from sgm.memory.look_weights import SURE
 from sgm.memory.remembered import Remembered
 from sgm.memory.sighting import Point, Sighting
@@ -110,12 +111,9 @@ def turn_positions(
     Raises:
         ValueError: if one would lie where no home is.
     """
-    cos, sin = math.cos(angle), math.sin(angle)
     new: dict[str, np.ndarray] = {}
     for first, second in (_XYZ[:2], _USUAL[:2]):
-        x, y = table[first], table[second]
-        new[first] = cos * x - sin * y + shift[0]
-        new[second] = sin * x + cos * y + shift[1]
+        new[first], new[second] = turn_flat(table[first], table[second], angle, shift)
     for values in new.values():
         if (np.abs(values) > MOST_METRES).any():
             raise ValueError(

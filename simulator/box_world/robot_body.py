@@ -10,6 +10,7 @@ import numpy as np
 
 from sgm.eyes.camera import Pose
 from sgm.layout.box import Box
+from sgm.layout.turns import make_upright_turn
 from simulator.box_world.depth_camera import (
     BoxDetector,
     DepthCamera,
@@ -223,8 +224,7 @@ class RobotBody:
         self._error = kept * self._error + math.sqrt(1 - kept**2) * fresh
         dx, dy = self._error[:2] * rules.position_sd
         turn = float(self._error[2]) * rules.angle_sd
-        cos, sin = math.cos(turn), math.sin(turn)
-        about_z = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        about_z = make_upright_turn(turn)
         return Pose(
             about_z @ pose.rotation,
             pose.position + np.array([dx, dy, 0.0]),

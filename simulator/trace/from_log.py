@@ -10,8 +10,9 @@ from datetime import datetime
 from itertools import groupby
 from typing import Any, NamedTuple
 
-from sgm.layout.furniture import Furniture, Room, turn
+from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
+from sgm.layout.turns import turn_flat
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from sgm.memory.look_log import LogLine
 from sgm.memory.score_calibration import ScoreCalibration
@@ -243,7 +244,7 @@ class _LogReader:
             for spots in look.seen.values():
                 for row, (relation, position) in enumerate(spots):
                     if position is not None:
-                        x, y = turn(position[:2], angle, shift)
+                        x, y = turn_flat(*position[:2], angle, shift)
                         spots[row] = LoggedSpot(relation=relation, position=(x, y, position[2]))
 
     def make_layout(self) -> Layout:

@@ -11,6 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
+from sgm.layout.footprints import compute_shared_area, get_area
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.seen_and_said import SeenRows
 from sgm.names.words import read_name
@@ -22,7 +23,6 @@ from simulator.robot_home.robots import MappingRobot
 _ROUNDS = 2
 _LEAST_PIXELS = 100  # of furniture in one picture that a camera can see
 _LEAST_OVERLAP = 0.1  # of footprints, for what is drawn to be that furniture
-_STEPS = (np.arange(40) + 0.5) / 40 - 0.5
 
 
 def measure_map(world: BoxWorld, body: BodyRules) -> dict[str, Any]:
@@ -125,12 +125,8 @@ def compute_overlap(box: Box, other: Box) -> float:
     """
     if min(box.top, other.top) <= max(box.bottom, other.bottom):
         return 0.0
-    flat = np.stack(np.meshgrid(_STEPS, _STEPS), axis=-1).reshape(-1, 2) * box.size[:2]
-    points = box.to_map(np.column_stack([flat, np.zeros(len(flat))]))
-    points[:, 2] = other.center[2]
-    area, other_area = (one.size[0] * one.size[1] for one in (box, other))
-    both = float(other.contains(points).mean()) * area
-    return both / (area + other_area - both)
+    both = compute_shared_area(box, other, num_points=40)
+    return both / (get_area(box) + get_area(other) - both)
 
 
 class _WatchingRobot(MappingRobot):

@@ -1,17 +1,22 @@
 """A map that draws itself: furniture, spots, jumps of the pose, doors, and odd detections."""
 
 import math
+from collections import Counter
 
 import numpy as np
 import pytest
 
 from sgm import SceneGraphMemory
 from sgm.eyes import Box, Detection, FurnitureLabels, FurnitureMapper, LookBuilder, MapRules, Pose
+from sgm.eyes.box_fit import compute_likeness, compute_overlaps, fit_boxes
 from sgm.eyes.camera_view import CameraView, DepthImage
 from sgm.eyes.furniture_points import measure_furniture
 from sgm.eyes.scene import Scene
-from sgm.eyes.silhouettes import Silhouettes, compute_overlaps
+from sgm.eyes.silhouettes import Silhouettes
+from sgm.eyes.sketch import Sketch
+from sgm.eyes.sketch_matches import SketchMatches
 from sgm.layout.areas import Areas
+from sgm.layout.turns import make_upright_turn
 from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, detect, look_around, put_on, render
 
 SOFA = Box((2.0, 2.6, 0.25), (0.9, 1.8, 0.5), -math.pi / 2)
@@ -405,7 +410,7 @@ def test_overlaps_of_many_boxes_are_those_of_each():
     for box, pixels, overlap in zip(boxes, seen, overlaps, strict=True):
         one = Silhouettes()
         one.add(view, tuple(pixels))
-        assert one.compute_overlap(box) == pytest.approx(overlap)
+        assert compute_likeness([one], [box]) == pytest.approx(overlap)
 
 
 def test_a_box_is_moved_to_where_it_explains_what_was_seen():
@@ -414,7 +419,73 @@ def test_a_box_is_moved_to_where_it_explains_what_was_seen():
     for pose in look_around(TABLE.center, num=12, turn=6.0):
         looks.add(make_view([TABLE], pose), detect("table", TABLE, pose).box)
     wrong = Box((2.1, 0.05, 0.4), (0.7, 1.4, 0.8))
-    fitted = looks.fit(wrong, 0.0)
-    assert looks.compute_overlap(fitted) > looks.compute_overlap(wrong) + 0.05
+    (fitted,) = fit_boxes([looks], [wrong], 0.0)
+    before, after = compute_likeness([looks, looks], [wrong, fitted])
+    assert after > before + 0.05
     assert np.abs(np.array(fitted.center) - TABLE.center).max() < 0.06
     assert fitted.bottom >= -1e-6  # not in the floor
+
+
+def test_boxes_that_are_fitted_at_once_are_those_that_are_fitted_each():
+    """More than are fitted at once, with other numbers of frames, and one that none shows."""
+    rng = np.random.default_rng(0)
+    looks, boxes = [], []
+    for number in range(20):
+        seen = Silhouettes()
+        for pose in look_around(TABLE.center, num=number, turn=6.0):
+            seen.add(make_view([TABLE], pose), detect("table", TABLE, pose).box)
+        looks.append(seen)
+        center = np.array(TABLE.center) + rng.normal(0, 0.1, 3)
+        boxes.append(Box(tuple(center), tuple(rng.uniform(0.5, 1.5, 3)), rng.uniform(-3, 3)))
+    together = fit_boxes(looks, boxes, 0.0)
+    assert together[0] == boxes[0]
+    for seen, box, fitted in zip(looks, boxes, together, strict=True):
+        (alone,) = fit_boxes([seen], [box], 0.0)
+        assert alone.center == pytest.approx(fitted.center)
+        assert alone.size == pytest.approx(fitted.size)
+    assert (compute_likeness(looks, together) >= compute_likeness(looks, boxes)).all()
+
+
+def test_what_was_seen_moves_with_the_map():
+    looks = Silhouettes()
+    for pose in look_around(TABLE.center, num=12, turn=6.0):
+        looks.add(make_view([TABLE], pose), detect("table", TABLE, pose).box)
+    before = compute_likeness([looks], [TABLE])
+    turn, shift = make_upright_turn(0.7), np.array([1.0, -2.0, 0.3])
+    looks.move(turn, shift)
+    moved = Box(tuple(turn @ TABLE.center + shift), TABLE.size, TABLE.yaw + 0.7)
+    assert compute_likeness([looks], [moved]) == pytest.approx(before)
+    assert compute_likeness([looks], [TABLE]) < before - 0.3
+
+
+def test_furniture_behind_other_furniture_is_that_which_was_seen_before():
+    """Most of its box in pixels shows what stands before it; the box itself is where it was."""
+    pose = Pose.look_at((0.0, 0.0, 1.0), TABLE.center)
+    front = Box((1.1, 0.1, 0.375), (0.1, 1.2, 0.75))
+    view, label = make_view([FLOOR, TABLE, front], pose), "table"
+    table = detect("table", TABLE, pose)
+    shown = measure_furniture(view, [table], [], 0.0)
+    ((points, is_within),) = shown
+    share = TABLE.contains(points[is_within], 0.15).mean()
+    assert 0.1 < share < 0.3
+    sketch, other = Sketch(0, Counter(table=1)), Sketch(1, Counter(table=1))
+    sketch.box, other.box = TABLE, Box((2.0, 0.9, 0.35), (0.8, 0.6, 0.7))
+    matches = SketchMatches([other, sketch], FurnitureLabels(), view)
+    matches.prepare([table], [label], shown, [0])
+    assert matches.find(0, set()) is sketch
+    assert matches.find(0, {0}) is None
+
+
+def test_furniture_has_names_of_its_own_after_some_became_one():
+    memory, _, walk = make()
+    tables = [Box((2.0, y, 0.35), (0.6, 0.6, 0.7)) for y in (-1.5, 0.0, 1.5)]
+    for table in tables:
+        walk.see(look_around(table.center), [("table", table)])
+        walk.tell(memory)
+    first, second, _ = memory.furniture_ids
+    memory.merge_furniture(first, second)
+    more = Box((2.0, 3.0, 0.35), (0.6, 0.6, 0.7))
+    walk.see(look_around(more.center), [("table", more)])
+    walk.tell(memory)
+    names = [row.description for row in memory.layout.furniture.values()]
+    assert len(names) == len(set(names)) == 3
