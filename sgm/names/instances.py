@@ -100,6 +100,9 @@ def split_spoken(name: str, is_known: Callable[[str], bool]) -> tuple[str, str]:
     A letter, a measure ("drill bit 6 mm") or a number in words ("mug two"), after a word that is
     known. A name stays another one without it, as for what acts.
     """
+    last = name.rpartition(" ")[2]
+    if len(last) > 1 and last not in _NUMBERS and name.replace(" ", "").isalpha():
+        return name, ""  # as of most names
     for pattern in (_LETTER, _MEASURE):
         found = pattern.search(name)
         if found and is_known(name[: found.start()].split()[-1]):

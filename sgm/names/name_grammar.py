@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
+from typing import NamedTuple
 
 from sgm.names.aliases import AliasTable
 from sgm.names.instances import split_instance, split_spoken, split_written_on
@@ -42,6 +42,8 @@ _NOBODY = frozenset(
     "man men woman women lady ladies gentleman kid kids child children boy boys girl girls".split()
 )
 
+_REMARK = re.compile(r"\(([^()]*)\)")
+_OR = re.compile(r"\s*/\s*")
 _LONGEST_ENDING = 3
 _SHORTEST_VERB = 3  # letters: no "br" of "bring"
 _Word = tuple[str, bool]  # and whether it is a possessive
@@ -76,8 +78,7 @@ _COUNTED = {
 }
 
 
-@dataclass(frozen=True)
-class Reading:
+class Reading(NamedTuple):
     """One way to read a name.
 
     Attributes:
@@ -86,7 +87,6 @@ class Reading:
         head: the last of them, the thing itself; one word where no name of the table fits.
         head_words: words of the head, as they are compared.
         properties: words before the head, as they are compared.
-        said: all words of the name, as they are compared.
         kinds: those of `properties` that say which kind of thing it is, and not how it is, so that
             it may be another thing than its head says: "piano" of "piano bench".
         sorts: those of `properties` that name a sort of it, and not how this one is: "digital" of
@@ -94,13 +94,19 @@ class Reading:
         stem: all words before the last one that do as `kinds`, of a name of the table, too: "trash"
             of "trash can".
         stem_sorts: all words before the last one that do as `sorts`: "wall" of "wall clock".
+        key: the head, written together in the singular.
+        endings: its last words, three at most, written together in the singular, the longest first.
         owner: whose it is, empty if no owner is named.
-        instance: which of several, "2" of "mug_2"; empty if it has no number.
         is_sort: whether the head says a sort of the thing that it is an alias of, as "dress shirt"
             of "shirt": other sorts are not meant.
         main_words: words of the names that the table has for the things first.
-        features: what is said of it after "with" or "without": "blue stripe", "no lid".
         is_content: whether it is what the thing holds, or a remark: "cereal" of "cereal box".
+        head_before: the head without its last word: "leather" of the head "leather belt".
+        features: what is said of it after "with" or "without": "blue stripe", "no lid".
+        said: all words of the name, as they are compared.
+        packages: in what it is packed, or how it is shaped, where that is not its name: "soap
+            bottle".
+        instance: which of several, "2" of "mug_2"; empty if it has no number.
     """
 
     things: tuple[int, ...]
@@ -112,44 +118,28 @@ class Reading:
     sorts: frozenset[str]
     stem: frozenset[str]
     stem_sorts: frozenset[str]
-    said: frozenset[str]
-    owner: str = ""
-    instance: str = ""
-    is_content: bool = False
-    is_sort: bool = False
-    main_words: frozenset[str] = frozenset()
+    key: str
+    endings: tuple[str, ...]
+    owner: str
+    is_sort: bool
+    main_words: frozenset[str]
+    is_content: bool
+    head_before: frozenset[str]
     features: frozenset[str] = frozenset()
-
-    @cached_property
-    def packages(self) -> frozenset[str]:
-        """In what it is packed, or how it is shaped, where that is not its name: "soap bottle"."""
-        return (self.said & PACKAGES) - (self.head_words & self.main_words)
-
-    @cached_property
-    def head_before(self) -> frozenset[str]:
-        """The head without its last word: "leather" of the head "leather belt"."""
-        return self.head_words - {spell(self.head[-1])}
+    said: frozenset[str] = frozenset()
+    packages: frozenset[str] = frozenset()
+    instance: str = ""
 
     def number(self, instance: str) -> Reading:
         """Return the reading of the name with a number; what follows from its words is shared."""
-        numbered = object.__new__(type(self))
-        numbered.__dict__.update(self.__dict__, endings=self.endings, instance=instance)
-        return numbered
+        return Reading._make((*self[:-1], instance))
 
     def with_said(self, said: frozenset[str]) -> Reading:
         """Return the reading of a name that says other words, too."""
-        return self if said == self.said else replace(self, said=said)
-
-    @cached_property
-    def key(self) -> str:
-        """The head, written together in the singular."""
-        return make_key(self.head)
-
-    @cached_property
-    def endings(self) -> tuple[str, ...]:
-        """Its last words, three at most, written together in the singular, the longest first."""
-        most = min(_LONGEST_ENDING, len(self.words))
-        return tuple(make_key(self.words[-length:]) for length in range(most, 0, -1))
+        if said == self.said:
+            return self
+        packages = (said & PACKAGES) - (self.head_words & self.main_words)
+        return self._replace(said=said, packages=packages)
 
 
 class NameReader:
@@ -168,6 +158,7 @@ class NameReader:
         self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
         self._read_text = lru_cache(maxsize=MOST_NAMES)(self._read_words_of)
         self._spell = lru_cache(maxsize=20_000)(self._spell_by_table)
+        self._spell_names = lru_cache(maxsize=20_000)(self._spell_names_of)
 
     def _read(self, name: str) -> tuple[Reading, ...]:
         """Return the readings of a name, the main ones first."""
@@ -197,12 +188,16 @@ class NameReader:
 
     def split_number(self, name: str) -> tuple[str, str]:
         """Split a counter, or else what is written on a thing, from the words of a name."""
-        text, instance = split_instance(name)
+        base, instance = split_instance(name)
         if not instance:
-            text, instance = split_written_on(text, self._is_known)
-        if instance or self._table.find(split_words(text)):  # "vitamin c"
-            return text, instance
-        return split_spoken(text, self._is_known)
+            base, instance = split_written_on(base, self._is_known)
+        return (base, instance) if instance else self._split_spoken(base)
+
+    def _split_spoken(self, base: str) -> tuple[str, str]:
+        """Split what is spoken for a counter from the words of a name, where it is no name."""
+        text, mark = split_spoken(base, self._is_known)
+        is_name = bool(mark) and bool(self._table.find(split_words(base)))  # "vitamin c"
+        return (base, "") if is_name else (text, mark)
 
     def _list_plain_words(self, text: str) -> tuple[str, ...]:
         """Return the words of a name of which they are all there is to read; none of any other."""
@@ -220,12 +215,11 @@ class NameReader:
 
     def _read_words_of(self, text: str) -> tuple[Reading, ...]:
         """Return the readings of a name without its number."""
-        remarks = re.findall(r"\(([^()]*)\)", text)
-        rest = re.sub(r"\([^()]*\)", " ", text)
+        remarks, rest = _REMARK.findall(text), _REMARK.sub(" ", text)
         if not rest.strip(" ?!.,;:/"):
             remarks, rest = [], text
         readings: list[Reading] = []
-        parts = [(part, False) for part in re.split(r"\s*/\s*", rest)]
+        parts = [(part, False) for part in _OR.split(rest)]
         remarks = [remark for remark in remarks if _is_name(remark)]
         for part, is_remark in (*parts, *((remark, True) for remark in remarks)):
             if part.strip():
@@ -262,7 +256,7 @@ class NameReader:
         # A measure that is a thing, too: "ball of yarn"; a "set" is none.
         is_thing = bool(self._table.find([word for word, _ in left]))
         if link == "of" and last in _SORTS and len(left) > 1:  # "sneaker (type of shoe)"
-            remark = [replace(one, is_content=True) for one in self._read_phrase(right, True)]
+            remark = [one._replace(is_content=True) for one in self._read_phrase(right, True)]
             return [*self._read_phrase(left[:-1], is_content), *remark]
         if link == "of" and last in _MEASURES and not is_thing:
             return self._read_phrase(right, is_content)
@@ -280,9 +274,9 @@ class NameReader:
             features = frozenset(map(self._spell, (word for word, _ in right))) - DETERMINERS - WITH
             if link == "without":
                 features = frozenset(f"no {word}" for word in features)
-            own = [replace(one, features=one.features | features) for one in own]
+            own = [one._replace(features=one.features | features) for one in own]
         if link in WITH and link != "without":
-            own += [replace(one, is_content=True) for one in self._read_phrase(right, True)]
+            own += [one._replace(is_content=True) for one in self._read_phrase(right, True)]
         return own
 
     def _read_compound(self, words: list[_Word], is_content: bool) -> list[Reading]:
@@ -297,7 +291,7 @@ class NameReader:
                 if not self._is_used_up(inner, compute_singular(plain[-1])):
                     return found
                 if len(main.head) == 1 and not words[-2][1]:  # "cereal box" is both
-                    found = [replace(inner, is_content=is_content), main]
+                    found = [inner._replace(is_content=is_content), main]
                 elif len(main.head) == len(words):  # a "pill bottle" is a thing, and may hold pills
                     found.append(inner)
         return found
@@ -326,12 +320,10 @@ class NameReader:
         head = self._spell_all(plain[start:])
         before = plain[owned:start]
         last, whole = spell(plain[-1]), make_key(plain[start:])
-        own_words = head | {whole} | {make_key(split_words(self._table.names[n])) for n in things}
+        keys, main_words = self._spell_names(things)
+        own_words = head | {whole} | keys
         properties, kinds, sorts = self._split_modifiers(before, (last, whole), own_words)
         _, stem, stem_sorts = self._split_modifiers(plain[owned:-1], (last,), own_words - head)
-        main_words = frozenset(
-            spell(word) for thing in things for word in split_words(self._table.names[thing])
-        )
         is_sort = False
         if len(things) == 1 and length > 1:  # "dress shirt" is a "shirt" by the table, and a sort
             name = self._table.names[things[0]]
@@ -339,9 +331,11 @@ class NameReader:
         own, ending = tuple(plain[owned:]), tuple(plain[start:])
         known = self._table.find(plain[:owned]) if owned else ()  # "dad" and "father" are one
         owner = self._table.names[known[0]] if known else " ".join(plain[:owned])
+        most = min(_LONGEST_ENDING, len(own))
+        endings = tuple(make_key(own[-length:]) for length in range(most, 0, -1))
         return Reading(
-            things, own, ending, head, properties, kinds, sorts, stem, stem_sorts, frozenset(),
-            owner, is_content=is_content, is_sort=is_sort, main_words=main_words,
+            things, own, ending, head, properties, kinds, sorts, stem, stem_sorts, whole, endings,
+            owner, is_sort, main_words, is_content, head - {last},
         )  # fmt: skip
 
     def _split_modifiers(
@@ -365,6 +359,13 @@ class NameReader:
             if not says_how(word):
                 sorts.add(spelled)
         return frozenset(properties), frozenset(kinds), frozenset(kinds | sorts)
+
+    def _spell_names_of(self, things: tuple[int, ...]) -> tuple[frozenset[str], frozenset[str]]:
+        """Return what the names of things are compared by, and their words."""
+        names = [split_words(self._table.names[thing]) for thing in things]
+        return frozenset(map(make_key, names)), frozenset(
+            spell(word) for own in names for word in own
+        )
 
     def _key_phrase(self, words: list[str]) -> str:
         return make_key(split_words(self._table.names[self._table.find(words)[0]]))
@@ -407,8 +408,8 @@ def _drop_equal(readings: list[Reading]) -> list[Reading]:
 
 def _add_kinds(reading: Reading, words: frozenset[str]) -> Reading:
     """Return a reading of a thing of a kind that more words say."""
-    return replace(
-        reading, kinds=reading.kinds | words, sorts=reading.sorts | words,
+    return reading._replace(
+        kinds=reading.kinds | words, sorts=reading.sorts | words,
         stem=reading.stem | words, stem_sorts=reading.stem_sorts | words,
     )  # fmt: skip
 

@@ -95,8 +95,9 @@ class NameIndex:
         self._things: dict[int, list[_Entry]] = {}
         self._contents: dict[int, list[_Entry]] = {}
         self._endings: dict[str, list[_Entry]] = {}
-        self._same: dict[object, list[int]] = {}
+        self._same = _Numbers()
         self._spelled: dict[tuple[tuple[str, ...], str], list[int]] = {}  # by words, no numbers
+        self._texts: dict[str, list[int]] = {}  # by the names without numbers
         self._resolved: dict[str, Resolution] = {}
 
     def update(self, descriptions: Sequence[str]) -> None:
@@ -116,34 +117,47 @@ class NameIndex:
 
     def _add(self, description: str) -> None:
         self._resolved.clear()
+        number = len(self._descriptions)
         self._descriptions.append(description)
         self._readings.append(self._reader.read(description))
-        self._written.add(read_words("description", description))
-        for table, key, entry in self._list_rows(len(self._descriptions) - 1):
-            table.setdefault(key, []).append(entry)
+        name = Name.read(description)
+        self._written.add(name.words)
+        for same in self._list_keys(name):
+            self._same.add(same, number)
+        for table, key, entry in self._list_rows(number, name):
+            rows = table.get(key)
+            if rows is None:
+                table[key] = [entry]
+            else:
+                rows.append(entry)
 
     def _replace(self, number: int, description: str) -> None:
         """Take over a description instead of another one, as if it had always been there."""
         self._resolved.clear()
-        for table, key, _ in self._list_rows(number):
+        before, after = Name.read(self._descriptions[number]), Name.read(description)
+        for same in self._list_keys(before):
+            self._same.discard(same, number)
+        for table, key, _ in self._list_rows(number, before):
             left = [entry for entry in table.pop(key, ()) if _get_number(entry) != number]
             if left:
                 table[key] = left
-        self._written.discard(read_words("description", self._descriptions[number]))
+        self._written.discard(before.words)
         self._descriptions[number] = description
         self._readings[number] = self._reader.read(description)
-        self._written.add(read_words("description", description))
-        for table, key, entry in self._list_rows(number):
+        self._written.add(after.words)
+        for same in self._list_keys(after):
+            self._same.add(same, number)
+        for table, key, entry in self._list_rows(number, after):
             insort(table.setdefault(key, []), entry, key=_get_number)
 
-    def _list_rows(self, number: int) -> Iterator[tuple[dict[Any, list[Any]], object, object]]:
+    def _list_rows(
+        self, number: int, name: Name
+    ) -> Iterator[tuple[dict[Any, list[Any]], object, object]]:
         """List where a description stands: each table, the key in it, and what it has there."""
-        description, readings = self._descriptions[number], self._readings[number]
-        name = Name.read(description)
+        readings = self._readings[number]
         yield self._spelled, (name.ordered, name.joined), number
-        for key in self._list_keys(name):
-            yield self._same, key, number
-        for word in readings[0].said.union(map(spell, split_words(description))):
+        yield self._texts, self._reader.split_number(name.text)[0], number
+        for word in readings[0].said.union(map(spell, split_words(name.text))):
             yield self._words, word, number
         for reading in readings:
             entry = number, reading
@@ -169,7 +183,7 @@ class NameIndex:
             question of that name would be taken for, and what is spelled nearly alike.
         """
         asked = Name.read(name)
-        found = {n for key in self._list_keys(asked) for n in self._same.get(key, ())}
+        found = {n for key in self._list_keys(asked) for n in self._same.find(key)}
         written = [n for n in found if read_name(self._descriptions[n]) == read_name(name)]
         if found:
             return Resolution(name, self._name(sorted(written or found)), "exact")
@@ -202,16 +216,17 @@ class NameIndex:
             if mended != text:
                 how, groups = "typo", self._match_written(self._read_main(mended))
         is_by_words = bool(groups)
+        synonyms, related = ([], []) if groups else self._find_similar(readings, similarity)
         if not groups:
-            how, groups = "similar meaning", self._find_similar(readings, similarity, SYNONYM)
+            how, groups = "similar meaning", synonyms
         found = sorted({number for group in groups for number in group})
         owner = readings[0].owner
         if not found:
             doubtful = self._name(self._list_doubtful(readings, text))
-            others = self._suggest(readings, similarity, [])
+            others = self._suggest(readings, [], related)
             others = tuple(name for name in others if name not in doubtful)
             return Resolution(question, (), "unknown", others, owner=owner, doubtful=doubtful)
-        others = self._suggest(readings, None, found)
+        others = self._suggest(readings, found, ())
         if len(found) == 1 and self._descriptions[found[0]].casefold() == words:
             how = "exact"
         meanings = tuple(self._name(group) for group in groups)
@@ -318,7 +333,7 @@ class NameIndex:
         """Find what is called the same, written apart or together: "fire lighters", "PS5"."""
         name = Name.read(text)
         whole = name.joined
-        numbers = {number for key in name.keys for number in self._same.get(key, ())}
+        numbers = {number for key in name.keys for number in self._same.find(key)}
         numbers |= {
             number
             for number, one in self._endings.get(whole, ())
@@ -415,35 +430,62 @@ class NameIndex:
         return near[0] if len(near) == 1 else word
 
     def _find_similar(
-        self, readings: Sequence[Reading], similarity: Similarity | None, least: float
-    ) -> list[list[int]]:
-        """Apply rule 8: groups of descriptions by their heads, the most similar first."""
+        self, readings: Sequence[Reading], similarity: Similarity | None
+    ) -> tuple[list[list[int]], list[list[int]]]:
+        """Apply rule 8: groups of descriptions by their heads, the most similar first.
+
+        Returns:
+            Those that mean the same, and those that are related, these among them.
+        """
+        same, related = SYNONYM, RELATED
         if self._encoder is not None:
             similarity = self._encoder.compare
             same, related = self._encoder.thresholds
-            least = same if least == SYNONYM else related
         if similarity is None:
-            return []
+            return [], []
         groups: dict[float, dict[int, None]] = {}
         for reading in readings:
-            by_head: dict[str, list[int]] = {}
-            for number, others in enumerate(self._readings):
-                one = others[0]
-                if not (reading.things and one.things) and compare(reading, one) == ALL_SAID:
-                    by_head.setdefault(" ".join(one.head), []).append(number)
+            by_head = self._list_heads(reading)
             if by_head:
                 values = similarity(" ".join(reading.head), list(by_head))
                 for value, numbers in zip(values, by_head.values(), strict=True):
-                    if value >= least:
-                        groups.setdefault(-float(value), {}).update(dict.fromkeys(numbers))
-        return _drop_repeated([list(groups[value]) for value in sorted(groups)])
+                    groups.setdefault(float(value), {}).update(dict.fromkeys(numbers))
+        synonyms, others = [
+            _drop_repeated(
+                list(groups[value]) for value in sorted(groups, reverse=True) if value >= least
+            )
+            for least in (same, related)
+        ]
+        return synonyms, others
+
+    def _list_heads(self, reading: Reading) -> dict[str, list[int]]:
+        """List the descriptions that say all of a name but for its head, by their heads.
+
+        One of the two is not in the table. Names that differ in their number are compared once.
+        """
+        by_head: dict[str, list[int]] = {}
+        for numbers in self._texts.values():
+            one = self._readings[numbers[0]][0]
+            if reading.things and one.things:
+                continue
+            if reading.instance:
+                firsts = ((number, self._readings[number][0]) for number in numbers)
+                numbers = [n for n, other in firsts if compare(reading, other) == ALL_SAID]
+            elif compare(reading, one) != ALL_SAID:
+                continue
+            if numbers:
+                by_head.setdefault(" ".join(one.head), []).extend(numbers)
+        for numbers in by_head.values():
+            numbers.sort()
+        return dict(sorted(by_head.items(), key=lambda item: item[1][0]))
 
     def _suggest(
-        self, readings: Sequence[Reading], similarity: Similarity | None, found: Sequence[int]
+        self, readings: Sequence[Reading], found: Sequence[int], related: Sequence[Sequence[int]]
     ) -> tuple[str, ...]:
         """Return what else may have been meant, the nearest first.
 
-        The same with other properties, other things of its kinds, and what has its name.
+        The same with other properties, other things of its kinds, what has its name, and what means
+        nearly the same.
         """
         close: list[int] = []
         for reading in readings:
@@ -459,11 +501,34 @@ class NameIndex:
                     ]
             if not found and len(reading.key) > 2:
                 close += self._words.get(spell(reading.head[-1]), ())
-        if not found:
-            for group in self._find_similar(readings, similarity, RELATED):
-                close += group
+        for group in related:
+            close += group
         rest = [number for number in dict.fromkeys(close) if number not in found]
         return self._name(rest[:MOST_ALTERNATIVES])
+
+
+class _Numbers(dict[object, "int | list[int]"]):
+    """Numbers of descriptions by what they have; of most keys that is one number, kept as such."""
+
+    def find(self, key: object) -> Sequence[int]:
+        """Return the numbers of a key, ascending."""
+        found = self.get(key, ())
+        return (found,) if isinstance(found, int) else found
+
+    def add(self, key: object, number: int) -> None:
+        """Add a number to a key that may have it."""
+        found = self.setdefault(key, number)
+        if not isinstance(found, int):
+            insort(found, number)
+        elif found != number:
+            self[key] = sorted((found, number))
+
+    def discard(self, key: object, number: int) -> None:
+        """Take a number from a key that may have it."""
+        left = [other for other in self.find(key) if other != number]
+        self.pop(key, None)
+        for other in left:
+            self.add(key, other)
 
 
 class _Declared:
@@ -478,6 +543,8 @@ class _Declared:
 
     def list_things(self, name: Name) -> list[int]:
         """List the numbers of the things of a name."""
+        if not self._things:
+            return []
         found = (*self._things.get(name.ordered, ()), *self._things.get(name.joined, ()))
         return list(dict.fromkeys(found))
 

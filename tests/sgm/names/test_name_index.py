@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from sgm.names import name_matching
 from sgm.names.aliases import AliasTable
-from sgm.names.name_matching import NameIndex
+from sgm.names.comparison import ALL_SAID, compare
+from sgm.names.name_matching import RELATED, SYNONYM, NameIndex
 
 WORDS = "red blue mug cup box of soap bottle piano bench dad's phone glasses keys zorb 1 2".split()
 TABLES = ("_descriptions", "_readings", "_written", "_words", "_things", "_contents", "_endings",
-          "_same", "_spelled")  # fmt: skip
+          "_same", "_spelled", "_texts")  # fmt: skip
 
 
 def sample_names(rng, number):
@@ -42,3 +44,52 @@ def test_names_that_were_removed_are_not_found():
     index.update(["keys"])
     assert index.resolve("red mug").matches == ()
     assert index.resolve("keys").matches == ("keys",)
+
+
+def rate(name, others):
+    """How alike names are by their letters: any measure will do."""
+    return [len(set(name) & set(other)) / len(set(name) | set(other)) for other in others]
+
+
+def find_similar(index, readings, least):
+    """Groups of descriptions, each compared with the question, the most similar first."""
+    groups = {}
+    for reading in readings:
+        for number, (one, *_) in enumerate(index._readings):
+            if not (reading.things and one.things) and compare(reading, one) == ALL_SAID:
+                value = rate(" ".join(reading.head), [" ".join(one.head)])[0]
+                if value >= least:
+                    groups.setdefault(value, []).append(number)
+    seen, found = set(), []
+    for value in sorted(groups, reverse=True):
+        found.append([n for n in dict.fromkeys(groups[value]) if n not in seen])
+        seen.update(groups[value])
+    return [group for group in found if group]
+
+
+def test_similar_names_are_those_that_each_name_alone_is_compared_for(monkeypatch):
+    monkeypatch.setattr(name_matching, "SYNONYM", 0.6)
+    monkeypatch.setattr(name_matching, "RELATED", 0.3)
+    rng = np.random.default_rng(0)
+    index = NameIndex((), AliasTable.household(None))
+    words = [*WORDS, "zork", "bozr", "gumz", "zorbs 3"]
+    index.update(list(dict.fromkeys(" ".join(rng.choice(words, 2)) for _ in range(200))))
+    for text in (*words, "red zorg", "zorg 1", "zorg 2", "dad's zorg", "blue mugz of soap"):
+        readings = index._read_main(text)
+        synonyms, related = index._find_similar(readings, rate)
+        for found, least in ((synonyms, 0.6), (related, 0.3)):
+            expected = find_similar(index, readings, least)
+            assert list(map(sorted, found)) == list(map(sorted, expected)), text
+    assert (SYNONYM, RELATED) == (0.9, 0.8)
+
+
+def test_names_that_differ_in_their_number_are_compared_with_a_question_once(monkeypatch):
+    """They were compared twice each, for what means the same, and for what is related."""
+    compared = []
+    monkeypatch.setattr(
+        name_matching, "compare", lambda *pair: compared.append(pair) or compare(*pair)
+    )
+    index = NameIndex((), AliasTable.household(None))
+    index.update([f"gizmo {number}" for number in range(50)])
+    assert not index.resolve("brzk", rate).matches
+    assert len(compared) < 5

@@ -18,8 +18,7 @@ WORDS = (
     "mug red the a my where is of with from no num number id inst track deadbeef fabaceae nddvba "
     "rhythm table glasses glass colour knives boxes tv ps5 m4x20 3d 2 02 7up and bottle set box "
     "cereal dad's t-shirt Mug SoapBottle crème ﬁsh ½ ١٢ \uff12 杯子1 cup.001 #2 (2) [3] 3f2a1b "
-    "0 000 "
-    "12"
+    "0 000 12 b two number-two 6mm 6 mm vitamin"
 ).split()
 NEVER = re.compile(r"(?!)")
 
