@@ -16,7 +16,7 @@ from sgm.memory.clock import Clock
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
-from sgm.memory.seen_and_said import get_last_said, get_statements, list_places
+from sgm.memory.seen_places import list_places
 from sgm.memory.sighting import SeenAt
 from sgm.memory.step_log import StepLog
 from sgm.memory.thing import ROBOT_CONFIDENCE, Statement
@@ -153,12 +153,12 @@ def ask(
     question: str = "",
 ) -> Asked:
     """Ask for objects by names or ids, time steps later; see `SceneGraphMemory.ask`."""
-    snapshot, step = state.get_snapshot(), state.step
+    snapshot, before = state.get_snapshot(), state.before
     current = state.view(snapshot)
     current.time += later
-    if before_looks and step.before is not None and not later:
-        batch, origin = state.share(step.before), step.origin
-        num_known = step.before.objects.num_rows
+    if before_looks and before is not None and not later:
+        batch, origin = state.share(before.batch), before.origin
+        num_known = before.batch.objects.num_rows
     else:
         batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
         batch.time = current.time
@@ -173,20 +173,19 @@ def ask(
         batch.labels = vocabulary.labels
     queries = batch.ask(np.zeros(len(names), dtype=np.int64), keys, *kinds)
     at_once = np.append(current.objects["num_at_once"], 0)
-    said, statements = [], []
-    for row in known.tolist():
-        said.append(get_last_said(state, row))
-        statements.append(get_statements(state, row).statements if row >= 0 else ())
+    said = [state.get_said(row) if row >= 0 else None for row in known.tolist()]
+    last_said = [None if own is None else own.last for own in said]
     num_objects = current.objects.num_rows  # from what it does not know, no edges lead
     asked = np.where(known >= 0, known, num_objects)
     found = join_groups(asked, current.edges["object"], num_objects + 1)
     edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice
     sightings: list[SeenAt] = []
-    for row in known[known >= 0].tolist():
-        sightings += list_places(state, row, current, edges)
+    places = state.furniture
+    for row, own in zip(known.tolist(), said, strict=True):
+        if own is not None:
+            sightings += list_places(current, row, own, places.ids, edges)
     if len(known) > 1:
         sightings.sort(key=lambda seen: -seen.time)
-    places = state.furniture
     return Asked(
         batch=batch,
         origin=origin,
@@ -195,10 +194,10 @@ def ask(
         question=positions,
         rows=known,
         edges=edges,
-        said=tuple(said),
-        statements=tuple(statements),
+        said=tuple(last_said),
+        statements=tuple(() if own is None else own.statements for own in said),
         descriptions=state.things.descriptions,
-        looks=_list_looks(state, batch, current, queries, known, found, names, said, question),
+        looks=_list_looks(state, batch, current, queries, known, found, names, last_said, question),
         num_instances=np.maximum(at_once[known], 1),
         sightings=tuple(sightings),
         furniture_ids=places.ids,
@@ -272,7 +271,7 @@ def _list_looks(
     last_seen = np.full(seen.shape, NEVER)
     if question and state.sought:
         np.maximum.at(last_seen, (thing, place), edges["last_true"][edge])
-    counts_looks = step.before is not None and batch.time == now == state.time
+    counts_looks = state.before is not None and batch.time == now == state.time
     for number, (row, name) in enumerate(zip(rows.tolist(), names, strict=True)):
         members = state.list_members(row)
         if counts_looks:

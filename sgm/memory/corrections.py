@@ -8,7 +8,6 @@ import numpy as np
 
 from sgm.memory.memory_identities import MemoryIdentities, check_no_doubt
 from sgm.memory.memory_state import MemoryState
-from sgm.memory.seen_and_said import get_statements, list_spoken_of
 from sgm.memory.seen_positions import forget_positions
 from sgm.memory.sighting import read_relation
 from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence
@@ -36,8 +35,8 @@ class MemoryCorrections(MemoryIdentities):
             state = self._state
             found = [
                 (state.things[row].name, one)
-                for row in list_spoken_of(state)
-                for one in get_statements(state, row).statements
+                for row in state.list_spoken_of()
+                for one in state.get_thing(row).statements
             ]
         return sorted(found, key=lambda row: row[1].time)
 

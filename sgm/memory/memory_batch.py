@@ -9,13 +9,15 @@ import numpy as np
 
 from sgm.arrays.grouped import join_groups
 from sgm.arrays.relations import share_relations
-from sgm.arrays.table import clone
+from sgm.arrays.table import clone, make_table
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.look_weights import LookWeights
 from sgm.memory.queries import Change, Queries, propose_places
 from sgm.memory.remembered import Remembered
-from sgm.schema import NEVER
+from sgm.memory.same_things import find_roots, fuse_edges, fuse_objects
+from sgm.memory.seen_positions import join_positions
+from sgm.schema import NEVER, POSITIONS
 
 
 class MemoryBatch(Remembered):
@@ -121,6 +123,28 @@ class MemoryBatch(Remembered):
         shared._row_of_key = self._row_of_key.copy()
         shared._pending = None
         return shared
+
+    def fuse(self) -> MemoryBatch:
+        """Return a copy of the memory of one home in which nodes that are one thing are one.
+
+        The merged nodes stay in it, without edges. See `sgm.memory.same_things`.
+        """
+        fused = self.copy()
+        roots = find_roots(fused.objects["same_as"])
+        fuse_objects(fused.objects, roots)
+        history, hours = fused._history, None
+        if history is not None and history.edge_hours.shape[1]:
+            hours = history.get_edge_hours(np.arange(fused.edges.num_rows))
+        fused.edges, hours = fuse_edges(fused.edges, roots, fused.num_furniture, hours)
+        if history is not None and hours is not None:
+            history.edge_hours = hours
+        fused.look_up_prior()
+        if fused.positions.num_rows:
+            rows = dict(fused.positions)
+            joined = join_positions({**rows, "object": roots[rows["object"]]})
+            fused.positions = make_table(POSITIONS)
+            fused.positions.append(len(joined["object"]), **joined)
+        return fused
 
     def set_layout(self, layout: LayoutArrays) -> None:
         """Take over a layout that has grown; known furniture keeps its index and history."""

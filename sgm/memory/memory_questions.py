@@ -13,15 +13,7 @@ from sgm.memory.asking import Asked, Scorer, ask
 from sgm.memory.clock import count_steps
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.queries import Queries
-from sgm.memory.seen_and_said import (
-    SeenRows,
-    get_statements,
-    list_home,
-    list_places,
-    list_rows,
-    list_said_by,
-    list_spoken_of,
-)
+from sgm.memory.seen_places import SeenRows, list_home, list_places, list_rows, list_said_by
 from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since
@@ -257,7 +249,9 @@ class MemoryQuestions(MemoryLayout):
             state = self._state
             fused = state.fuse_batch()
             rows = state.find_rows(*matches)
-            found = [seen for row in rows for seen in list_places(state, row, fused)]
+            found: list[SeenAt] = []
+            for row in rows:
+                found += list_places(fused, row, state.get_said(row), state.furniture.ids)
         return sorted(found, key=lambda seen: -seen.time)
 
     def last_seen(self, description: str) -> SeenAt | None:
@@ -286,8 +280,9 @@ class MemoryQuestions(MemoryLayout):
             fused = state.fuse_batch()
             found: list[ThingEvent] = []
             for row in state.find_rows(thing) or state.find_rows(*matches):
-                own, places = get_statements(state, row), list_places(state, row, fused)
-                found += list_events(fused, own, row, places, state.furniture.ids)
+                said, ids = state.get_said(row), state.furniture.ids
+                places = list_places(fused, row, said, ids)
+                found += list_events(fused, said.thing, row, places, ids)
         return sorted(found, key=lambda event: -event.time)
 
     def changes(self, since: datetime | int) -> list[ThingChange]:
@@ -307,7 +302,7 @@ class MemoryQuestions(MemoryLayout):
             state = self._state
             first = read_since(since, state.clock)
             return list_changes(
-                state.fuse_batch(), lambda row: get_statements(state, row), list_spoken_of(state),
+                state.fuse_batch(), state.get_thing, state.list_spoken_of(),
                 state.furniture.ids, first,
             )  # fmt: skip
 
@@ -322,7 +317,11 @@ class MemoryQuestions(MemoryLayout):
         with self._lock:
             state = self._state
             fused = state.fuse_batch()
-            said_by = {row: list_said_by(state, row, fused) for row in list_spoken_of(state)}
+            ids = state.furniture.ids
+            said_by = {
+                row: list_said_by(fused, row, state.get_said(row), ids)
+                for row in state.list_spoken_of()
+            }
             return list_home(fused, state.layout, state.things.descriptions, said_by)
 
     def list_seen(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,10 +17,10 @@ from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.queries import Queries
-from sgm.memory.same_things import find_roots, fuse
+from sgm.memory.same_things import find_roots
 from sgm.memory.seen_positions import note_positions
 from sgm.memory.step_log import MOST_LOOKS, StepLog, StepLook
-from sgm.memory.thing import ThingRows
+from sgm.memory.thing import Said, Thing, ThingRows
 from sgm.names.aliases import AliasTable
 from sgm.names.name import Name
 from sgm.names.vocabulary import Vocabulary
@@ -29,6 +29,21 @@ from sgm.prior.prior_graph import PriorGraph
 from sgm.schema import RELATIONS
 
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
+
+
+@dataclass(frozen=True, slots=True)
+class BeforeLooks:
+    """What a memory was before the looks of a time step, from which Bayes' rule starts.
+
+    Attributes:
+        batch: a copy of it.
+        origin: stands for its state, as in `Asked`.
+        asked: row of the object whose hypothetical edges were open then.
+    """
+
+    batch: MemoryBatch
+    origin: object
+    asked: int | None
 
 
 class MemoryState:
@@ -45,12 +60,14 @@ class MemoryState:
         things: the objects, what is not in their table, (O,).
         has_merged: whether any of them was merged with another.
         step: looks of the present time step.
+        before: the memory before the first of them; None without any.
         sought, score_calibration: as in `MemoryContent`.
         asked: row of the object whose hypothetical edges are open.
         version: another object after each change of the batch.
     """
 
     step: StepLog
+    before: BeforeLooks | None
     sought: dict[tuple[str, int], tuple[float, int]]
     version: object
     _is_layout_new: bool  # whether the batch has yet to take it over
@@ -113,12 +130,12 @@ class MemoryState:
 
     def get_content_to_save(self) -> MemoryContent:
         """Return the content before the looks of this step, and these looks."""
-        step = self.step
-        if step.before is None:
+        step, before = self.step, self.before
+        if before is None:
             return self.get_content()
         return replace(
-            self.get_content(step.before),
-            asked=step.asked, looks=tuple(step.looks), queries=tuple(step.queries),
+            self.get_content(before.batch),
+            asked=before.asked, looks=tuple(step.looks), queries=tuple(step.queries),
         )  # fmt: skip
 
     @property
@@ -165,8 +182,8 @@ class MemoryState:
         place, step = self.furniture.position[furniture], self.step
         if step.num_looks.get(furniture, 0.0) >= MOST_LOOKS and step.shows_nothing_new(look):
             return
-        if step.before is None:
-            step = self.step = StepLog(self.get_snapshot(), origin=self.version, asked=self.asked)
+        if self.before is None:
+            self.before = BeforeLooks(self.get_snapshot(), self.version, self.asked)
         self.version = object()
         things, rows, relations, confidences = self.things, [], [], []
         num_known, has_position = batch.objects.num_rows, False
@@ -213,8 +230,7 @@ class MemoryState:
         self.batch.step()
         self.batch.time += num_steps - 1
         self.asked = None
-        self.step = StepLog()
-        self.version = object()
+        self.begin_anew()
         if snapshot is not None:  # only the time is another one
             snapshot = snapshot.share()
             snapshot.time = self.batch.time
@@ -229,11 +245,11 @@ class MemoryState:
 
     def view(self, snapshot: MemoryBatch) -> MemoryBatch:
         """Return what a snapshot holds, to be read at any time step; what was merged is one."""
-        return fuse(snapshot) if self.has_merged else clone(snapshot)
+        return snapshot.fuse() if self.has_merged else clone(snapshot)
 
     def share(self, snapshot: MemoryBatch) -> MemoryBatch:
         """Return what a snapshot holds, of which questions may be asked; what was merged is one."""
-        return fuse(snapshot) if self.has_merged else snapshot.share()
+        return snapshot.fuse() if self.has_merged else snapshot.share()
 
     def ensure_object(self, name: Name, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new; see `ThingRows.add`."""
@@ -274,9 +290,33 @@ class MemoryState:
             rows = find_roots(self._batch.objects["same_as"])[rows].tolist()
         return list(dict.fromkeys(rows))
 
+    def get_said(self, row: int) -> Said:
+        """Return what was said of an object, and of what was merged with it."""
+        things, members = self.things, self.list_members(row)
+        spoken_of = [number for number in members if things[number].statements]
+        if not spoken_of:
+            return Said(things[row])
+        own = max(spoken_of, key=lambda number: things[number].statements[-1].time)
+        last, objects = things[own].statements[-1], self.batch.objects
+        others = [number for number in members if number != own]
+        is_last = objects["num_observed"][own] == last.num_observed
+        is_last = is_last and (objects["last_observed"][others] <= last.time).all()
+        return Said(things.join(members), last if is_last else None)
+
+    def get_thing(self, row: int) -> Thing:
+        """Return an object with all that was said of it, and of what was merged with it."""
+        return self.things.join(self.list_members(row))
+
+    def list_spoken_of(self) -> list[int]:
+        """Return the rows of the objects of which something was said, or of what they are now."""
+        rows = [row for row, thing in enumerate(self.things) if thing.statements]
+        if rows and self.has_merged:
+            return sorted(set(find_roots(self.batch.objects["same_as"])[rows].tolist()))
+        return rows
+
     def fuse_batch(self) -> MemoryBatch:
         """Return the memory with what was merged as one; a copy, where anything was."""
-        return fuse(self.batch) if self.has_merged else self.batch
+        return self.batch.fuse() if self.has_merged else self.batch
 
     def link(self, rows: Collection[int], row: int) -> None:
         """Let objects be one with another from now on, or, with -1, things of their own."""
@@ -303,7 +343,7 @@ class MemoryState:
 
     def query(self, description: str) -> Queries:
         """Open the hypothetical edges of an object until the next step."""
-        if self.step.before is not None:  # what it opens is a part of what later looks do
+        if self.before is not None:  # what it opens is a part of what later looks do
             self.step.queries.append((len(self.step.looks), description))
         self.version = object()
         row = self.asked = self.ensure_object(Name.read(description))
@@ -328,7 +368,7 @@ class MemoryState:
     def begin_anew(self) -> None:
         """Let what the memory holds now be what the further looks of this step are held against."""
         self.version = object()
-        self.step = StepLog()
+        self.step, self.before = StepLog(), None
 
     def update_layout(self) -> None:
         """Let the batch take over rooms and furniture, and look up the prior again."""

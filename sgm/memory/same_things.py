@@ -1,17 +1,15 @@
 """Nodes that are one thing: told so, remembered apart, and read as one.
 
 What looks show of each node is kept under its own name, so that a merge is undone by taking the
-link away. Readers get a copy of the memory in which the nodes are one.
+link away. Readers get a copy of the memory in which the nodes are one (`MemoryBatch.fuse`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from sgm.arrays.table import make_table
-from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.seen_positions import join_positions
-from sgm.schema import EDGES, NEVER, POSITIONS, PlaceCode
+from sgm.arrays.table import Table, make_table
+from sgm.schema import EDGES, NEVER, PlaceCode
 
 _HIGHEST_COUNT = 2**16 - 1  # of `HomeHistory.edge_hours`
 
@@ -27,29 +25,8 @@ def find_roots(same_as: np.ndarray) -> np.ndarray:
     return roots
 
 
-def fuse(memory: MemoryBatch) -> MemoryBatch:
-    """Return a copy of a memory of one home in which the nodes that are one thing are one.
-
-    Their edges at one place become one. A look there was one look for all of them, so that they
-    are not added up: it was looked at as often as for the node that was looked for most often, and
-    seen as often as all were together, but not more often.
-
-    The merged nodes stay in it, without edges.
-    """
-    batch = memory.copy()
-    roots = find_roots(batch.objects["same_as"])
-    _fuse_objects(batch, roots)
-    _fuse_edges(batch, roots)
-    if batch.positions.num_rows:
-        own = dict(batch.positions)
-        joined = join_positions({**own, "object": roots[own["object"]]})
-        batch.positions = make_table(POSITIONS)
-        batch.positions.append(len(joined["object"]), **joined)
-    return batch
-
-
-def _fuse_objects(batch: MemoryBatch, roots: np.ndarray) -> None:
-    objects = batch.objects
+def fuse_objects(objects: Table, roots: np.ndarray) -> None:
+    """Let the nodes that stand for others, (O,), have what was counted of all of them."""
     for root in np.unique(roots[roots != np.arange(len(roots))]):
         group = np.flatnonzero(roots == root)
         own = {name: objects[name][group].copy() for name in objects}
@@ -62,10 +39,26 @@ def _fuse_objects(batch: MemoryBatch, roots: np.ndarray) -> None:
         objects["last_furniture"][root] = own["last_furniture"][own["last_observed"].argmax()]
 
 
-def _fuse_edges(batch: MemoryBatch, roots: np.ndarray) -> None:
-    edges = batch.edges
+def fuse_edges(
+    edges: Table, roots: np.ndarray, num_furniture: int, hours: np.ndarray | None
+) -> tuple[Table, np.ndarray | None]:
+    """Return the edges of nodes that are one, those at one place as one.
+
+    A look there was one look for all of them, so that they are not added up: it was looked at as
+    often as for the node that was looked for most often, and seen as often as all were together,
+    but not more often.
+
+    Args:
+        edges: of all nodes.
+        roots: the node that each stands for, (O,).
+        num_furniture: F.
+        hours: `HomeHistory.edge_hours` of the edges, (2, E, hours); None without any.
+
+    Returns:
+        The edges, without prior weights, and their hours.
+    """
     owner = roots[edges["object"]]
-    key = PlaceCode.of(owner * batch.num_furniture + edges["furniture"], edges["relation"])
+    key = PlaceCode.of(owner * num_furniture + edges["furniture"], edges["relation"])
     _, first, group = np.unique(key, return_index=True, return_inverse=True)
     order = np.argsort(first)  # edges stay in the order in which they came up
     place = np.empty(len(order), dtype=np.int64)
@@ -85,13 +78,11 @@ def _fuse_edges(batch: MemoryBatch, roots: np.ndarray) -> None:
     np.maximum.at(new["confidence"], group[is_latest], own["confidence"][is_latest])
     seen = np.bincount(group, own["num_true"], minlength=len(first)).astype(np.int64)
     new["num_true"] = np.minimum(seen, new["num_observed"])
-    if batch.counts_history:
-        hours = batch.history.get_edge_hours(np.arange(edges.num_rows)).astype(np.int64)
-        summed = np.zeros((2, len(first), hours.shape[2]), dtype=np.int64)
-        for which in range(2):
-            np.add.at(summed[which], group, hours[which])
-        if batch.history.edge_hours.shape[1]:
-            batch.history.edge_hours = np.minimum(summed, _HIGHEST_COUNT).astype(np.uint16)
-    batch.edges = make_table(EDGES)
-    batch.edges.append(len(first), **new)
-    batch.look_up_prior()
+    joined = make_table(EDGES)
+    joined.append(len(first), **new)
+    if hours is None:
+        return joined, None
+    summed = np.zeros((2, len(first), hours.shape[2]), dtype=np.int64)
+    for which in range(2):
+        np.add.at(summed[which], group, hours[which].astype(np.int64))
+    return joined, np.minimum(summed, _HIGHEST_COUNT).astype(np.uint16)

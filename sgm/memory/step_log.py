@@ -1,4 +1,4 @@
-"""The looks of the present time step, the memory before them, and whether they can be looks."""
+"""The looks of the present time step, and whether they can be looks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 
 from sgm.memory.clock import Clock
 from sgm.memory.look_weights import SURE
-from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import Coverage, Sighting, parse_coverage, split_coverage
 from sgm.messages import shorten
 from sgm.names.name import Name
@@ -61,10 +60,7 @@ class StepLook:
 class StepLog:
     """What was looked at in this time step.
 
-    A belief is updated by these looks with Bayes' rule, from what the memory said before them.
-
     Attributes:
-        before: the memory before the first of them; None without any.
         looks: in order.
         of_place: numbers of the looks at each furniture id.
         num_looks: how many these were, each by its coverage, by furniture id.
@@ -72,22 +68,17 @@ class StepLog:
             looks were at whole places, and none had something hidden (`is_plain`).
         counts: things seen, by object row and furniture id.
         num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
-        origin: stands for the state of `before`, as in `Asked`.
-        asked: row of the object whose hypothetical edges were open then.
         queries: what was asked for since, each with the number of looks before it.
         looks_by_relation: whether a look had a share of "in" and another of "onTop" in view.
         is_plain: whether no look had, nor something hidden.
     """
 
-    before: MemoryBatch | None = None
     looks: list[StepLook] = field(default_factory=list)
     of_place: dict[int, list[int]] = field(default_factory=dict)
     num_looks: dict[int, float] = field(default_factory=dict)
     coverage: dict[int, float] = field(default_factory=dict)
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
     num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
-    origin: object = None
-    asked: int | None = None
     queries: list[tuple[int, str]] = field(default_factory=list)
     looks_by_relation: bool = False
     is_plain: bool = True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 from numbers import Real
 from typing import Any
@@ -150,6 +150,24 @@ class Thing:
         return replace(self, statements=tuple(one for one in left if one is not None))
 
 
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What was said of a thing, and of what was merged with it.
+
+    Attributes:
+        thing: with all these statements, the oldest first.
+        last: the last of them; None if there is none, or a look has shown the thing since.
+    """
+
+    thing: Thing
+    last: Statement | None = None
+
+    @property
+    def statements(self) -> tuple[Statement, ...]:
+        """All that was said, the oldest first."""
+        return self.thing.statements
+
+
 class ThingRows:
     """The objects of a memory by their rows in its table, and by what they are called.
 
@@ -243,6 +261,15 @@ class ThingRows:
         key = name.key
         row = self._rows.get(key, -1)
         return ([row] if row >= 0 else []) + self._rows_with_id.get(key, [])
+
+    def join(self, members: Sequence[int]) -> Thing:
+        """Return the first of some things with what was said of any of them."""
+        thing = self._things[members[0]]
+        if len(members) == 1:
+            return thing
+        # What was said since a merge is of the first, and so the last of a time step.
+        said = (one for row in reversed(members) for one in self._things[row].statements)
+        return replace(thing, statements=tuple(sorted(said, key=lambda one: one.time)))
 
     def list_words(self, rows: Iterable[int]) -> Iterator[str]:
         """List the words of the descriptions of things, and of their ids."""

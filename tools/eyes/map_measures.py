@@ -13,7 +13,7 @@ from sgm.finder.finder import Finder
 from sgm.layout.box import Box
 from sgm.layout.footprints import compute_shared_area, get_area
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.seen_and_said import SeenRows
+from sgm.memory.seen_places import SeenRows
 from sgm.names.words import read_name
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules, RobotBody

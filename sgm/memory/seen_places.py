@@ -1,4 +1,4 @@
-"""Where the things of a memory were seen, and what was said of them; all of it for people."""
+"""Where the things of a memory were seen, and who said so; all of it for people."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ import numpy as np
 
 from sgm.layout.layout import Layout
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.memory_state import MemoryState
-from sgm.memory.same_things import find_roots
 from sgm.memory.seen_positions import Told, tell_positions
 from sgm.memory.sighting import SeenAt
-from sgm.memory.thing import Statement, Thing
+from sgm.memory.thing import Said
 from sgm.schema import NEVER, RELATIONS
 
 # Of a row: place, relation, whether the last look showed it, time, times seen and looked, Told.
@@ -208,84 +206,62 @@ def list_rows(home: Mapping[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def get_statements(state: MemoryState, row: int) -> Thing:
-    """Return an object with all that was said of it, and of what was merged with it."""
-    members = state.list_members(row)
-    if len(members) == 1:
-        return state.things[row]
-    # What was said since the merge is of the first, and so the last of a time step.
-    said = (one for number in members[::-1] for one in state.things[number].statements)
-    return replace(state.things[row], statements=tuple(sorted(said, key=lambda one: one.time)))
-
-
-def get_last_said(state: MemoryState, row: int) -> Statement | None:
-    """Return what was said last of an object; None if a look has shown it since."""
-    members = state.list_members(row) if row >= 0 else []
-    spoken_of = [number for number in members if state.things[number].statements]
-    if not spoken_of:
-        return None
-    own = max(spoken_of, key=lambda number: state.things[number].statements[-1].time)
-    said, objects = state.things[own].statements[-1], state.batch.objects
-    others = [number for number in members if number != own]
-    is_last = objects["num_observed"][own] == said.num_observed
-    return said if is_last and (objects["last_observed"][others] <= said.time).all() else None
-
-
 def list_places(
-    state: MemoryState, row: int, fused: MemoryBatch, edges: np.ndarray | None = None
+    memory: MemoryBatch,
+    row: int,
+    said: Said,
+    furniture_ids: Sequence[int],
+    edges: np.ndarray | None = None,
 ) -> list[SeenAt]:
-    """List every place where the object of a row was ever seen, the latest first.
+    """List every place where an object was ever seen, the latest first.
 
     Of one time step, the place of which was spoken last comes first, after one that a look has
-    shown since. `fused` is from `fuse_batch`, and its own `edges` are among some rows, or all.
+    shown since.
+
+    Args:
+        memory: what was merged is one.
+        row: of the object.
+        said: of it.
+        furniture_ids: by position.
+        edges: rows among which its edges are; None for all.
     """
-    among = np.arange(fused.edges.num_rows) if edges is None else edges
-    own = among[fused.edges["object"][among] == row]
-    seen = own[fused.edges["num_true"][own] > 0]
-    last_seen = int(fused.objects["last_observed"][row])
-    is_left = last_seen > fused.edges["last_true"][seen].max(initial=NEVER)
-    rows = SeenRows.of_edges(fused, seen, np.array([row])[: int(is_left)])
-    places = sorted(rows.tell(fused, state.furniture.ids), key=lambda at: -at.time)
-    told = get_statements(state, row).order_places()
-    if not told:
+    among = np.arange(memory.edges.num_rows) if edges is None else edges
+    own = among[memory.edges["object"][among] == row]
+    seen = own[memory.edges["num_true"][own] > 0]
+    last_seen = int(memory.objects["last_observed"][row])
+    is_left = last_seen > memory.edges["last_true"][seen].max(initial=NEVER)
+    rows = SeenRows.of_edges(memory, seen, np.array([row])[: int(is_left)])
+    places = sorted(rows.tell(memory, furniture_ids), key=lambda at: -at.time)
+    if not said.statements:
         return places
-    last = int(fused.objects["last_furniture"][row])
-    if last != NEVER and get_last_said(state, row) is None:
-        told[last_seen, state.furniture.ids[last]] = len(told)
+    told = said.thing.order_places()
+    last = int(memory.objects["last_furniture"][row])
+    if last != NEVER and said.last is None:
+        told[last_seen, furniture_ids[last]] = len(told)
     places.sort(key=lambda at: (-at.time, -told.get((at.time, at.furniture), -1)))
-    said_by = list_said_by(state, row, fused)
+    said_by = list_said_by(memory, row, said, furniture_ids)
     return [replace(at, by=said_by.get((at.time, at.furniture), "")) for at in places]
 
 
 def list_said_by(
-    state: MemoryState, row: int, fused: MemoryBatch
+    memory: MemoryBatch, row: int, said: Said, furniture_ids: Sequence[int]
 ) -> dict[tuple[int, int | None], str]:
     """Return who said that an object is somewhere, by time step and furniture.
 
-    Where a look has shown it there in the same time step, it was seen. `fused` is from
-    `fuse_batch`.
+    Where a look has shown it there in the same time step, it was seen. Arguments as of
+    `list_places`.
     """
-    statements = get_statements(state, row).statements
-    if not statements:
+    if not said.statements:
         return {}
-    last = get_last_said(state, row)
+    last, edges = said.last, memory.edges
     said_by: dict[tuple[int, int | None], str] = {}
     if last is not None and last.furniture is not None:
         said_by[last.time, last.furniture] = last.by
-    edges, ids = fused.edges, state.furniture.ids
     own = np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0))
     columns = (edges[name][own].tolist() for name in ("last_true", "furniture", "confidence"))
-    known = {(time, ids[place]): sure for time, place, sure in zip(*columns, strict=True)}
-    for one in statements:  # a sighting of that step would have left its own confidence
+    known = {(time, furniture_ids[place]): sure for time, place, sure in zip(*columns, strict=True)}
+    for one in said.statements:  # a sighting of that step would have left its own confidence
         place = one.time, one.furniture
         if place[1] is not None and known.get(place) == np.float32(one.confidence):
             said_by.setdefault(place, one.by)
     return said_by
-
-
-def list_spoken_of(state: MemoryState) -> list[int]:
-    """Return the rows of the objects of which something was said, or of what they are now."""
-    rows = [row for row, thing in enumerate(state.things) if thing.statements]
-    if rows and state.has_merged:
-        return sorted(set(find_roots(state.batch.objects["same_as"])[rows].tolist()))
-    return rows
