@@ -28,7 +28,8 @@ DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 # the commands of all its folders.
 ORDER = """
     sgm.schema sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.text
-    sgm.prior sgm.names sgm.layout sgm.memory sgm.belief sgm.evidence sgm.policies
+    sgm.prior sgm.names sgm.layout sgm.memory sgm.replay sgm.belief sgm.evidence
+    sgm.policies
     sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm sgm.__main__
     simulator.caches simulator.kernel_store simulator.kernel simulator.yaml_text simulator.process
     simulator.fan_out

@@ -11,9 +11,9 @@ from typing import Any
 
 from sgm.files import read_file, write_whole
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
+from sgm.replay.replay import replay
 from sgm.ros.home_map import HomeMap
 from sgm.ros.map_file import write_map
 

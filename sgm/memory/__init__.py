@@ -1,1 +1,1 @@
-"""What an agent remembers of a home: scene graph memories, their prior and snapshots."""
+"""What a robot remembers of a home: tables of many homes, and the memory of one."""

@@ -1,30 +1,25 @@
-"""The log of a memory: one line of JSON for everything that was seen or changed, in order."""
+"""The log of a memory, read: a line of JSON for everything that was seen or changed, in order."""
 
 from __future__ import annotations
 
-import json
 import os
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from sgm.files import (
-    VERSION,
     VersionError,
     check_version,
     make_read_error,
-    make_write_error,
     parse_json,
-    read_file,
 )
 from sgm.layout.box import Box
 from sgm.layout.furniture import read_open_cost
 from sgm.layout.layout import Layout, read_map_id
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
-from sgm.memory.locks import LogLock
+from sgm.memory.log_writer import cut_torn_line
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.sighting import parse_coverage
 from sgm.memory.thing import LEAST_CONFIDENCE, STATEMENTS, ThingName
@@ -32,7 +27,6 @@ from sgm.messages import shorten
 from sgm.names.words import read_words
 from sgm.schema import MAX_TIME
 
-MOST_LOG_BYTES = 1 << 34
 # What the values of a line must name, by kind.
 _FIELDS: Mapping[str, tuple[str, ...]] = {
     "start": ("version", "prior", "clock", "rooms", "furniture", "map", "memory"),
@@ -59,8 +53,6 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
 }
 # Id of the thing; who said it; checksum of the memory file that the log goes on from.
 _OPTIONAL = ("id", "by", "file")
-# What a line says only where there is any.
-_LEFT_OUT = ("by", "box", "open_cost", "hidden", "viewpoint")
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,113 +79,6 @@ class LogLine:
     values: Mapping[str, Any]
 
 
-class LookLog:
-    """Appends every change of a memory to a file.
-
-    A line is written before its change is made, at once and whole or not at all, so that all but
-    the last survive when the program dies. A log is of one home: memories that are started, saved
-    and loaded one after the other may go on in the same file, each with a line that says how it was
-    then. One memory at a time writes it (`LogLock`).
-
-    Attributes:
-        path: of the file, without links: the log stays where it is, whatever the process's folder
-            is and a link leads to later.
-        listener: gets every line when it was written; None for none. Not the line with which the
-            log is begun anew, as that changes nothing.
-    """
-
-    def __init__(self, path: str | Path) -> None:
-        """Go on in a file, or begin one; a line that was cut off by a crash is taken out.
-
-        Raises:
-            ValueError: if the file is no log, or another process writes it.
-            OSError: if the folder does not exist, or the file cannot be read or written.
-        """
-        self._lock = LogLock.of(Path(path))
-        self.path = self._lock.path
-        self._turn = object()  # the one whose turn it is to write
-        self.listener: Callable[[bytes], None] | None = None
-        with self._lock.turns:
-            if self.path.exists():
-                whole = _cut_torn_line(self.path)
-                _read_lines(whole, self.path)
-                if len(whole) < self.path.stat().st_size:
-                    with self.path.open("r+b") as file:
-                        file.truncate(len(whole))
-
-    def start(self, content: MemoryContent, *, is_new: bool, file: str = "") -> None:
-        """Note what a memory holds that begins (`is_new`), or goes on; now it has the log.
-
-        `file` is the checksum of the memory file that it lies beside, "" without one.
-        """
-        self._write(write_start(content, is_new=is_new, file=file), is_new=True)
-
-    def go_on(self) -> None:
-        """Have the log for a memory that is what its last line left."""
-        with self._lock.take(self._turn, is_new=True):
-            self._lock.take_file()
-
-    def is_lost(self) -> bool:
-        """Tell whether the file was moved or removed since the last line.
-
-        Raises:
-            FileExistsError: if another file lies in its place.
-        """
-        with self._lock.turns:
-            return self._lock.is_lost()
-
-    def rotate(self, old: Path, content: MemoryContent, file: str = "") -> None:
-        """Keep the log so far under another name, and begin anew with what the memory holds.
-
-        `file` is the checksum of the memory file that is about to be replaced, "" without one.
-
-        Raises:
-            ValueError: as `write`.
-            OSError: if the new file cannot be written; then the log is as it was.
-        """
-        with self._lock.take(self._turn, is_new=False):
-            self.path.replace(old)
-            try:
-                _append(self.path, write_start(content, is_new=False, file=file))
-                with self.path.open("r+b") as begun:
-                    _sync(begun, self.path)
-            except BaseException:
-                old.replace(self.path)
-                raise
-            self._lock.take_file()
-
-    def sync(self) -> None:
-        """Have the disk take all lines written so far; raises OSError if it does not."""
-        with self._lock.turns:  # not while the log is begun anew: then there is none for a moment
-            file = self.path.open("r+b")
-        with file:
-            _sync(file, self.path)
-
-    def write(self, kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> None:
-        """Append a `LogLine`; with a clock it also says what time it was, for people.
-
-        Values that lines need not have are left out where they are None or empty.
-
-        Raises:
-            ValueError: if it is no date of the clock, or another memory or process has the log.
-            OSError: if the file cannot be written; it is left as it was.
-        """
-        said = {
-            name: value
-            for name, value in values.items()
-            if name not in _LEFT_OUT or value not in (None, ())
-        }
-        self._write(_write_line(kind, time, clock, said))
-
-    def _write(self, line: bytes, *, is_new: bool = False) -> None:
-        with self._lock.take(self._turn, is_new=is_new):
-            _append(self.path, line)
-            if is_new:
-                self._lock.take_file()
-            if self.listener is not None:
-                self.listener(line)
-
-
 def read_log(path: str | Path) -> list[LogLine]:
     """Read a log; a last line that was cut off by a crash is left out, with a warning.
 
@@ -209,11 +94,11 @@ def read_log(path: str | Path) -> list[LogLine]:
         )
     path = Path(path)
     try:
-        whole = _cut_torn_line(path)
+        whole = cut_torn_line(path)
     except OSError as error:
         where = f'for {path}. Make one with SceneGraphMemory(log="looks.jsonl").'
         raise make_read_error(error, "log must be a file that can be read", where) from error
-    return _read_lines(whole, path)
+    return read_lines(whole, path)
 
 
 def read_line(text: bytes, path: Path) -> LogLine:
@@ -221,67 +106,8 @@ def read_line(text: bytes, path: Path) -> LogLine:
     return _read_line(parse_json(text), path)
 
 
-def write_start(content: MemoryContent, *, is_new: bool = False, file: str = "") -> bytes:
-    """Return the line of a memory that begins (`is_new`) or goes on; see `LookLog.start`."""
-    clock = content.clock
-    values = {
-        "version": VERSION,
-        "prior": content.prior,
-        "clock": None if clock is None else clock.to_json(),
-        **content.layout.to_json(),
-        "memory": None if is_new and content.score_calibration is None else content.to_json(),
-        **({"file": file} if file else {}),
-    }
-    return _write_line("start", content.time, clock, values)
-
-
-def _write_line(kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> bytes:
-    at = {} if clock is None else {"at": clock.get_time(time).isoformat()}
-    text = json.dumps(
-        {"kind": kind, "time": time, **at, **values}, ensure_ascii=False, separators=(",", ":"),
-        # Boxes and viewpoints; or numbers of numpy, as ids and positions may be.
-        default=lambda value: value.to_json() if hasattr(value, "to_json") else value.item(),
-    )  # fmt: skip
-    return f"{text}\n".encode()
-
-
-def _append(path: Path, content: bytes) -> None:
-    """Append all of a content to a file, or, on a disk that is full, nothing."""
-    left = content
-    try:
-        with path.open("ab", buffering=0) as file:
-            size = file.seek(0, os.SEEK_END)
-            try:
-                while left:
-                    left = left[file.write(left) :]
-            except OSError:
-                file.truncate(size)
-                raise
-    except OSError as error:
-        raise make_write_error(error, path, len(content)) from error
-
-
-def _sync(file: BinaryIO, path: Path) -> None:
-    try:
-        os.fsync(file.fileno())
-    except OSError as error:
-        raise make_write_error(error, path, os.fstat(file.fileno()).st_size) from error
-
-
-def _cut_torn_line(path: Path) -> bytes:
-    """Return all whole lines, and warn if there is more."""
-    content = read_file(path, MOST_LOG_BYTES)
-    whole = content[: content.rfind(b"\n") + 1]
-    if len(whole) < len(content):
-        warnings.warn(
-            f"the last line of {path} was cut off, perhaps by a crash: {len(content) - len(whole)} "
-            "bytes are left out",
-            stacklevel=3,
-        )
-    return whole
-
-
-def _read_lines(content: bytes, path: Path) -> list[LogLine]:
+def read_lines(content: bytes, path: Path) -> list[LogLine]:
+    """Read whole lines; raises ValueError for what is none of a log, and names it."""
     lines = []
     for number, text in enumerate(content.splitlines(), 1):
         try:

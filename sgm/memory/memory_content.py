@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sgm.files import VERSION
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.columns import (
@@ -19,6 +20,7 @@ from sgm.memory.columns import (
     write_tables,
 )
 from sgm.memory.home_history import HomeHistory
+from sgm.memory.log_writer import write_line
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.seen_positions import join_positions
 from sgm.memory.step_log import StepLook
@@ -253,6 +255,20 @@ class MemoryContent:
             raise ValueError("two objects of one description, or a label that is there twice")
         if self.labels[:2] != HOME_LABELS or not isinstance(self.prior, str):
             raise ValueError("no labels of house and floor, or no checksum of the prior")
+
+
+def write_start(content: MemoryContent, *, is_new: bool = False, file: str = "") -> bytes:
+    """Return the line of a memory that begins (`is_new`) or goes on; see `LookLog`."""
+    clock = content.clock
+    values = {
+        "version": VERSION,
+        "prior": content.prior,
+        "clock": None if clock is None else clock.to_json(),
+        **content.layout.to_json(),
+        "memory": None if is_new and content.score_calibration is None else content.to_json(),
+        **({"file": file} if file else {}),
+    }
+    return write_line("start", content.time, clock, values)
 
 
 def _merge_rows(columns: Columns, row: int, other: int) -> None:

@@ -17,15 +17,15 @@ from typing import Any
 from sgm.files import (
     VERSION,
     check_version,
-    compute_checksum,
     make_read_error,
     parse_json,
     read_file,
     write_whole,
 )
 from sgm.memory.locks import SaveLock
-from sgm.memory.look_log import LookLog, write_start
-from sgm.memory.memory_content import MemoryContent
+from sgm.memory.log_writer import LookLog, read_checksum
+from sgm.memory.look_log import read_lines
+from sgm.memory.memory_content import MemoryContent, write_start
 from sgm.memory.memory_state import MemoryState
 from sgm.messages import shorten
 
@@ -101,14 +101,6 @@ def load_content(path: str | Path) -> MemoryContent:
         ) from error
 
 
-def _compute_file_checksum(path: Path) -> str:
-    """Return the checksum of a memory file; "" if there is none."""
-    try:
-        return compute_checksum(path)
-    except OSError:
-        return ""
-
-
 _HEAD_BYTES = len(_write_head(b""))  # of any content
 
 
@@ -157,12 +149,12 @@ class MemoryFiles:
     def _save(self, path: str | Path, old_log: Path | None = None) -> None:
         # Of two saves the later one lasts; no other call waits for the disk.
         with self._saving, SaveLock.hold(path, self) as lock:
-            before = "" if old_log is None else _compute_file_checksum(Path(path))
+            before = "" if old_log is None else read_checksum(Path(path))
             with self._lock:
                 content = self._state.get_content_to_save().copy()
                 if self._log is not None and old_log is not None:
                     self._renew_lost_log(self._log)
-                    self._log.rotate(old_log, content, before)
+                    self._log.rotate(old_log, write_start(content, file=before))
             save_content(path, content.to_json())
             self._save_lock = lock
 
@@ -198,13 +190,13 @@ class MemoryFiles:
     def _start_log(self, path: str | Path | None = None, goes_on: bool = False) -> None:
         """Write into a log that a new memory begins, or how the one is that goes on."""
         if path is not None:
-            self._log = LookLog(path)
+            self._log = LookLog(path, read_lines)
         if self._log is not None:
-            self._log.start(self._state.get_content_to_save(), is_new=not goes_on)
+            self._log.start(write_start(self._state.get_content_to_save(), is_new=not goes_on))
 
     def _go_on_in(self, log: Path) -> None:
         """Write into a log whose last line left the memory as it is."""
-        self._log = LookLog(log)
+        self._log = LookLog(log, read_lines)
         self._log.go_on()
 
     def _keep(self, path: Path) -> None:
@@ -227,6 +219,5 @@ class MemoryFiles:
         if not log.is_lost():
             return
         warnings.warn(f"the log was moved or removed: it is begun anew at {log.path}", stacklevel=4)
-        kept = self._kept_lock
-        file = "" if kept is None else _compute_file_checksum(kept.path)
-        log.start(self._state.get_content_to_save(), is_new=False, file=file)
+        file = read_checksum(None if self._kept_lock is None else self._kept_lock.path)
+        log.start(write_start(self._state.get_content_to_save(), file=file))

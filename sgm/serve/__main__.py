@@ -13,8 +13,8 @@ from pathlib import Path
 
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
-from sgm.memory.kept_home import KeptHome
 from sgm.messages import shorten
+from sgm.replay.kept_home import KeptHome
 from sgm.serve.caller import DEFAULT_TIMEOUT, Caller
 from sgm.serve.finders import make_finder, warm_up
 from sgm.serve.guard import DEFAULT_RATE, LOCAL_NAMES, Guard, is_local

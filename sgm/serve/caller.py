@@ -12,7 +12,7 @@ from typing import Any
 
 from sgm.finder.answers import write_json
 from sgm.finder.service import MemoryService
-from sgm.memory.kept_home import KeptHome
+from sgm.replay.kept_home import KeptHome
 from sgm.serve.calls import Call
 from sgm.serve.guard import Refused
 from sgm.serve.reader import Reader, ReaderFailed

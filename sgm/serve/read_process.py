@@ -16,8 +16,8 @@ from pathlib import Path
 from sgm.finder.answers import write_json
 from sgm.finder.read_calls import ReadCalls
 from sgm.memory.look_log import read_line
-from sgm.memory.replay import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.replay.replay import Replayer
 from sgm.serve.caller import NUM_READERS, Turns
 from sgm.serve.calls import BY_NAME
 from sgm.serve.finders import make_finder, warm_up

@@ -11,10 +11,10 @@ from threading import RLock
 
 from sgm.memory.clock import Clock
 from sgm.memory.look_log import LogLine
-from sgm.memory.replay import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.thing import STATEMENTS, ThingName
 from sgm.prior.prior_graph import PriorGraph
+from sgm.replay.replay import Replayer
 from sgm.schema import MAX_TIME
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.replay.past_things import PastThings

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sgm.memory.kept_home import KeptHome
 from sgm.memory.locks import LogLock, SaveLock
+from sgm.replay.kept_home import KeptHome
 from simulator import Clock, SceneGraphMemory, Sighting
 
 Rng = np.random.Generator

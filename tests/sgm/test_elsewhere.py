@@ -32,7 +32,7 @@ for name in sys.argv[1:]:
     sys.modules[name] = None  # what imports it from now on finds none
 from sgm import SceneGraphMemory, Sighting
 from sgm.files import fcntl
-from sgm.memory.kept_home import KeptHome
+from sgm.replay.kept_home import KeptHome
 from sgm.serve.connections import MOST_CONNECTIONS, count_connections
 
 assert fcntl is None

@@ -7,8 +7,8 @@ import pytest
 from sgm import Sighting
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.replay.replay import replay
 
 CAMERA = Viewpoint(1.0, 2.0, 1.4, yaw=0.5, angle=1.2, reach=4.0)
 

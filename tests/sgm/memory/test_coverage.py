@@ -8,10 +8,10 @@ import pytest
 from sgm.evidence.adaptive_filter import list_look_times
 from sgm.finder.finder import Finder
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting, parse_coverage, read_coverage
 from sgm.policies import Adaptive, Bayesian
+from sgm.replay.replay import replay
 from simulator.trace.from_log import make_trace
 
 SHUT = {"in": 0, "onTop": 1}

@@ -6,9 +6,9 @@ import pytest
 
 from sgm.layout.box import Box
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.replay.replay import replay
 from simulator.trace.from_log import make_trace
 from simulator.trace.layout import load_layout, make_layout_json
 from simulator.trace.trace import remember_trace

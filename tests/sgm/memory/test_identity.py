@@ -7,7 +7,7 @@ import pytest
 
 from sgm.finder.finder import Finder
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
+from sgm.replay.replay import replay
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.trace.from_log import make_trace
 from tests.sgm.memory.sessions import dump

@@ -6,7 +6,7 @@ import pytest
 
 from sgm.layout.box import Box
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
+from sgm.replay.replay import replay
 from simulator import SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import dump
 

@@ -5,8 +5,8 @@ import pytest
 
 from sgm import SceneGraphMemory
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
 from sgm.memory.sighting import Sighting
+from sgm.replay.replay import replay
 from simulator.trace.from_log import make_trace
 
 

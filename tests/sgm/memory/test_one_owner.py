@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from sgm.memory.kept_home import KeptHome
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.replay.kept_home import KeptHome
 
 pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="no locks of open files: fcntl"),
@@ -18,7 +18,7 @@ OPEN = """
 import sys, warnings
 warnings.simplefilter("ignore")
 from sgm import SceneGraphMemory
-from sgm.memory.kept_home import KeptHome
+from sgm.replay.kept_home import KeptHome
 path, *calls = sys.argv[1:]
 for how in calls:
     try:

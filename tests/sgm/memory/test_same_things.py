@@ -5,8 +5,8 @@ import pytest
 
 from sgm.finder.finder import Finder
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
 from sgm.memory.same_things import find_roots
+from sgm.replay.replay import replay
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import dump
 

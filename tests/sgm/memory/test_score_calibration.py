@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.confirmed_scores import fit_from_log
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.policies import Bayesian
+from sgm.replay.confirmed_scores import fit_from_log
+from sgm.replay.replay import replay
 from simulator import SceneGraphMemory, Sighting
 
 OPEN = ScoreCalibration.open_vocabulary()

@@ -12,9 +12,9 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
-from sgm.memory.kept_home import KeptHome
 from sgm.memory.sighting import Sighting
 from sgm.policies import Bayesian
+from sgm.replay.kept_home import KeptHome
 from sgm.serve.caller import Caller
 from sgm.serve.guard import Guard
 

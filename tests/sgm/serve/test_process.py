@@ -12,7 +12,7 @@ import time
 
 import pytest
 
-from sgm.memory.kept_home import KeptHome
+from sgm.replay.kept_home import KeptHome
 from sgm.serve.__main__ import main
 
 from .conftest import Client, open_service

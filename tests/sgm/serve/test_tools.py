@@ -9,10 +9,10 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
-from sgm.memory.kept_home import KeptHome
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies import Bayesian
+from sgm.replay.kept_home import KeptHome
 from sgm.serve.caller import Caller
 from sgm.serve.calls import BY_NAME, CALLS
 

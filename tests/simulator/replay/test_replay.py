@@ -8,7 +8,7 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.memory.look_log import LogLine, read_log
 from sgm.memory.memory_content import MemoryContent
-from sgm.memory.replay import replay as make_again
+from sgm.replay.replay import replay as make_again
 from simulator import (
     Bayesian,
     Clock,

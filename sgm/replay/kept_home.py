@@ -16,9 +16,9 @@ from sgm.memory.locks import LogLock
 from sgm.memory.look_log import LogLine, read_log
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_files import load_content
-from sgm.memory.replay import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.aliases import Aliases
+from sgm.replay.replay import Replayer
 
 LOG_ENDING = ".log"  # of the log beside a snapshot; those before it have a number behind that
 MOST_LOG_BYTES = 16 << 20  # from which on a log is begun anew

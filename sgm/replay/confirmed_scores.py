@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
 from sgm.memory.score_calibration import FEWEST_SCORES, ScoreCalibration
 from sgm.names.words import read_words
+from sgm.replay.replay import replay
 
 _NEXT_STEPS = 12  # by when a later look must come: after that, a thing may have moved
 _MOST_CERTAIN = 0.2  # of the scores, the highest: taken for right

@@ -10,12 +10,13 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from sgm.memory import kept_home, look_log, memory_files
+from sgm.memory import log_writer, memory_files
 from sgm.memory.clock import Clock
-from sgm.memory.kept_home import KeptHome
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.replay import kept_home
+from sgm.replay.kept_home import KeptHome
 
 CLOCK = Clock(datetime(2026, 11, 16, 7, 30), step_seconds=600)
 THINGS = ("mug", "large red mug", "keys", "milk")
@@ -102,7 +103,7 @@ def test_a_full_disk_leaves_log_and_memory_as_they_were(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("sgm.memory.look_log._append", refuse)
+        patch.setattr("sgm.memory.log_writer._append", refuse)
         with pytest.raises(OSError, match="No space"):
             home.snapshot()
     assert home.log.read_bytes() == content
@@ -244,7 +245,7 @@ def test_another_process_is_refused(tmp_path):
     home.snapshot()
     code = """
 import sys
-from sgm.memory.kept_home import KeptHome
+from sgm.replay.kept_home import KeptHome
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 path, log = sys.argv[1:]
@@ -264,7 +265,7 @@ for open_it in (lambda: KeptHome.open(path), lambda: SceneGraphMemory.load(path,
 def test_a_sync_finds_the_log_while_it_is_begun_anew(tmp_path, monkeypatch):
     """Between the old log and the new one there is none: a sync waits for it."""
     home = KeptHome.open(tmp_path / "home.sgm", is_new=True)
-    append, failed, threads = look_log._append, [], []
+    append, failed, threads = log_writer._append, [], []
 
     def sync():
         try:
@@ -278,7 +279,7 @@ def test_a_sync_finds_the_log_while_it_is_begun_anew(tmp_path, monkeypatch):
         threads[-1].join(0.05)
         append(path, content)
 
-    monkeypatch.setattr(look_log, "_append", append_late)
+    monkeypatch.setattr(log_writer, "_append", append_late)
     home.snapshot()
     for thread in threads:
         thread.join(20)

@@ -8,8 +8,8 @@ import pytest
 
 from sgm.layout.box import Box
 from sgm.memory.look_log import read_log
-from sgm.memory.replay import replay
 from sgm.memory.sighting import Sighting
+from sgm.replay.replay import replay
 from simulator import SceneGraphMemory
 
 
