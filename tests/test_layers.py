@@ -60,7 +60,8 @@ SGM_NEEDS = {"numpy", "sgm"}
 SGM_OPTIONAL = {
     "sgm/eyes/__main__.py": {"yaml"},
     "sgm/files.py": {"filelock"},
-    "sgm/memory/memory_questions.py": {"pandas"},
+    "sgm/memory/memory_things.py": {"pandas"},
+    "sgm/memory/scene_graph_memory.py": {"pandas"},
     "sgm/memory/spark_graph.py": {"spark_dsg"},
     "sgm/network/onnx_runtime.py": {"onnxruntime"},
     "sgm/ros/compressed_depth.py": {"PIL"},

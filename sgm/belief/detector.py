@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sgm.checks import is_number
-from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.seen_places import Looks
 from sgm.messages import shorten
 
 # Looks that the usual miss rate counts as beside a robot's own count, which is too low: what is

@@ -23,8 +23,9 @@ from sgm.arrays.grouped import join_groups
 from sgm.belief.detector import Detector
 from sgm.belief.same_spot import compute_same
 from sgm.belief.stay import compute_stay
-from sgm.memory.asking import Asked, Looks
 from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_questions import Asked
+from sgm.memory.seen_places import Looks
 
 
 @dataclass(frozen=True)  # no slots: probabilities are kept

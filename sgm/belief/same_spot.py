@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.belief.stay import compute_stay
-from sgm.memory.asking import Asked
+from sgm.memory.memory_questions import Asked
 from sgm.memory.seen_positions import find_positions
 from sgm.names.words import read_name
 from sgm.schema import NEVER, PlaceCode

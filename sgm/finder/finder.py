@@ -16,7 +16,7 @@ from sgm.finder.ranking import Place, Ranking, gather_evidence, rank_place
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import SearchPlan, plan_search
 from sgm.finder.travel_costs import Distance, check_start, find_distance
-from sgm.memory.asking import Asked
+from sgm.memory.memory_questions import Asked
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.names.name_matching import Similarity

@@ -9,7 +9,7 @@ from itertools import chain
 import numpy as np
 
 from sgm.belief import Belief
-from sgm.memory.asking import Asked
+from sgm.memory.memory_questions import Asked
 from sgm.memory.queries import Queries
 
 MOST_TOGETHER = 16  # things in one pass: twice the time of one in a home

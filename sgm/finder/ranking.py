@@ -8,8 +8,8 @@ from datetime import datetime
 
 import numpy as np
 
-from sgm.memory.asking import Asked
 from sgm.memory.clock import Clock
+from sgm.memory.memory_questions import Asked
 from sgm.memory.sighting import Point, SeenAt
 from sgm.memory.thing import ROBOT, Statement
 from sgm.names.resolution import Resolution

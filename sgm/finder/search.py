@@ -15,8 +15,9 @@ from sgm.finder.ranking import Place, Ranking
 from sgm.finder.search_plan import MOST_ROUNDS, Look, check_look_cost, plan_search
 from sgm.finder.travel_costs import Distance, TravelCosts, is_at
 from sgm.layout.viewpoint import Viewpoint
+from sgm.memory.look import read_coverage, split_coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import Sighting, read_coverage, split_coverage
+from sgm.memory.sighting import Sighting
 from sgm.memory.thing import ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_name, strip_question

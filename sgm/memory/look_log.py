@@ -20,8 +20,8 @@ from sgm.layout.layout import Layout, read_map_id
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
 from sgm.memory.log_writer import cut_torn_line
+from sgm.memory.look import parse_coverage
 from sgm.memory.memory_content import MemoryContent
-from sgm.memory.sighting import parse_coverage
 from sgm.memory.thing import LEAST_CONFIDENCE, STATEMENTS, ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
@@ -162,9 +162,9 @@ def _read_line(data: Any, path: Path) -> LogLine:
     elif kind == "transform":
         values["angle"], values["shift"] = float(values["angle"]), tuple(values["shift"])
     if kind != "start":
-        for name in ("room", "furniture", "was_at"):  # numbers; a statement may name none
+        for name in ("room", "furniture", "was_at"):  # numbers; of the last there may be none
             number = values.get(name, 0)
-            if type(number) is not int and not (number is None and kind in STATEMENTS):
+            if type(number) is not int and (number is not None or name != "was_at"):
                 raise ValueError(f"{name} {shorten(number)}")
     if kind in ("furniture", "move"):
         position = values["position"]

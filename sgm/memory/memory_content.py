@@ -21,9 +21,9 @@ from sgm.memory.columns import (
 )
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.log_writer import write_line
+from sgm.memory.look import StepLook
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.seen_positions import join_positions
-from sgm.memory.step_log import StepLook
 from sgm.memory.thing import Thing, read_things, write_things
 from sgm.memory.week_hours import WeekHours
 from sgm.messages import shorten

@@ -1,4 +1,4 @@
-"""What all calls of a memory share: its state, the lock before it, its log and its file.
+"""The part of a memory for its file and its log.
 
 Memory files are JSON with a version and a checksum, written whole or not at all.
 """
@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from threading import Lock, RLock
+from threading import Lock
 from typing import Any
 
+from sgm.checks import read_optional
 from sgm.files import (
     VERSION,
     check_version,
@@ -22,12 +23,16 @@ from sgm.files import (
     read_file,
     write_whole,
 )
+from sgm.layout.layout import read_map_id
+from sgm.memory.clock import Clock
 from sgm.memory.locks import SaveLock
 from sgm.memory.log_writer import LookLog, read_checksum
 from sgm.memory.look_log import read_lines
 from sgm.memory.memory_content import MemoryContent, write_start
 from sgm.memory.memory_state import MemoryState
+from sgm.memory.score_calibration import ScoreCalibration
 from sgm.messages import shorten
+from sgm.prior.prior_graph import PriorGraph, find_shipped
 
 FORMAT = "scene graph memory"
 _END = b"}\n"
@@ -104,42 +109,90 @@ def load_content(path: str | Path) -> MemoryContent:
 _HEAD_BYTES = len(_write_head(b""))  # of any content
 
 
+def begin_content(
+    prior: PriorGraph | None,
+    clock: Clock | None,
+    score_calibration: ScoreCalibration | None,
+    map_id: str,
+) -> tuple[MemoryContent, PriorGraph]:
+    """Return what a new memory begins with; arguments as of `SceneGraphMemory`."""
+    _check_given(prior, clock, score_calibration)
+    prior = prior if prior is not None else PriorGraph.household()
+    content = MemoryContent.empty(prior.checksum, clock, read_map_id(map_id))
+    return replace(content, score_calibration=score_calibration), prior
+
+
+def load_given(
+    path: str | Path,
+    prior: PriorGraph | None,
+    clock: Clock | None,
+    score_calibration: ScoreCalibration | None,
+    map_id: str,
+) -> tuple[MemoryContent, PriorGraph]:
+    """Read what a saved memory goes on with; arguments as of `SceneGraphMemory.load`."""
+    content = load_content(path)
+    prior = prior if prior is not None else find_shipped(content.prior)
+    if prior is None:
+        raise ValueError(
+            f"prior must be the one of the memory, {content.prior[:12]}..., got no shipped one "
+            f"of that checksum for {path}. Give its own prior, or PriorGraph.default() to go "
+            "on with that one."
+        )
+    own = content.layout.map_id
+    if map_id and own and own != map_id:
+        raise ValueError(
+            f"memory must be of the map that the robot has, {shorten(map_id)}, got one of "
+            f"{shorten(own)} for {path}. Load it without map_id, and say with transform how "
+            "the map was moved, or start a new memory."
+        )
+    content.layout.map_id = read_map_id(map_id) or own
+    _check_given(prior, clock, score_calibration)
+    if clock is not None:
+        content = replace(content, clock=clock)
+    if score_calibration is not None:
+        content = replace(content, score_calibration=score_calibration)
+    return content, prior
+
+
+def _check_given(prior: object, clock: object, score_calibration: object) -> None:
+    """Raise TypeError for what is given to a memory and is something else."""
+    for name, value, kind in (
+        ("prior", prior, PriorGraph),
+        ("clock", clock, Clock),
+        ("score_calibration", score_calibration, ScoreCalibration),
+    ):
+        read_optional(name, value, kind, "Leave it out for the default.")
+
+
 class MemoryFiles:
-    """The part of `SceneGraphMemory` for its file and its log; `load` reads the file.
+    """The file of a memory and its log; `SceneGraphMemory` says what each call does and raises."""
 
-    One call at a time reads or changes the state. A change is written into the log before it is
-    made.
-    """
+    def __init__(self, state: MemoryState) -> None:
+        """Begin with the state that all parts share."""
+        self._state = state
+        self._saving = Lock()  # never waited for while the lock of the state is held
+        # Of the file saved last and of that in which it is kept, as long as the memory lives.
+        self._save_lock: SaveLock | None = None
+        self._kept_lock: SaveLock | None = None
 
-    _lock: RLock  # held by every call while it reads or changes the state
-    _state: MemoryState
-    _log: LookLog | None
-    _save_lock: SaveLock | None  # of the file saved last, as long as the memory lives
-    _kept_lock: SaveLock | None  # of the file in which a `KeptHome` keeps it
-    _saving: Lock  # never waited for while the lock of the state is held
+    def copy_content(self) -> tuple[MemoryContent, PriorGraph]:
+        """Return all that the memory holds, and its prior, for another one."""
+        with self._state.lock:
+            return self._state.get_content_to_save().copy(), self._state.prior
+
+    def go_on_from(self, content: MemoryContent, prior: PriorGraph) -> None:
+        """Become a memory of that content, as a log says that one went on."""
+        with self._state.lock:
+            self._state.begin(content.copy(), prior)
+            self.start_log(goes_on=True)
 
     def save(self, path: str | Path) -> None:
-        """Write the memory to a file, from which `load` goes on; it holds no code.
-
-        Args:
-            path: such as "home.sgm".
-
-        Raises:
-            ValueError: if a memory of another process saved the file, and still lives.
-            OSError: if the folder does not exist, or the disk does not take the file; an older
-                file is left as it was.
-        """
+        """Write the memory to a file, from which `load` goes on; it holds no code."""
         self._save(path)
 
     def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
-        """Write the memory to a file, and begin its log anew from there; see `KeptHome.snapshot`.
-
-        No call of another thread comes between the two: what the file holds and the lines of the
-        new log are the memory. A process that is killed meanwhile leaves the old log whole, and
-        perhaps the new one. Without a log, ValueError is raised, and errors as of `save`; when the
-        file was not written, the new log alone is the memory.
-        """
-        if self._log is None:
+        """Write the memory to a file, and begin its log anew from there."""
+        if self._state.log is None:
             raise ValueError(
                 f"memory must have a log to begin anew, got none for {path}. Give log= when it is "
                 "made or loaded."
@@ -150,74 +203,44 @@ class MemoryFiles:
         # Of two saves the later one lasts; no other call waits for the disk.
         with self._saving, SaveLock.hold(path, self) as lock:
             before = "" if old_log is None else read_checksum(Path(path))
-            with self._lock:
+            with self._state.lock:
                 content = self._state.get_content_to_save().copy()
-                if self._log is not None and old_log is not None:
-                    self._renew_lost_log(self._log)
-                    self._log.rotate(old_log, write_start(content, file=before))
+                if self._state.log is not None and old_log is not None:
+                    self._state.renew_lost_log()
+                    self._state.log.rotate(old_log, write_start(content, file=before))
             save_content(path, content.to_json())
             self._save_lock = lock
 
     def sync_log(self) -> None:
-        """Have the disk take all of the log, to survive a loss of power; raises OSError if not.
-
-        What was changed before this call survives a kill of the process without it.
-        """
-        if self._log is not None:
-            self._log.sync()
+        """Have the disk take all of the log, to survive a loss of power; raises OSError if not."""
+        if self._state.log is not None:
+            self._state.log.sync()
 
     def follow(self, listener: Callable[[bytes], None] | None) -> Callable[[], bytes]:
-        """Have a function called with every line that the log gets from now on; None for none.
-
-        It is called by who makes the change, just before that is made, and must not wait.
-
-        Returns:
-            What writes the line that stands for all up to now. It takes as long as `save`, and
-            keeps no other call waiting.
-
-        Raises:
-            ValueError: if the memory writes no log.
-        """
-        with self._lock:
-            if self._log is None:
+        """Have a function called with every line that the log gets from now on; None for none."""
+        with self._state.lock:
+            if self._state.log is None:
                 raise ValueError(
                     "memory must have a log to be followed, got none. Give log= when it is made or "
                     "loaded."
                 )
-            self._log.listener = listener
+            self._state.log.listener = listener
             return partial(write_start, self._state.get_content_to_save().copy())
 
-    def _start_log(self, path: str | Path | None = None, goes_on: bool = False) -> None:
+    def start_log(self, path: str | Path | None = None, goes_on: bool = False) -> None:
         """Write into a log that a new memory begins, or how the one is that goes on."""
         if path is not None:
-            self._log = LookLog(path, read_lines)
-        if self._log is not None:
-            self._log.start(write_start(self._state.get_content_to_save(), is_new=not goes_on))
+            self._state.log = LookLog(path, read_lines)
+        if self._state.log is not None:
+            content = self._state.get_content_to_save()
+            self._state.log.start(write_start(content, is_new=not goes_on))
 
-    def _go_on_in(self, log: Path) -> None:
+    def go_on_in(self, log: Path) -> None:
         """Write into a log whose last line left the memory as it is."""
-        self._log = LookLog(log, read_lines)
-        self._log.go_on()
+        self._state.log = LookLog(log, read_lines)
+        self._state.log.go_on()
 
-    def _keep(self, path: Path) -> None:
+    def keep(self, path: Path) -> None:
         """Have a file in which no other memory is saved, while this one lives."""
         self._kept_lock = SaveLock.keep(path, self)
-
-    def _write(self, kind: str, time: int | None = None, **values: Any) -> None:
-        """Append a change (`LogLine`) to the log, if there is one, before it is made."""
-        if self._log is not None:
-            self._renew_lost_log(self._log)
-            time = self._state.time if time is None else time
-            self._log.write(kind, time, self._state.clock, values)
-
-    def _renew_lost_log(self, log: LookLog) -> None:
-        """Begin the log anew if it was moved or removed.
-
-        Raises:
-            OSError: if another file lies in its place, or it cannot be written.
-        """
-        if not log.is_lost():
-            return
-        warnings.warn(f"the log was moved or removed: it is begun anew at {log.path}", stacklevel=4)
-        file = read_checksum(None if self._kept_lock is None else self._kept_lock.path)
-        log.start(write_start(self._state.get_content_to_save(), file=file))
+        self._state.kept_file = self._kept_lock.path

@@ -1,44 +1,129 @@
-"""Calls of a memory that say what it holds."""
+"""The part of a memory that is asked: what a name means, and what is known of what is asked for.
+
+Questions leave the memory as it is: they get a copy of what they may change.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
-from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Protocol
 
 import numpy as np
 
-from sgm.memory.asking import Asked, Scorer, ask
-from sgm.memory.clock import count_steps
-from sgm.memory.memory_layout import MemoryLayout
+from sgm.arrays.grouped import join_groups
+from sgm.memory.clock import Clock, count_steps
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
-from sgm.memory.seen_places import SeenRows, list_home, list_places, list_rows, list_said_by
-from sgm.memory.sighting import SeenAt, read_embedding
-from sgm.memory.spark_graph import make_spark_graph
-from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since
-from sgm.messages import shorten
-from sgm.names.aliases import AliasTable
+from sgm.memory.seen_places import Looks, list_places, sum_negative
+from sgm.memory.sighting import SeenAt
+from sgm.memory.thing import ROBOT_CONFIDENCE, Statement
 from sgm.names.name import Name
-from sgm.names.name_encoder import NameEncoder
-from sgm.names.name_matching import NameIndex, Similarity
+from sgm.names.name_matching import Similarity
 from sgm.names.resolution import Resolution
 from sgm.names.words import read_words, strip_question
-from sgm.schema import NEVER
+from sgm.schema import NEVER, NUM_RELATIONS
 
-if TYPE_CHECKING:  # pandas is an extra
-    from pandas import DataFrame
-
+_NOTHING_SAID = -2  # as a place
 _SAME_NAME = ("exact", "same words")  # how a thing is meant that no other name comes before
 
 
-class MemoryQuestions(MemoryLayout):
-    """The part of `SceneGraphMemory` for questions: what a name means, and where things were."""
+class Scorer(Protocol):
+    """What scores the places of what is asked for: any `sgm.policies.policy.Policy`."""
 
-    _names: NameIndex
-    _naming: Lock  # never waited for while the lock of the state is held
-    _table: AliasTable
-    _encoder: NameEncoder | None
+    def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
+        """Score every furniture node for every query, (Q, F); -inf without an opinion."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """K objects that are asked for, and all that a memory of F furniture nodes says of them.
+
+    Both memories are the asker's own for questions, and share what was observed with other
+    questions of the same state: what is done to the memory later does not reach them. They are to
+    be read; who wants to change them takes a `copy`.
+
+    Attributes:
+        batch: the memory as it was before the looks of this time step, which policies are asked of.
+        origin: stands for the state that `batch` is a copy of: the same object for all questions
+            that ask of that state.
+        queries: the objects asked for in it, (K,).
+        current: the memory as it is now.
+        question: for each name that was asked for, which of the K things it means, the first of
+            several with ids, (n,).
+        rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
+        edges: rows of the edges that lead from them in `current.edges`, ascending, (n,).
+        said: the last statement about each, None where there was none, or a look has shown it
+            since, K of them.
+        statements: all that was said of each and is kept, the oldest first, K of them.
+        descriptions: of all objects of `current`, (O,).
+        looks: what the looks say about each of the K.
+        num_instances: most things of each description that were seen at once, 1 or more, (K,).
+        sightings: every place where one of them was ever seen, the latest first.
+        furniture_ids, furniture_names: F each.
+        open_costs: of opening each to look into it, None where there is nothing to open; F each.
+        clock: of the memory; None if it has none.
+    """
+
+    batch: MemoryBatch
+    origin: object
+    queries: Queries
+    current: MemoryBatch
+    question: np.ndarray
+    rows: np.ndarray
+    edges: np.ndarray
+    said: tuple[Statement | None, ...]
+    statements: tuple[tuple[Statement, ...], ...]
+    descriptions: tuple[str, ...]
+    looks: Looks
+    num_instances: np.ndarray
+    sightings: tuple[SeenAt, ...]
+    furniture_ids: tuple[int, ...]
+    furniture_names: tuple[str, ...]
+    open_costs: tuple[float | None, ...]
+    clock: Clock | None = None
+
+    @property
+    def last_seen(self) -> SeenAt | None:
+        """Where and when one of them was last seen; None if that never was."""
+        return next(iter(self.sightings), None)
+
+    @property
+    def was_seen(self) -> np.ndarray:
+        """Which of them were seen before the looks of this time step, bool (K,)."""
+        return self.batch.objects["num_observed"][self.queries.object] > 0
+
+    @property
+    def carried(self) -> np.ndarray:
+        """Probability that the robot carries each of them, (K,)."""
+        is_carried = np.append(self.current.objects["carried_since"], NEVER)[self.rows] >= 0
+        if not is_carried.any():
+            return np.zeros(len(is_carried))
+        sure = [0.0 if said is None else said.confidence for said in self.said]
+        return np.where(is_carried, np.where(np.array(sure) > 0, sure, ROBOT_CONFIDENCE), 0.0)
+
+    def choose_relation(self) -> np.ndarray:
+        """Return how the objects lie at each place: 0 "in", 1 "onTop", (F,).
+
+        As one of them last lay there; where none was ever seen, as the prior has it.
+        """
+        prior = self.queries.prior.sum(axis=0)  # (F, 2)
+        relation = np.where(prior[:, 1] >= prior[:, 0], 1, 0)
+        edges = self.current.edges
+        own = self.edges[edges["num_true"][self.edges] > 0]
+        own = own[np.argsort(edges["last_true"][own], kind="stable")]
+        relation[edges["furniture"][own]] = edges["relation"][own]
+        return relation
+
+
+class MemoryQuestions:
+    """Questions; `SceneGraphMemory` says what each call does, takes and raises."""
+
+    def __init__(self, state: MemoryState) -> None:
+        """Begin with the state that all parts share."""
+        self._state = state
 
     def resolve(
         self,
@@ -46,125 +131,36 @@ class MemoryQuestions(MemoryLayout):
         similarity: Similarity | None = None,
         among: Sequence[str] | None = None,
     ) -> Resolution:
-        """Say which of the things that were seen a question means; `NameIndex` has the rules.
-
-        What acts on a thing asks `resolve_exact`.
-
-        Args:
-            description: such as "the red mug".
-            similarity: how alike labels are, where the memory has no encoder; None to go by words
-                alone.
-            among: names to choose from, such as those of one look; None for all that were seen.
-
-        Raises:
-            ValueError: if the description is no name (`read_words`).
-        """
-        if among is not None:
-            index = NameIndex((), self._table, self._encoder)
-            index.update(list(among))
-            return index.resolve(description, similarity)
-        with self._lock:
-            descriptions = self._state.things.names
-            if self._state.things.has_id(description):
-                return Resolution(description, (description,), "exact")
-        with self._naming:  # no other call waits for text vectors
-            self._names.update(descriptions)
-            return self._names.resolve(description, similarity)
+        """Say which of the things that were seen a question means."""
+        return self._state.resolve(description, similarity, among)
 
     def resolve_exact(self, name: str, among: Sequence[str] | None = None) -> Resolution:
-        """Say which of the things that were seen is exactly of a name, or has that id.
-
-        Case, articles, plural, accents and spelling aside: `NameIndex.resolve_exact` has the rules,
-        and aliases of one's own count. Every call that acts on a thing uses it.
-
-        Args:
-            name: such as "the red mug".
-            among: names to choose from; None for all that were seen.
-
-        Returns:
-            Matches; without any, `doubtful` has what may be meant.
-
-        Raises:
-            ValueError: if it is no name (`read_words`).
-        """
-        if among is not None:
-            index = NameIndex((), self._table)
-            index.update(list(among))
-            return index.resolve_exact(name)
-        with self._lock:
-            descriptions = self._state.things.names
-            if self._state.things.has_id(name):
-                return Resolution(name, (name,), "exact")
-        with self._naming:
-            self._names.update(descriptions)
-            return self._names.resolve_exact(name)
-
-    def find_nearest(
-        self, embedding: Sequence[float] | np.ndarray, k: int = 3
-    ) -> list[tuple[str, float]]:
-        """Return the things that look most like something, by the embeddings of their sightings.
-
-        Args:
-            embedding: of what is seen, (D,), of the same maker as those of the sightings.
-            k: most things to return.
-
-        Returns:
-            Ids, or descriptions of things without one, and cosines, the nearest first.
-
-        Raises:
-            ValueError: if the embedding is no vector, or `k` is below 1.
-        """
-        vector = np.array(read_embedding(embedding))
-        if not len(vector) or not isinstance(k, (int, np.integer)) or k < 1:
-            raise ValueError(
-                f"embedding and k must be a vector and at least 1, got {shorten(embedding)} and "
-                f"{shorten(k)}. Give what the sightings had."
-            )
-        with self._lock:
-            things = [one for one in self._state.things if len(one.embedding) == len(vector)]
-        own = np.array([one.embedding for one in things]).reshape(-1, len(vector))
-        cosines = own @ vector / (np.linalg.norm(own, axis=1) * np.linalg.norm(vector))
-        order = np.argsort(-cosines, kind="stable")[:k]
-        return [(things[n].id or things[n].description, float(cosines[n])) for n in order]
+        """Say which of the things that were seen is exactly of a name, or has that id."""
+        return self._state.resolve_exact(name, among)
 
     def find_furniture(self, name: str) -> tuple[int, ...]:
-        """Return the ids of the furniture that a name means, such as "the fridge".
-
-        Raises:
-            ValueError: if the name is none (`read_words`).
-        """
-        furniture = self.layout.furniture
+        """Return the ids of the furniture that a name means, such as "the fridge"."""
+        with self._state.lock:
+            furniture = dict(self._state.layout.furniture)
         names = [node.description for node in furniture.values()]
-        matches = self.resolve(name, among=names).matches
+        matches = self._state.resolve(name, among=names).matches
         return tuple(number for number, node in furniture.items() if node.description in matches)
 
     def find_places(
         self, name: str, resolution: Resolution | None = None
     ) -> tuple[str, tuple[int, ...]]:
-        """Return the furniture that a question is about, if it is about furniture or a room.
-
-        Args:
-            name: such as "the fridge", "kitchen table", "the kitchen".
-            resolution: what `resolve` gave for it, where that was asked for.
-
-        Returns:
-            "place" and the ids of the furniture of that name, "room" and those of what stands in
-            it; else "thing" and none. A thing that was seen under exactly that name comes first,
-            and any thing of the name before a place that is less than exactly so called.
-
-        Raises:
-            ValueError: if the name is none (`read_words`).
-        """
+        """Return the furniture that a question is about, if it is about furniture or a room."""
         if resolution is None or resolution.how not in _SAME_NAME:
-            resolution = self.resolve(name)
+            resolution = self._state.resolve(name)
         if resolution.how in _SAME_NAME:
             return "thing", ()
-        layout = self.layout
         asked = Name.read(strip_question(name) or name)
-        found = self.find_called(asked)
+        with self._state.lock:
+            layout = self._state.layout.copy()
+            found = self._state.called.find(asked)
         if not found and not resolution.matches:
             names = [node.description for node in layout.furniture.values()]
-            likely = self.resolve(name, among=names)
+            likely = self._state.resolve(name, among=names)
             if likely.is_sure and not likely.says_less:
                 found = [n for n, node in layout.furniture.items()
                          if node.description in likely.matches]  # fmt: skip
@@ -181,226 +177,190 @@ class MemoryQuestions(MemoryLayout):
         at: datetime | int | None = None,
         question: str | None = None,
     ) -> Asked:
-        """Ask for objects, and leave the memory as it is; safe beside a thread that observes.
-
-        Args:
-            descriptions: one or more, seen before or not; each means the object of that name.
-            before_looks: whether policies are asked of the memory before the looks of this step,
-                which then say for themselves what they say.
-            at: when: a time step, or a date and time by the clock; not before the present step,
-                None for it.
-            question: what they were asked for as: looks for that which did not find it count, too.
-
-        Raises:
-            ValueError: if a description is no name (`read_words`), there is no furniture yet, or
-                the time has passed.
-        """
+        """Ask for objects, and leave the memory as it is; safe beside a thread that observes."""
         words = "" if question is None else read_words("question", question)
-        with self._lock:
-            self._check_furniture()
+        with self._state.lock:
+            _check_furniture(self._state)
             state = self._state
             later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
-            return ask(state, descriptions, before_looks, later, words)
+            return _ask(state, descriptions, before_looks, later, words)
 
     def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
-        """Order all furniture by how likely it holds an object, the best first.
-
-        Args:
-            policy: who judges, for example `sgm.policies.heuristics.Bayesian()`.
-            description: what to look for.
-
-        Returns:
-            (furniture id, score) for every furniture node; -inf where there is no opinion.
-        """
+        """Order all furniture by how likely it holds an object, the best first."""
         asked = self.ask([description], before_looks=False)
         scores = policy.scores(asked.batch, asked.queries)[0]
         order = np.argsort(-scores, kind="stable")
         return [(asked.furniture_ids[place], float(scores[place])) for place in order]
 
     def query(self, description: str) -> Queries:
-        """Ask for an object; until the next `step` its hypothetical edges are in the graph.
-
-        A place that is looked at meanwhile, and does not show it, is remembered as one where it
-        was not. So this changes the memory, as `rank` and `ask` do not, and is logged.
-
-        Args:
-            description: what to look for, whether it was seen before or not.
-
-        Returns:
-            One query, for `Policy.scores(memory.batch, query)`, which gives (1, F).
-
-        Raises:
-            ValueError: if the description is no name (`read_words`), or there is no furniture yet.
-        """
+        """Ask for an object; until the next `step` its hypothetical edges are in the graph."""
         read_words("description", description)
-        with self._lock:
-            self._check_furniture()
-            self._write("query", description=description)
+        with self._state.lock:
+            _check_furniture(self._state)
+            self._state.write("query", description=description)
             return self._state.query(description)
 
-    def places_of(self, description: str) -> list[SeenAt]:
-        """Return every place where an object was ever seen, the latest sighting first.
 
-        Raises:
-            ValueError: if the description is no name (`read_words`).
-        """
-        matches = self.resolve(description).matches
-        with self._lock:
-            state = self._state
-            fused = state.fuse_batch()
-            rows = state.find_rows(*matches)
-            found: list[SeenAt] = []
-            for row in rows:
-                found += list_places(fused, row, state.get_said(row), state.furniture.ids)
-        return sorted(found, key=lambda seen: -seen.time)
+def _check_furniture(state: MemoryState) -> None:
+    if not state.layout.furniture:
+        raise ValueError(
+            "memory must have furniture before a query, got none. Call add_furniture first."
+        )
 
-    def last_seen(self, description: str) -> SeenAt | None:
-        """Return where and when an object was last seen; None if it never was.
 
-        Raises:
-            ValueError: if the description is no name (`read_words`).
-        """
-        return next(iter(self.places_of(description)), None)
+def _ask(
+    state: MemoryState,
+    descriptions: Sequence[str],
+    before_looks: bool,
+    later: int,
+    question: str,
+) -> Asked:
+    """Ask for objects by names or ids, time steps later; see `SceneGraphMemory.ask`."""
+    snapshot, before = state.get_snapshot(), state.before
+    current = state.view(snapshot)
+    current.time += later
+    if before_looks and before is not None and not later:
+        batch, origin = state.share(before.batch), before.origin
+        num_known = before.batch.objects.num_rows
+    else:
+        batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
+        batch.time = current.time
+    positions, known, names = _find_asked(state, descriptions)
+    is_known = (known >= 0) & (known < num_known)
+    keys = np.where(is_known, known, num_known + np.arange(len(names)))
+    if is_known.all():
+        kinds = [batch.objects["label"][known], batch.objects["type"][known]]
+    else:
+        vocabulary = state.vocabulary.with_labels(batch.labels)
+        kinds = list(np.array([vocabulary.find_type(name.text) for name in names]).T)
+        batch.labels = vocabulary.labels
+    queries = batch.ask(np.zeros(len(names), dtype=np.int64), keys, *kinds)
+    at_once = np.append(current.objects["num_at_once"], 0)
+    said = [state.get_said(row) if row >= 0 else None for row in known.tolist()]
+    last_said = [None if own is None else own.last for own in said]
+    num_objects = current.objects.num_rows  # from what it does not know, no edges lead
+    asked = np.where(known >= 0, known, num_objects)
+    found = join_groups(asked, current.edges["object"], num_objects + 1)
+    edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice
+    sightings: list[SeenAt] = []
+    places = state.furniture
+    for row, own in zip(known.tolist(), said, strict=True):
+        if own is not None:
+            sightings += list_places(current, row, own, places.ids, edges)
+    if len(known) > 1:
+        sightings.sort(key=lambda seen: -seen.time)
+    return Asked(
+        batch=batch,
+        origin=origin,
+        queries=queries,
+        current=current,
+        question=positions,
+        rows=known,
+        edges=edges,
+        said=tuple(last_said),
+        statements=tuple(() if own is None else own.statements for own in said),
+        descriptions=state.things.descriptions,
+        looks=_list_looks(state, batch, current, queries, known, found, names, last_said, question),
+        num_instances=np.maximum(at_once[known], 1),
+        sightings=tuple(sightings),
+        furniture_ids=places.ids,
+        furniture_names=places.names,
+        open_costs=places.open_costs,
+        clock=state.clock,
+    )
 
-    def history(self, thing: str) -> list[ThingEvent]:
-        """Return what is kept of a thing over time, the latest first; the log has all.
 
-        That is the last sighting at each place, the look that missed it there first since, and the
-        last things that were said of it. Of several things that a name means, all.
+def _find_asked(
+    state: MemoryState, names: Sequence[str]
+) -> tuple[np.ndarray, np.ndarray, list[Name]]:
+    """Find the objects that names and ids mean; of things with ids, a name means all.
 
-        Args:
-            thing: name or id.
-
-        Raises:
-            ValueError: if the name is none (`read_words`).
-        """
-        matches = self.resolve(thing).matches
-        with self._lock:
-            state = self._state
-            fused = state.fuse_batch()
-            found: list[ThingEvent] = []
-            for row in state.find_rows(thing) or state.find_rows(*matches):
-                said, ids = state.get_said(row), state.furniture.ids
-                places = list_places(fused, row, said, ids)
-                found += list_events(fused, said.thing, row, places, ids)
-        return sorted(found, key=lambda event: -event.time)
-
-    def changes(self, since: datetime | int) -> list[ThingChange]:
-        """Return what is new, was moved or is gone, as looks have shown and people have said.
-
-        Args:
-            since: time step, or date and time by the clock, from which on it was noticed.
-
-        Returns:
-            The last changes of each thing, the latest first; a thing that was moved twice since
-            stands there once, with its last move.
-
-        Raises:
-            ValueError: if `since` is neither, or a date and the memory has no clock.
-        """
-        with self._lock:
-            state = self._state
-            first = read_since(since, state.clock)
-            return list_changes(
-                state.fuse_batch(), state.get_thing, state.list_spoken_of(),
-                state.furniture.ids, first,
-            )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return rooms > furniture > objects as JSON values.
-
-        Under each furniture node stand the objects that were ever seen there: "is_there" says
-        whether the last look at it found them; "by" is who said last that they are there, where no
-        look has shown it. "unplaced" lists objects that were last seen at furniture that was
-        removed.
-        """
-        with self._lock:
-            state = self._state
-            fused = state.fuse_batch()
-            ids = state.furniture.ids
-            said_by = {
-                row: list_said_by(fused, row, state.get_said(row), ids)
-                for row in state.list_spoken_of()
-            }
-            return list_home(fused, state.layout, state.things.descriptions, said_by)
-
-    def list_seen(
-        self, things: Sequence[str] | None = None, furniture: int | None = None, most: int = 20
-    ) -> tuple[list[tuple[str, SeenAt]], int]:
-        """List where things are by the last looks, or else were seen last, the latest seen first.
-
-        Args:
-            things: names; then every place where one was ever seen is looked at. None for all.
-            furniture: id of a place, to list what is there alone; None for all places.
-            most: rows to return.
-
-        Returns:
-            Descriptions and places, and how many there are in all.
-        """
-        with self._lock:
-            state = self._state
-            fused = state.fuse_batch()
-            asked = None
-            if things is not None:
-                wanted = set(things)
-                texts = enumerate(state.things.descriptions)
-                asked = np.array([row for row, text in texts if text in wanted], dtype=np.int64)
-            seen, ids = SeenRows.of_things(fused, asked), state.furniture.ids
-            if furniture is None:
-                seen = seen.take(seen.find_current(state.things.number_descriptions()))
+    Returns:
+        Where among the K things that of each name is, the first of several, (n,); the row of each
+        thing, -1 for a new one, (K,), and its name, K of them.
+    """
+    rows: list[int] = []
+    firsts, read, things = [], [], state.things
+    for text in names:
+        asked, new = [], []
+        for row in state.find_rows(text):
+            if row in rows and (things[row].id or len(state.list_members(row)) > 1):
+                asked.append(row)  # by another of its names
             else:
-                place = state.furniture.position.get(furniture, -2)
-                seen = seen.take((seen.furniture == place) & seen.is_there)
-            num_all, seen = len(seen.time), seen.take(seen.choose_latest(most))
-            whose = [state.things[thing].description for thing in seen.thing.tolist()]
-            rows = list(zip(whose, seen.tell(fused, ids), strict=True))
-        rows.sort(key=lambda row: (-row[1].time, row[0]))
-        return rows[:most], num_all
+                new.append(row)
+        firsts.append(rows.index(asked[0]) if asked else len(rows))
+        for row in new if new or asked else [-1]:
+            rows.append(row)
+            read.append(things.read(text if row < 0 else things[row].description))
+    return np.array(firsts), np.array(rows), read
 
-    def count_things(self) -> dict[int, tuple[int, int | None]]:
-        """Count what the last look showed at each place, by furniture id.
 
-        Returns:
-            How many things, and the time step of that look, None without one.
-        """
-        with self._lock:
-            state = self._state
-            fused = state.fuse_batch()
-            there = fused.edges["furniture"][fused.edges["is_true"]]
-            counts = np.bincount(there, minlength=fused.num_furniture).tolist()
-            last = fused.furniture_last_observed[0].tolist()
-            return {
-                number: (count, None if looked == NEVER else looked)
-                for number, count, looked in zip(state.furniture.ids, counts, last, strict=True)
-            }
+def _list_looks(
+    state: MemoryState,
+    batch: MemoryBatch,
+    current: MemoryBatch,
+    queries: Queries,
+    rows: np.ndarray,
+    found: tuple[np.ndarray, np.ndarray],
+    names: Sequence[Name],
+    said: Sequence[Statement | None],
+    question: str,
+) -> Looks:
+    """List what all looks say about K objects.
 
-    def to_frame(self) -> DataFrame:
-        """Return a table of every object at every place where it was ever seen (needs pandas).
-
-        Columns: object, relation, furniture, room, is_there, last_seen, times_seen, times_looked.
-        """
-        from pandas import DataFrame  # an extra: only this needs it
-
-        return DataFrame(list_rows(self.to_dict()))
-
-    def to_spark_dsg(self) -> Any:
-        """Return what is there by the last looks as a graph of spark_dsg, the format of Hydra.
-
-        Example:
-            >>> memory.to_spark_dsg().save("home.json")
-
-        Raises:
-            ModuleNotFoundError: if spark_dsg is not installed.
-        """
-        with self._lock:
-            batch = self._state.batch
-            kinds = [batch.labels[index] for index in batch.objects["label"]]
-            labels = dict(zip(self._state.things.descriptions, kinds, strict=True))
-            home, layout = self.to_dict(), self.layout
-        return make_spark_graph(home, layout, labels)
-
-    def _check_furniture(self) -> None:
-        if not self._state.layout.furniture:
-            raise ValueError(
-                "memory must have furniture before a query, got none. Call add_furniture first."
-            )
+    They are `queries` in the memory before the looks of this step, and `rows` (K,) in the memory at
+    the time that is asked about, -1 for what that does not know, with the edges `found` there.
+    `said` has the last statement about each that no look has shown since. Looks for the `question`
+    count where it was not seen since, if they were of a later time step than the sighting.
+    """
+    now, step, position = current.time, state.step, state.furniture.position
+    share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
+    if step.looks_by_relation or batch.history.look_relations is not None:
+        share = batch.compute_relation_shares(queries)
+    said_now = np.full(len(rows), _NOTHING_SAID)  # not where it was seen before that in this step
+    for row, one in enumerate(said):
+        if one is not None and one.time == now:
+            said_now[row] = -1 if one.furniture is None else position[one.furniture]
+    (thing, edge), edges = found, current.edges
+    confidence = np.zeros((len(rows), len(position), NUM_RELATIONS))
+    place, said_there = edges["furniture"][edge], said_now[thing]
+    is_now = edges["last_true"][edge] == now
+    is_now &= (said_there == _NOTHING_SAID) | (said_there == place)
+    confidence[thing, place, edges["relation"][edge]] = edges["confidence"][edge] * is_now
+    seen = confidence.max(axis=2)
+    num_seen = (seen > 0).astype(np.int64)
+    negative, sought, sought_ago = np.zeros((3, *seen.shape))
+    sought_ago[:] = np.inf
+    last_seen = np.full(seen.shape, NEVER)
+    if question and state.sought:
+        np.maximum.at(last_seen, (thing, place), edges["last_true"][edge])
+    counts_looks = state.before is not None and batch.time == now == state.time
+    for number, (row, name) in enumerate(zip(rows.tolist(), names, strict=True)):
+        members = state.list_members(row)
+        if counts_looks:
+            for member in members:
+                for furniture, num_here in step.counts.get(member, {}).items():
+                    here = number, position[furniture]
+                    num_seen[here] = max(num_seen[here], num_here) if seen[here] else 0
+            own = None if share is None else share[number]
+            sums = []
+            for member in members:
+                sums.append(sum_negative(step, member, name, own, position))
+            least = sums[0]
+            if len(sums) > 1:  # where no name of it was seen
+                places = set.intersection(*map(set, sums))
+                least = {place: min(count[place] for count in sums) for place in places}
+            negative[number, [position[place] for place in least]] += [*least.values()]
+        if not state.sought:
+            continue
+        words = {name.words, *(state.things.list_words(members) if row >= 0 else ())}
+        for (other, furniture), (count, time) in state.sought.items():
+            here = number, position[furniture]
+            if other not in words and (other != question or time <= last_seen[here]):
+                continue
+            if time == now:
+                negative[here] += count
+            else:
+                sought[here] = count
+                sought_ago[here] = now - time
+    return Looks(negative, sought, sought_ago, seen, num_seen)

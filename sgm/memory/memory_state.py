@@ -1,10 +1,14 @@
-"""The state of a memory of one home, and how looks, time and questions change it."""
+"""The state that all parts of a memory share, and how looks, time and questions change it."""
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter, deque
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from threading import Lock, RLock
+from typing import Any
 
 import numpy as np
 
@@ -13,16 +17,20 @@ from sgm.layout.called import CalledFurniture
 from sgm.layout.layout import FurnitureNames
 from sgm.memory.clock import make_clock_rows
 from sgm.memory.columns import fill_tables, view_tables
+from sgm.memory.log_writer import LookLog, read_checksum
+from sgm.memory.look import MOST_LOOKS, StepLog, StepLook
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.memory_content import HOME_LABELS, MemoryContent
+from sgm.memory.memory_content import HOME_LABELS, MemoryContent, write_start
 from sgm.memory.queries import Queries
 from sgm.memory.same_things import find_roots
 from sgm.memory.seen_positions import note_positions
-from sgm.memory.step_log import MOST_LOOKS, StepLog, StepLook
-from sgm.memory.thing import Said, Thing, ThingRows
+from sgm.memory.thing import Said, Thing, ThingName, ThingRows
 from sgm.names.aliases import AliasTable
 from sgm.names.name import Name
+from sgm.names.name_encoder import NameEncoder
+from sgm.names.name_matching import NameIndex, Similarity
+from sgm.names.resolution import Resolution
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
@@ -47,12 +55,19 @@ class BeforeLooks:
 
 
 class MemoryState:
-    """The state of a `SceneGraphMemory`: one home as a batch, and what it is called.
+    """The state of a `SceneGraphMemory`, which is given to each of its parts.
 
-    It is made of a `MemoryContent`, and `get_content` is a view of it: what a file, a copy or the
-    memory without some of its nodes is made of.
+    That is one home as a batch and what it is called, the lock before it, and its log. It is made
+    of a `MemoryContent`, and `get_content` is a view of it: what a file, a copy or the memory
+    without some of its nodes is made of.
+
+    A part holds the lock while it reads or changes anything, and writes a change into the log
+    before it makes it.
 
     Attributes:
+        lock: held by every call, from its first word on the state to its last.
+        log: where changes are written; None for nowhere.
+        kept_file: the memory file that the log lies beside, where the memory is kept in one.
         prior: where things tend to be.
         vocabulary: labels by index.
         clock: what time it is at every time step; None if it is unknown.
@@ -66,6 +81,9 @@ class MemoryState:
         version: another object after each change of the batch.
     """
 
+    lock: RLock
+    log: LookLog | None
+    kept_file: Path | None
     step: StepLog
     before: BeforeLooks | None
     sought: dict[tuple[str, int], tuple[float, int]]
@@ -74,12 +92,92 @@ class MemoryState:
     _furniture: FurnitureNames | None
     _called: CalledFurniture | None
 
-    def __init__(self, content: MemoryContent, prior: PriorGraph, table: AliasTable) -> None:
-        """Begin with a content; `table` says which names are of which type of the prior."""
+    def __init__(
+        self,
+        content: MemoryContent,
+        prior: PriorGraph,
+        table: AliasTable,
+        encoder: NameEncoder | None = None,
+    ) -> None:
+        """Begin with a content.
+
+        `table` says what things are called besides, and which names are of which type of the prior;
+        `encoder` gives vectors of names that are not in it.
+        """
+        self.lock, self.log, self.kept_file = RLock(), None, None
+        self._naming = Lock()  # never waited for while the lock is held
+        self._table, self._encoder = table, encoder
+        self.begin(content, prior)
+
+    def begin(self, content: MemoryContent, prior: PriorGraph) -> None:
+        """Become a memory of that content and prior."""
         self.prior = prior
-        self._table = table
+        labels = (row.label for row in prior.objects)
+        self._names = NameIndex(labels, self._table, self._encoder)
         self._snapshot: dict[object, MemoryBatch] = {}  # of one version at most
         self.take(content)
+
+    def write(self, kind: str, time: int | None = None, **values: Any) -> None:
+        """Append a change (`LogLine`) to the log, if there is one, before it is made.
+
+        A log that was moved or removed is begun anew.
+
+        Raises:
+            OSError: if another file lies in its place, or it cannot be written.
+        """
+        if self.log is not None:
+            self.renew_lost_log()
+            self.log.write(kind, self.time if time is None else time, self.clock, values)
+
+    def renew_lost_log(self) -> None:
+        """Begin the log anew if it was moved or removed, and warn who called the memory."""
+        log = self.log
+        if log is not None and log.is_lost():
+            message = f"the log was moved or removed: it is begun anew at {log.path}"
+            warnings.warn(message, stacklevel=5)  # through `write`, a part, and the memory
+            file = read_checksum(self.kept_file)
+            log.start(write_start(self.get_content_to_save(), file=file))
+
+    def resolve(
+        self,
+        question: str,
+        similarity: Similarity | None = None,
+        among: Sequence[str] | None = None,
+    ) -> Resolution:
+        """Say which things a question means; see `SceneGraphMemory.resolve`."""
+        if among is not None:
+            return self._index(among, self._encoder).resolve(question, similarity)
+        with self.lock:
+            names, is_id = self.things.names, self.things.has_id(question)
+        if is_id:
+            return Resolution(question, (question,), "exact")
+        with self._naming:  # no other call waits for text vectors
+            self._names.update(names)
+            return self._names.resolve(question, similarity)
+
+    def resolve_exact(self, name: str, among: Sequence[str] | None = None) -> Resolution:
+        """Say which things are exactly of a name; see `SceneGraphMemory.resolve_exact`."""
+        if among is not None:
+            return self._index(among).resolve_exact(name)
+        with self.lock:
+            names, is_id = self.things.names, self.things.has_id(name)
+        if is_id:
+            return Resolution(name, (name,), "exact")
+        with self._naming:
+            self._names.update(names)
+            return self._names.resolve_exact(name)
+
+    def match(self, thing: str | ThingName) -> Resolution:
+        """Say which descriptions are exactly of a name, and what else may be meant."""
+        if isinstance(thing, ThingName):
+            return Resolution(str(thing), (), "unknown")
+        read_words("thing", thing)
+        return self.resolve_exact(thing)
+
+    def _index(self, names: Sequence[str], encoder: NameEncoder | None = None) -> NameIndex:
+        index = NameIndex((), self._table, encoder)
+        index.update(list(names))
+        return index
 
     def take(self, content: MemoryContent) -> None:
         """Become a memory of that content; prior weights are looked up again."""
@@ -306,6 +404,10 @@ class MemoryState:
     def get_thing(self, row: int) -> Thing:
         """Return an object with all that was said of it, and of what was merged with it."""
         return self.things.join(self.list_members(row))
+
+    def list_carried(self) -> list[int]:
+        """Return the rows of what the robot carries."""
+        return np.flatnonzero(self.batch.objects["carried_since"] >= 0).tolist()
 
     def list_spoken_of(self) -> list[int]:
         """Return the rows of the objects of which something was said, or of what they are now."""

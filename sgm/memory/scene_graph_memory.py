@@ -1,30 +1,45 @@
-"""The memory of one home, for use with or without the simulator."""
+"""The memory of one home, for use with or without the simulator: all that it can do."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
-from threading import Lock, RLock
+from typing import TYPE_CHECKING, Any
 
-from sgm.checks import read_optional
-from sgm.layout.layout import read_map_id
+import numpy as np
+
+from sgm.layout.box import Box
+from sgm.layout.layout import Layout
+from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
-from sgm.memory.corrections import MemoryCorrections
 from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_clock import MemoryClock
 from sgm.memory.memory_content import MemoryContent
-from sgm.memory.memory_files import load_content
+from sgm.memory.memory_files import MemoryFiles, begin_content, load_given
+from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.memory_looks import MemoryLooks
+from sgm.memory.memory_questions import Asked, MemoryQuestions, Scorer
 from sgm.memory.memory_state import MemoryState
+from sgm.memory.memory_statements import MemoryStatements
+from sgm.memory.memory_things import MemoryThings
+from sgm.memory.queries import Queries
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.step_log import LookWatch
-from sgm.messages import shorten
+from sgm.memory.sighting import SeenAt, Sighting
+from sgm.memory.thing import ROBOT, Statement, ThingName
+from sgm.memory.thing_changes import ThingChange, ThingEvent
 from sgm.names.aliases import Aliases, AliasTable
+from sgm.names.name import Name
 from sgm.names.name_encoder import Encode, NameEncoder
-from sgm.names.name_matching import NameIndex
-from sgm.prior.prior_graph import PriorGraph, find_shipped
+from sgm.names.name_matching import Similarity
+from sgm.names.resolution import Resolution
+from sgm.prior.prior_graph import PriorGraph
+
+if TYPE_CHECKING:  # pandas is an extra
+    from pandas import DataFrame
 
 
-class SceneGraphMemory(MemoryLooks, MemoryCorrections):
+class SceneGraphMemory:
     """One graph that holds everything ever observed in a home.
 
     Object nodes are distinguished by the words of their description, and one description may be
@@ -35,6 +50,10 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
 
     Names are compared as `read_words` says: case, spaces and "_" make no difference. Words that
     the prior does not know are welcome: an object without a prior may be at all furniture.
+
+    What it can do stands here; each call is made by the part that it is about, in a file of that
+    name: `MemoryLayout`, `MemoryLooks`, `MemoryClock`, `MemoryQuestions`, `MemoryThings`,
+    `MemoryStatements` and `MemoryFiles`. The parts share one state (`MemoryState`).
 
     Threads may share a memory: every call is made whole, one after the other, and a call that
     raises changes nothing. What a call returns is the caller's own, but for `batch` and `query`.
@@ -91,12 +110,9 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
             OSError: if the log cannot be written, here or with any later change; a change that
                 could not be written was not made.
         """
-        _check_parts(prior, clock, score_calibration)
-        prior = prior if prior is not None else PriorGraph.household()
-        content = MemoryContent.empty(prior.checksum, clock, read_map_id(map_id))
-        content = replace(content, score_calibration=score_calibration)
+        content, prior = begin_content(prior, clock, score_calibration, map_id)
         self._make(content, prior, aliases, encoder)
-        self._start_log(log)
+        self._files.start_log(log)
 
     def _make(
         self,
@@ -106,13 +122,17 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
         encoder: Encode | None,
     ) -> None:
         """Make all parts, of a memory of that content."""
-        self._lock, self._saving, self._naming = RLock(), Lock(), Lock()
-        self._save_lock = self._kept_lock = self._log = None
-        self._aliases, self._own_encode = aliases, encoder  # for copies
-        self._table = AliasTable.household(aliases)
-        self._encoder = None if encoder is None else NameEncoder(encoder, self._table)
-        self._watch = LookWatch()
-        self._begin(content, prior)
+        self._given = aliases, encoder  # for copies
+        table = AliasTable.household(aliases)
+        encodes = None if encoder is None else NameEncoder(encoder, table)
+        state = self._state = MemoryState(content, prior, table, encodes)
+        self._layout = MemoryLayout(state)
+        self._looks = MemoryLooks(state)
+        self._clock = MemoryClock(state)
+        self._questions = MemoryQuestions(state)
+        self._things = MemoryThings(state)
+        self._statements = MemoryStatements(state)
+        self._files = MemoryFiles(state)
 
     @classmethod
     def load(
@@ -148,39 +168,453 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
             ValueError: if it was altered or cut short, comes from another version or map, or was
                 saved with another prior than those that ship and none is given.
         """
-        content = load_content(path)
-        prior = prior if prior is not None else find_shipped(content.prior)
-        if prior is None:
-            raise ValueError(
-                f"prior must be the one of the memory, {content.prior[:12]}..., got no shipped one "
-                f"of that checksum for {path}. Give its own prior, or PriorGraph.default() to go "
-                "on with that one."
-            )
-        own = content.layout.map_id
-        if map_id and own and own != map_id:
-            raise ValueError(
-                f"memory must be of the map that the robot has, {shorten(map_id)}, got one of "
-                f"{shorten(own)} for {path}. Load it without map_id, and say with transform how "
-                "the map was moved, or start a new memory."
-            )
-        content.layout.map_id = read_map_id(map_id) or own
-        _check_parts(prior, clock, score_calibration)
+        content, prior = load_given(path, prior, clock, score_calibration, map_id)
         memory = cls.__new__(cls)
-        content = content if clock is None else replace(content, clock=clock)
         memory._make(content, prior, aliases, encoder)
-        if score_calibration is not None:
-            memory._state.score_calibration = score_calibration
-        memory._start_log(log, goes_on=True)
+        memory._files.start_log(log, goes_on=True)
         return memory
 
     def copy(self) -> SceneGraphMemory:
         """Return a memory of the same content that goes its own way; it writes no log."""
-        with self._lock:
-            content, prior = self._state.get_content_to_save().copy(), self._state.prior
         memory = type(self).__new__(type(self))
-        memory._make(content, prior, self._aliases, self._own_encode)
-        memory._watch.warns_of_scores = self._watch.warns_of_scores
+        memory._make(*self._files.copy_content(), *self._given)
+        memory._looks.watch.warns_of_scores = self._looks.watch.warns_of_scores
         return memory
+
+    # Rooms and furniture
+
+    @property
+    def layout(self) -> Layout:
+        """Rooms and furniture by id, as they are now; the methods below change the memory's own."""
+        return self._layout.layout
+
+    @property
+    def map_id(self) -> str:
+        """Id of the map that positions and boxes are in; empty if none was given."""
+        return self._layout.map_id
+
+    @property
+    def num_furniture(self) -> int:
+        """Number of furniture nodes, F."""
+        return self._layout.num_furniture
+
+    @property
+    def furniture_ids(self) -> tuple[int, ...]:
+        """Ids of the furniture nodes in the order of `batch`, (F,)."""
+        return self._layout.furniture_ids
+
+    @property
+    def boxes(self) -> dict[int, Box]:
+        """Boxes of the furniture that has one, by id, for `sgm.eyes.LookBuilder`."""
+        return self._layout.boxes
+
+    def find_called(self, name: Name) -> list[int]:
+        """Return the ids of the furniture that is exactly of a name; see `CalledFurniture`."""
+        return self._layout.find_called(name)
+
+    def add_room(self, label: str) -> int:
+        """Add a room such as "kitchen" and return its id.
+
+        Raises:
+            ValueError: if the label is no name (`read_words`).
+        """
+        return self._layout.add_room(label)
+
+    def add_furniture(
+        self,
+        label: str,
+        room: int,
+        description: str | None = None,
+        position: tuple[float, float] | None = None,
+        box: Box | None = None,
+        open_cost: float | None = None,
+    ) -> int:
+        """Add a furniture node and return its id.
+
+        Args:
+            label: what it is, such as "fridge".
+            room: id from `add_room`.
+            description: for people, such as "white fridge"; the label if left out.
+            position: where one stands to look at it, in metres; with positions of all furniture,
+                searches and plans need no `distance`. With a box it may be left out: it is then
+                found in front of the box.
+            box: its extents in the map (`sgm.eyes.Box`), from which a camera's frames become looks.
+                A floor is furniture, too: label "floor", `Box.of_floor`.
+            open_cost: of opening it, in the unit of distances, for searches; None where there is
+                nothing to open.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+            TypeError: if the box is none.
+            ValueError: if the label or the description is no name (`read_words`), the position no
+                two numbers, or the cost no number, 0 or more.
+        """
+        return self._layout.add_furniture(label, room, description, position, box, open_cost)
+
+    def move_furniture(
+        self,
+        furniture: int,
+        room: int | None = None,
+        position: tuple[float, float] | None = None,
+        box: Box | None = None,
+    ) -> None:
+        """Note that a furniture node was moved; what was seen there moves with it.
+
+        Positions of things that are not at its new place are forgotten.
+
+        Args:
+            furniture: id from `add_furniture`.
+            room: where it stands now; None for the same room.
+            position: as in `add_furniture`; None if it is as it was, or, in another room or box,
+                unknown.
+            box: where it stands now; None if it is as it was, or, in another room, unknown.
+
+        Raises:
+            KeyError: if there is no such furniture node or room.
+            TypeError: if the box is none.
+            ValueError: if the position is no two numbers.
+        """
+        self._layout.move_furniture(furniture, room, position, box)
+
+    def name_furniture(self, furniture: int, label: str, description: str | None = None) -> None:
+        """Note what a furniture node is, where that was not known, or was known wrongly.
+
+        Args:
+            furniture: id from `add_furniture`.
+            label: what it is.
+            description: for people; the label if left out.
+
+        Raises:
+            KeyError: if there is no such furniture node.
+            ValueError: if the label or the description is no name (`read_words`).
+        """
+        self._layout.name_furniture(furniture, label, description)
+
+    def merge_furniture(self, furniture: int, other: int) -> None:
+        """Note that two furniture nodes are one: what was seen at the other was seen at the first.
+
+        The other node is removed; what people said about it goes with it.
+
+        Args:
+            furniture: id of the node that stays.
+            other: id of the one that goes.
+
+        Raises:
+            KeyError: if there is no such furniture node.
+            ValueError: if they are one.
+        """
+        self._layout.merge_furniture(furniture, other)
+
+    def transform(
+        self,
+        angle: float = 0.0,
+        shift: tuple[float, float] = (0.0, 0.0),
+        map_id: str = "",
+    ) -> None:
+        """Move all positions and boxes into the frame of another map; nothing else changes.
+
+        Those of things, too.
+
+        Args:
+            angle: by which the home is turned around the origin of the old map, counter-clockwise,
+                in radians.
+            shift: by which it is moved then, x and y in metres.
+            map_id: of the new map; empty if it has none.
+
+        Raises:
+            ValueError: if an argument is out of range, or a box or a thing would lie where no home
+                is.
+        """
+        self._layout.transform(angle, shift, map_id)
+
+    def get_position(self, furniture: int) -> tuple[float, float] | None:
+        """Return where one stands to look at a furniture node; None if it is unknown.
+
+        As it was given; where it was not, a point before the front of its box, outside all others.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        return self._layout.get_position(furniture)
+
+    def get_pose(
+        self, furniture: int, at: tuple[float, float, float] | None = None
+    ) -> tuple[float, float, float] | None:
+        """Return where one stands to look at a furniture node, x, y in the map, and the yaw.
+
+        Args:
+            furniture: id from `add_furniture`.
+            at: of what is looked at there, x, y, z in the map, metres, such as `Place.position`;
+                None for the middle of the furniture. Where no position of the furniture was given,
+                one stands right before that.
+
+        Returns:
+            Metres and radians; None where it is not known where the furniture stands.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            ValueError: if `at` is no position.
+        """
+        return self._layout.get_pose(furniture, at)
+
+    def list_furniture(self, room: int) -> tuple[int, ...]:
+        """Return the ids of the furniture of a room, to leave out a closed one, for example.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+        """
+        return self._layout.list_furniture(room)
+
+    def describe(self, furniture: int) -> str:
+        """Return the description and room of a furniture node, "white fridge in kitchen".
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        return self._layout.describe(furniture)
+
+    def remove_room(self, room: int) -> None:
+        """Remove a room with all its furniture and what is remembered of it; objects stay.
+
+        Raises:
+            KeyError: if `room` is not a room of this memory.
+        """
+        self._layout.remove_room(room)
+
+    def remove_furniture(self, furniture: int) -> None:
+        """Remove a furniture node and all its edges; the objects that were seen there stay.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+        """
+        self._layout.remove_furniture(furniture)
+
+    # Looks
+
+    def observe(
+        self,
+        furniture: int,
+        seen: Sequence[Sighting],
+        coverage: float | Mapping[str, float] = 1.0,
+        hidden: Sequence[str] = (),
+        viewpoint: Viewpoint | None = None,
+    ) -> None:
+        """Fold one look at a furniture node into the memory.
+
+        Every remembered edge of `furniture` is updated: seen ones become true, the others false.
+        What was not in view is not counted as absent: the parts of looks that do not show an object
+        are added up until they make most of a look (`MemoryBatch`).
+        A look at another furniture node leaves them alone: an object that was seen at two places
+        is believed at both until one of them is looked at again.
+
+        Args:
+            furniture: id from `add_furniture`.
+            seen: what was detected there; detection may have missed objects. Sightings of the
+                same description are several things of a kind.
+            coverage: share of the furniture that was in view, above 0 and at most 1; the detector
+                may have missed what was in view. Or shares of what is "in" and "onTop" of it, 0
+                for one that was not in view: {"in": 0, "onTop": 0.8} of a fridge that is shut.
+            hidden: descriptions of things whose own spots were out of view, behind something else:
+                that they were not seen is not counted against them.
+            viewpoint: from where the camera looked, for the log and the page that shows it; the
+                memory does not use it.
+
+        Looks must lie some time apart: a memory that seems to get every frame of a video
+        warns once (`LookPerFrameWarning`), and counts ten looks at a place in a time step and those
+        that show something new.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            TypeError: if `seen` holds something else than sightings, `hidden` is no list, or the
+                viewpoint none.
+            ValueError: if the coverage is out of range, or something hidden has no name.
+
+        Source: paper section 4.2, appendix B. Differs: negative evidence is counted (released
+        code does not).
+        """
+        self._looks.observe(furniture, seen, coverage, hidden, viewpoint)
+
+    def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
+        """Note that a look for one thing did not find it, and say nothing of all others there.
+
+        Args:
+            furniture: id from `add_furniture`.
+            description: what was looked for, seen before or not.
+            coverage: share of the furniture that was in view.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            ValueError: if the description is no name, or the coverage out of range.
+        """
+        self._looks.note_absent(furniture, description, coverage)
+
+    @property
+    def score_calibration(self) -> ScoreCalibration | None:
+        """What the confidences of sightings mean; None if they are probabilities."""
+        return self._looks.score_calibration
+
+    # Time
+
+    @property
+    def clock(self) -> Clock | None:
+        """What time it is at every time step; None if it was not given."""
+        return self._clock.clock
+
+    @property
+    def time(self) -> int:
+        """Steps since the start."""
+        return self._clock.time
+
+    def step(self, num_steps: int = 1) -> None:
+        """Let time pass.
+
+        Args:
+            num_steps: time steps, 0 or more. The shipped network was trained on homes where one
+                object in twenty moves in a step.
+
+        Raises:
+            ValueError: if it is negative, no whole number, or time would exceed `MAX_TIME` or the
+                dates that the clock can tell.
+        """
+        self._clock.step(num_steps)
+
+    def step_to(self, time: datetime, *, accept_jump: bool = False) -> None:
+        """Let time pass until a date and time: the last step that has begun by then.
+
+        Time never goes back, so that a date that was wrong once would stay. More than `MAX_JUMP`
+        at once is therefore believed only when it is said to be right.
+
+        Args:
+            time: local, not before the present step.
+            accept_jump: whether the time is right, however far ahead.
+
+        Raises:
+            ValueError: if the memory has no clock, the time lies before the present step, or more
+                than `MAX_JUMP` after it and is not accepted.
+        """
+        self._clock.step_to(time, accept_jump=accept_jump)
+
+    # Questions: what a name means, and where what is asked for may be
+
+    def resolve(
+        self,
+        description: str,
+        similarity: Similarity | None = None,
+        among: Sequence[str] | None = None,
+    ) -> Resolution:
+        """Say which of the things that were seen a question means; `NameIndex` has the rules.
+
+        What acts on a thing asks `resolve_exact`.
+
+        Args:
+            description: such as "the red mug".
+            similarity: how alike labels are, where the memory has no encoder; None to go by words
+                alone.
+            among: names to choose from, such as those of one look; None for all that were seen.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        return self._questions.resolve(description, similarity, among)
+
+    def resolve_exact(self, name: str, among: Sequence[str] | None = None) -> Resolution:
+        """Say which of the things that were seen is exactly of a name, or has that id.
+
+        Case, articles, plural, accents and spelling aside: `NameIndex.resolve_exact` has the rules,
+        and aliases of one's own count. Every call that acts on a thing uses it.
+
+        Args:
+            name: such as "the red mug".
+            among: names to choose from; None for all that were seen.
+
+        Returns:
+            Matches; without any, `doubtful` has what may be meant.
+
+        Raises:
+            ValueError: if it is no name (`read_words`).
+        """
+        return self._questions.resolve_exact(name, among)
+
+    def find_furniture(self, name: str) -> tuple[int, ...]:
+        """Return the ids of the furniture that a name means, such as "the fridge".
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        return self._questions.find_furniture(name)
+
+    def find_places(
+        self, name: str, resolution: Resolution | None = None
+    ) -> tuple[str, tuple[int, ...]]:
+        """Return the furniture that a question is about, if it is about furniture or a room.
+
+        Args:
+            name: such as "the fridge", "kitchen table", "the kitchen".
+            resolution: what `resolve` gave for it, where that was asked for.
+
+        Returns:
+            "place" and the ids of the furniture of that name, "room" and those of what stands in
+            it; else "thing" and none. A thing that was seen under exactly that name comes first,
+            and any thing of the name before a place that is less than exactly so called.
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        return self._questions.find_places(name, resolution)
+
+    def ask(
+        self,
+        descriptions: Sequence[str],
+        before_looks: bool = True,
+        at: datetime | int | None = None,
+        question: str | None = None,
+    ) -> Asked:
+        """Ask for objects, and leave the memory as it is; safe beside a thread that observes.
+
+        Args:
+            descriptions: one or more, seen before or not; each means the object of that name.
+            before_looks: whether policies are asked of the memory before the looks of this step,
+                which then say for themselves what they say.
+            at: when: a time step, or a date and time by the clock; not before the present step,
+                None for it.
+            question: what they were asked for as: looks for that which did not find it count, too.
+
+        Raises:
+            ValueError: if a description is no name (`read_words`), there is no furniture yet, or
+                the time has passed.
+        """
+        return self._questions.ask(descriptions, before_looks, at, question)
+
+    def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
+        """Order all furniture by how likely it holds an object, the best first.
+
+        Args:
+            policy: who judges, for example `sgm.policies.heuristics.Bayesian()`.
+            description: what to look for.
+
+        Returns:
+            (furniture id, score) for every furniture node; -inf where there is no opinion.
+        """
+        return self._questions.rank(policy, description)
+
+    def query(self, description: str) -> Queries:
+        """Ask for an object; until the next `step` its hypothetical edges are in the graph.
+
+        A place that is looked at meanwhile, and does not show it, is remembered as one where it
+        was not. So this changes the memory, as `rank` and `ask` do not, and is logged.
+
+        Args:
+            description: what to look for, whether it was seen before or not.
+
+        Returns:
+            One query, for `Policy.scores(memory.batch, query)`, which gives (1, F).
+
+        Raises:
+            ValueError: if the description is no name (`read_words`), or there is no furniture yet.
+        """
+        return self._questions.query(description)
+
+    # Things, and where they were seen
 
     @property
     def batch(self) -> MemoryBatch:
@@ -189,45 +623,357 @@ class SceneGraphMemory(MemoryLooks, MemoryCorrections):
         It takes over rooms and furniture that were added when it is read, all at once. It is the
         memory itself, which changes with it: beside a thread that observes, read `copy().batch`.
         """
-        with self._lock:
-            return self._state.batch
-
-    @property
-    def clock(self) -> Clock | None:
-        """What time it is at every time step; None if it was not given."""
-        with self._lock:
-            return self._state.clock
-
-    @property
-    def time(self) -> int:
-        """Steps since the start."""
-        with self._lock:
-            return self._state.time
+        return self._things.batch
 
     @property
     def descriptions(self) -> tuple[str, ...]:
         """Descriptions of all objects seen or asked for, in the order of `batch`, (O,)."""
-        with self._lock:
-            return self._state.things.descriptions
+        return self._things.descriptions
 
-    def _begin(self, content: MemoryContent, prior: PriorGraph) -> None:
-        """Become a memory of that content."""
-        labels = (row.label for row in prior.objects)
-        self._names = NameIndex(labels, self._table, self._encoder)
-        self._state = MemoryState(content, prior, self._table)
+    def list_ids(self, thing: str) -> tuple[str, ...]:
+        """Return the ids of the things of a name; none where words alone tell them apart.
 
-    def _go_on_from(self, content: MemoryContent, prior: PriorGraph) -> None:
-        """Become a memory of that content, as a log says that one went on."""
-        with self._lock:
-            self._begin(content.copy(), prior)
-            self._start_log(goes_on=True)
+        Args:
+            thing: name or id.
 
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        return self._things.list_ids(thing)
 
-def _check_parts(prior: object, clock: object, score_calibration: object) -> None:
-    """Raise TypeError for a part of a memory that is something else."""
-    for name, value, kind in (
-        ("prior", prior, PriorGraph),
-        ("clock", clock, Clock),
-        ("score_calibration", score_calibration, ScoreCalibration),
-    ):
-        read_optional(name, value, kind, "Leave it out for the default.")
+    def list_named(self, *names: str, at: int | None = None) -> tuple[ThingName, ...]:
+        """Return the things of some names or ids, as logs name them; what was merged is one.
+
+        Args:
+            names: descriptions or ids, of exactly these things.
+            at: furniture id: only what is there by the last looks; None for all.
+
+        Raises:
+            KeyError: if there is no such furniture.
+            ValueError: if a name is none (`read_words`).
+        """
+        return self._things.list_named(*names, at=at)
+
+    def find_nearest(
+        self, embedding: Sequence[float] | np.ndarray, k: int = 3
+    ) -> list[tuple[str, float]]:
+        """Return the things that look most like something, by the embeddings of their sightings.
+
+        Args:
+            embedding: of what is seen, (D,), of the same maker as those of the sightings.
+            k: most things to return.
+
+        Returns:
+            Ids, or descriptions of things without one, and cosines, the nearest first.
+
+        Raises:
+            ValueError: if the embedding is no vector, or `k` is below 1.
+        """
+        return self._things.find_nearest(embedding, k)
+
+    def places_of(self, description: str) -> list[SeenAt]:
+        """Return every place where an object was ever seen, the latest sighting first.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        return self._things.places_of(description)
+
+    def last_seen(self, description: str) -> SeenAt | None:
+        """Return where and when an object was last seen; None if it never was.
+
+        Raises:
+            ValueError: if the description is no name (`read_words`).
+        """
+        return self._things.last_seen(description)
+
+    def history(self, thing: str) -> list[ThingEvent]:
+        """Return what is kept of a thing over time, the latest first; the log has all.
+
+        That is the last sighting at each place, the look that missed it there first since, and the
+        last things that were said of it. Of several things that a name means, all.
+
+        Args:
+            thing: name or id.
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        return self._things.history(thing)
+
+    def changes(self, since: datetime | int) -> list[ThingChange]:
+        """Return what is new, was moved or is gone, as looks have shown and people have said.
+
+        Args:
+            since: time step, or date and time by the clock, from which on it was noticed.
+
+        Returns:
+            The last changes of each thing, the latest first; a thing that was moved twice since
+            stands there once, with its last move.
+
+        Raises:
+            ValueError: if `since` is neither, or a date and the memory has no clock.
+        """
+        return self._things.changes(since)
+
+    def list_seen(
+        self, things: Sequence[str] | None = None, furniture: int | None = None, most: int = 20
+    ) -> tuple[list[tuple[str, SeenAt]], int]:
+        """List where things are by the last looks, or else were seen last, the latest seen first.
+
+        Args:
+            things: names; then every place where one was ever seen is looked at. None for all.
+            furniture: id of a place, to list what is there alone; None for all places.
+            most: rows to return.
+
+        Returns:
+            Descriptions and places, and how many there are in all.
+        """
+        return self._things.list_seen(things, furniture, most)
+
+    def count_things(self) -> dict[int, tuple[int, int | None]]:
+        """Count what the last look showed at each place, by furniture id.
+
+        Returns:
+            How many things, and the time step of that look, None without one.
+        """
+        return self._things.count_things()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return rooms > furniture > objects as JSON values.
+
+        Under each furniture node stand the objects that were ever seen there: "is_there" says
+        whether the last look at it found them; "by" is who said last that they are there, where no
+        look has shown it. "unplaced" lists objects that were last seen at furniture that was
+        removed.
+        """
+        return self._things.to_dict()
+
+    def to_frame(self) -> DataFrame:
+        """Return a table of every object at every place where it was ever seen (needs pandas).
+
+        Columns: object, relation, furniture, room, is_there, last_seen, times_seen, times_looked.
+        """
+        return self._things.to_frame()
+
+    def to_spark_dsg(self) -> Any:
+        """Return what is there by the last looks as a graph of spark_dsg, the format of Hydra.
+
+        Example:
+            >>> memory.to_spark_dsg().save("home.json")
+
+        Raises:
+            ModuleNotFoundError: if spark_dsg is not installed.
+        """
+        return self._things.to_spark_dsg()
+
+    # What people say, and what the robot did
+
+    def note_moved(
+        self,
+        thing: str,
+        place: int,
+        by: str,
+        relation: str = "in",
+        confidence: float | None = None,
+        was_at: int | None = None,
+    ) -> None:
+        """Note where a thing is now, as a person says: "I put the keys in the drawer".
+
+        Args:
+            thing: name or id; a name that no thing has exactly is a new thing.
+            place: furniture id.
+            by: who says so, such as "anna".
+            relation: "in" or "onTop" it.
+            confidence: probability that it is right, at least 0.5; None for 0.9, since people err.
+            was_at: furniture id from which one of several of its kind was taken; the others stay
+                where they are. None for the only one of its description, wherever it was.
+
+        Raises:
+            KeyError: if a place is no furniture node of this memory.
+            ValueError: if several things have the name, or another argument is out of range.
+        """
+        self._statements.note_moved(thing, place, by, relation, confidence, was_at)
+
+    def picked_up(
+        self, thing: str, was_at: int | None = None, confidence: float | None = None
+    ) -> None:
+        """Note that the robot has taken a thing, and carries it until it is put down.
+
+        Args:
+            thing: name or id; a name that is like none that is known is a new thing.
+            was_at: furniture id, where there are several of its kind; None for the only one.
+            confidence: probability that it has it, at least 0.5; None for 0.97.
+
+        Raises:
+            KeyError: if the place is no furniture node of this memory.
+            ValueError: if the name is not exactly that of one thing and may be meant for one, or
+                another argument is out of range.
+        """
+        self._statements.picked_up(thing, was_at, confidence)
+
+    def put_down(
+        self, thing: str, place: int, relation: str = "onTop", confidence: float | None = None
+    ) -> None:
+        """Note that the robot has put down what it carried.
+
+        Args:
+            thing: name or id, among what it carries; fewer properties will do: "mug" for the only
+                one carried, a "red mug".
+            place: furniture id.
+            relation: "in" or "onTop" it.
+            confidence: probability that it lies there, at least 0.5; None for 0.97.
+
+        Raises:
+            KeyError: if the place is no furniture node of this memory.
+            ValueError: if the robot carries no such thing, or another argument is out of range.
+        """
+        self._statements.put_down(thing, place, relation, confidence)
+
+    @property
+    def carried(self) -> tuple[str, ...]:
+        """Descriptions of what the robot carries."""
+        return self._statements.carried
+
+    def find_carried(self, thing: str) -> str:
+        """Return the description of the one thing that the robot carries and a name means.
+
+        Fewer properties will do: "mug" for a "red mug". Empty if it carries none such, or several.
+
+        Raises:
+            ValueError: if the name is none (`read_words`).
+        """
+        return self._statements.find_carried(thing)
+
+    def list_statements(self) -> list[tuple[ThingName, Statement]]:
+        """Return what was said of things, or done with them, the oldest first.
+
+        Kept are the last eight statements about each; the log has all.
+        """
+        return self._statements.list_statements()
+
+    def rename(self, thing: str | ThingName, name: str, by: str = ROBOT) -> None:
+        """Call a thing otherwise: "that is no cup, it is a bowl".
+
+        Args:
+            thing: name or id.
+            name: description from now on.
+            by: who says so; it stands in the log.
+
+        Raises:
+            KeyError: if there is no such thing.
+            ValueError: if the name is not exactly that of one thing, or another thing has the new
+                one.
+        """
+        self._statements.rename(thing, name, by)
+
+    def merge(self, thing: str | ThingName, other: str | ThingName, by: str = ROBOT) -> None:
+        """Note that two things are one: "this is the same mug"; `split` undoes it.
+
+        Looks go on to be kept under the name and id that each sighting has. Answers are about one
+        thing, which is called as the first one.
+
+        Args:
+            thing: name or id.
+            other: name or id of the other one.
+            by: who says so; it stands in the log.
+
+        Raises:
+            KeyError: if there is no such thing.
+            ValueError: if a name is not exactly that of one thing, both are one already, or one is
+                carried.
+        """
+        self._statements.merge(thing, other, by)
+
+    def split(
+        self, thing: str | ThingName, place: int | None = None, name: str = "", by: str = ROBOT
+    ) -> None:
+        """Note that what was held to be one thing is two; `merge` undoes it.
+
+        Args:
+            thing: name or id, of a thing that was merged: it is one of its own again, or, where it
+                is the one that stands for others, all of them are.
+            place: furniture id, to tell apart what words did not: what was seen there is another
+                thing.
+            name: description of that other thing.
+            by: who says so; it stands in the log.
+
+        Raises:
+            KeyError: if there is no such thing or place.
+            ValueError: if a name is not exactly that of one thing, nothing was merged, the thing
+                was seen at no other place or not there, or another thing has the new name.
+        """
+        self._statements.split(thing, place, name, by)
+
+    def forget(self, what: str | int, by: str = ROBOT) -> None:
+        """Forget a thing that is not there at all, "there is no vase", or a place that is gone.
+
+        A thing is forgotten as if it had never been seen; it comes back when it is seen again.
+
+        Args:
+            what: name or id of a thing, or a furniture id.
+            by: who says so; it stands in the log.
+
+        Raises:
+            KeyError: if there is no such thing or furniture.
+            ValueError: if the name is not exactly that of one thing, or `by` is no name.
+        """
+        if isinstance(what, str):
+            self._statements.forget(what, by)
+        else:
+            self._layout.forget_furniture(what, by)
+
+    def remove_object(self, description: str) -> None:
+        """Forget an object with all its edges, as if it had never been seen or asked for.
+
+        Raises:
+            KeyError: if this memory has no object of that description.
+            ValueError: if the description is no name (`read_words`).
+        """
+        self._statements.remove_object(description)
+
+    # File and log
+
+    def save(self, path: str | Path) -> None:
+        """Write the memory to a file, from which `load` goes on; it holds no code.
+
+        Args:
+            path: such as "home.sgm".
+
+        Raises:
+            ValueError: if a memory of another process saved the file, and still lives.
+            OSError: if the folder does not exist, or the disk does not take the file; an older
+                file is left as it was.
+        """
+        self._files.save(path)
+
+    def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
+        """Write the memory to a file, and begin its log anew from there; see `KeptHome.snapshot`.
+
+        No call of another thread comes between the two: what the file holds and the lines of the
+        new log are the memory. A process that is killed meanwhile leaves the old log whole, and
+        perhaps the new one. Without a log, ValueError is raised, and errors as of `save`; when the
+        file was not written, the new log alone is the memory.
+        """
+        self._files.save_and_rotate(path, old_log)
+
+    def sync_log(self) -> None:
+        """Have the disk take all of the log, to survive a loss of power; raises OSError if not.
+
+        What was changed before this call survives a kill of the process without it.
+        """
+        self._files.sync_log()
+
+    def follow(self, listener: Callable[[bytes], None] | None) -> Callable[[], bytes]:
+        """Have a function called with every line that the log gets from now on; None for none.
+
+        It is called by who makes the change, just before that is made, and must not wait.
+
+        Returns:
+            What writes the line that stands for all up to now. It takes as long as `save`, and
+            keeps no other call waiting.
+
+        Raises:
+            ValueError: if the memory writes no log.
+        """
+        return self._files.follow(listener)

@@ -1,18 +1,20 @@
-"""Where the things of a memory were seen, and who said so; all of it for people."""
+"""Where the things of a memory were seen and missed, and who said that they are somewhere."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from sgm.layout.layout import Layout
+from sgm.memory.look import StepLog
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.seen_positions import Told, tell_positions
 from sgm.memory.sighting import SeenAt
 from sgm.memory.thing import Said
+from sgm.names.name import Name
 from sgm.schema import NEVER, RELATIONS
 
 # Of a row: place, relation, whether the last look showed it, time, times seen and looked, Told.
@@ -265,3 +267,70 @@ def list_said_by(
         if place[1] is not None and known.get(place) == np.float32(one.confidence):
             said_by.setdefault(place, one.by)
     return said_by
+
+
+@dataclass(frozen=True, slots=True)
+class Looks:
+    """What the looks at F furniture nodes say about V objects.
+
+    Attributes:
+        negative: looks of this time step that did not show it, since it was seen there in this step
+            or all, each weighed by how much of the furniture was in view, (V, F).
+        sought: how often it alone was looked for in an earlier step and not found, (V, F).
+        sought_ago: time steps since then, infinite where that never was, (V, F).
+        seen: confidence with which it was seen there in this step, 0 where it was not, (V, F).
+        num_seen: how many of its description were seen there at once in this step, (V, F).
+    """
+
+    negative: np.ndarray
+    sought: np.ndarray
+    sought_ago: np.ndarray
+    seen: np.ndarray
+    num_seen: np.ndarray
+
+    def take(self, rows: Sequence[int], is_another: Sequence[bool]) -> Looks:
+        """Return those about some of the objects, of one perhaps several times, (n,).
+
+        Where one `is_another` of that description, its like was seen, not it.
+        """
+        looks = Looks(*(getattr(self, name)[rows] for name in Looks.__slots__))
+        if any(is_another):
+            looks.negative[is_another] += looks.seen[is_another] > 0
+            looks.seen[is_another] = looks.num_seen[is_another] = 0
+        return looks
+
+
+def sum_negative(
+    step: StepLog,
+    row: int,
+    name: Name,
+    share: np.ndarray | None,
+    position: Mapping[int, int],
+) -> dict[int, float]:
+    """Return the coverage of the looks of a step that did not show an object, by furniture id.
+
+    Where it was seen in this step, surely or not, these are the looks since. `share` is how
+    likely it is "in" and "onTop" of the furniture that it is at, (F, 2) by `position`; None
+    where no look was `looks_by_relation`.
+    """
+    found = step.num_until_seen.get(row, {})
+    negative: dict[int, float] = {}
+    places: Iterable[int] = step.of_place
+    if step.is_plain:  # most things miss all looks
+        negative = dict(step.coverage)
+        for furniture in found:
+            negative.pop(furniture, None)
+        places = found
+    for furniture in places:
+        first = found.get(furniture, 0)
+        for number in step.of_place[furniture]:
+            look = step.looks[number]
+            if number < first or name.key in {hidden.key for hidden in look.hidden}:
+                continue
+            coverage = look.coverage
+            if isinstance(coverage, tuple):
+                assert share is not None
+                inside, on_top = share[position[furniture]].tolist()
+                coverage = inside * coverage[0] + on_top * coverage[1]
+            negative[furniture] = negative.get(furniture, 0.0) + coverage
+    return negative

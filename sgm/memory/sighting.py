@@ -1,8 +1,8 @@
-"""What was seen where, and how much was in view: input and answers of a scene graph memory."""
+"""What was detected, and where it was seen: input and answers of a scene graph memory."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from numbers import Real
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -21,8 +21,6 @@ _BY_LETTERS = {
     "": "onTop", **{name.casefold().replace(" ", ""): own for name, own in SPELLINGS.items()}
 }  # fmt: skip
 MOST_NUMBERS = 4096  # of an embedding
-# One share for both relations, or one of "in" and one of "onTop".
-Coverage: TypeAlias = float | tuple[float, float]
 Point: TypeAlias = tuple[float, float, float]  # x, y, z in the map, metres
 
 
@@ -196,78 +194,3 @@ class SeenAt:
     position: Point | None = None
     position_sd: float | None = None
     usual_position: Point | None = None
-
-
-def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:
-    """Return what a look showed at a place; anything but sightings raises TypeError."""
-    wrong: Any = seen
-    if isinstance(seen, Iterable):
-        read = tuple(seen)
-        for wrong in read:
-            if not isinstance(wrong, Sighting):
-                break
-        else:
-            return read
-    raise TypeError(
-        f"seen must hold Sighting objects, got {shorten(wrong)} at {place}. Write "
-        "[Sighting('milk', relation='in')], and [] where nothing was detected."
-    )
-
-
-def read_hidden(hidden: Iterable[str], place: str) -> tuple[Name, ...]:
-    """Return the names of what a look at a place had out of view.
-
-    What is no list raises TypeError, what is no name ValueError.
-    """
-    if isinstance(hidden, str) or not isinstance(hidden, Iterable):
-        raise TypeError(
-            f"hidden must be a list of descriptions, got {shorten(hidden)} at {place}. Write [] "
-            "where nothing was."
-        )
-    names = []
-    for name in hidden:
-        names.append(Name.read(name, "description of what is hidden"))
-    return tuple(names)
-
-
-def read_coverage(coverage: Any, place: str) -> Coverage:
-    """Return which share of a furniture node was in view, of a number or of numbers by relation.
-
-    A relation that is left out was not in view. What is no share above 0 raises ValueError.
-    """
-    if not isinstance(coverage, Mapping):
-        return read_share("coverage", coverage, place)
-    shares = dict.fromkeys(RELATIONS, 0.0)
-    for relation, share in coverage.items():
-        if not isinstance(share, Real) or not 0 <= float(share) <= 1:
-            raise ValueError(
-                f"coverage of {shorten(relation)} must lie in [0, 1], got {shorten(share)} at "
-                f"{place}. Give the share in view."
-            )
-        shares[read_relation(relation)] = float(share)
-    inside, on_top = shares["in"], shares["onTop"]
-    if inside == on_top:
-        return read_share("coverage", inside, place)
-    return inside, on_top
-
-
-def parse_coverage(data: Any) -> Coverage:
-    """Return the coverage of a file, a number or a list of two; ValueError or TypeError if none."""
-    if isinstance(data, list):
-        return read_coverage(dict(zip(RELATIONS, data, strict=True)), "a look")
-    return float(data)
-
-
-def split_coverage(coverage: Coverage) -> tuple[float, float]:
-    """Return the shares of "in" and "onTop"."""
-    return coverage if isinstance(coverage, tuple) else (coverage, coverage)
-
-
-def read_share(name: str, share: Any, place: str) -> float:
-    """Return a share above 0; raises ValueError for anything else."""
-    if not isinstance(share, Real) or share <= 0 or not share <= 1:
-        raise ValueError(
-            f"{name} must be above 0 and at most 1, got {shorten(share)} at {place}. Give the "
-            "share in view, or leave out the look."
-        )
-    return float(share)

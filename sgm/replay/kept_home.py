@@ -92,13 +92,13 @@ class KeptHome:
         elif path.exists():
             own = _begin_before(clock, load_content(path))
             home = cls(path, SceneGraphMemory.load(path, clock=own, aliases=aliases))
-            home.memory._keep(path)
-            home.memory._start_log(log, goes_on=True)
+            home.memory._files.keep(path)
+            home.memory._files.start_log(log, goes_on=True)
         elif is_new:
             home = cls(path, SceneGraphMemory(clock=clock, aliases=aliases))
             home.memory.save(path)  # so that there is a file to have
-            home.memory._keep(path)
-            home.memory._start_log(log, goes_on=True)
+            home.memory._files.keep(path)
+            home.memory._files.start_log(log, goes_on=True)
         else:
             raise FileNotFoundError(
                 f"home must be a memory file or its log, got neither at {path}. Check the path, or "
@@ -116,14 +116,14 @@ class KeptHome:
         content = memory._state.get_content_to_save()
         if self.path.exists():
             _check_same(self.path, content, self.log, lines)
-        memory._keep(self.path)
+        memory._files.keep(self.path)
         own = _begin_before(clock, content)
         if own is not None:
-            memory._begin(replace(content, clock=own), memory._state.prior)
+            memory._state.begin(replace(content, clock=own), memory._state.prior)
         if self.log_bytes:
-            memory._go_on_in(self.log)
+            memory._files.go_on_in(self.log)
         else:  # it ended between the old log and the new one
-            memory._start_log(self.log, goes_on=True)
+            memory._files.start_log(self.log, goes_on=True)
         try:
             self.snapshot()
         except OSError as error:

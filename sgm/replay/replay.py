@@ -65,7 +65,7 @@ class Replayer:
         furniture is distinguished from what was there before.
         """
         self.memory = memory
-        memory._watch.warns_of_scores = False  # the process that looked was warned
+        memory._looks.watch.warns_of_scores = False  # the process that looked was warned
         self._prior = prior
         self._clock = clock
         self._gives_new_ids = gives_new_ids
@@ -114,9 +114,11 @@ class Replayer:
         elif kind == "remove_room":
             self._remove_room(values["room"])
         elif kind == "remove_furniture":
-            memory._remove_furniture(self.furniture.pop(values["furniture"]), values.get("by"))
+            furniture = self.furniture.pop(values["furniture"])
+            memory._layout.remove_furniture(furniture, values.get("by"))
         elif kind == "remove_object":
-            memory._remove_object(values["description"], values.get("id", ""), values.get("by"))
+            node = (values["description"], values.get("id", ""), values.get("by"))
+            memory._statements.remove_object(*node)
         elif kind == "look":
             seen = [Sighting(*one) for one in values["seen"]]
             coverage = values["coverage"]
@@ -129,7 +131,7 @@ class Replayer:
             relation, by, sure = values.get("relation"), values["by"], values["confidence"]
             statement = Statement(memory.time, kind, place, relation, by, sure)
             was_at = self._find(values.get("was_at"))
-            memory._note(ThingName.from_json(values), statement, was_at)
+            memory._statements.note(ThingName.from_json(values), statement, was_at)
         elif kind == "rename":
             memory.rename(ThingName.from_json(values), values["name"], values["by"])
         elif kind == "merge":
@@ -159,7 +161,7 @@ class Replayer:
                 self.memory.layout, rooms={}, furniture={}, map_id=content.layout.map_id
             )
             content = replace(content, layout=layout)
-        self.memory._go_on_from(content, prior)
+        self.memory._files.go_on_from(content, prior)
         self._rooms = {number: number for number in content.layout.rooms}
         self.furniture.clear()
         self.furniture.update((number, number) for number in content.layout.furniture)

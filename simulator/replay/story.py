@@ -14,8 +14,8 @@ from sgm.arrays.week import HOUR_SECONDS
 from sgm.finder.finder import Finder
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
+from sgm.memory.look import Coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import Coverage
 from sgm.names.words import read_name
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.history import History

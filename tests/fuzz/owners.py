@@ -92,7 +92,7 @@ def _act(home: KeptHome, folder: Path, names: list[Path], rng: Rng) -> None:
 
 def _list_locks(home: KeptHome) -> tuple[SaveLock, LogLock]:
     """Return the locks of the memory file and of the log."""
-    lock, log = home.memory._kept_lock, home.memory._log
+    lock, log = home.memory._files._kept_lock, home.memory._state.log
     assert lock is not None
     assert log is not None
     return lock, log._lock

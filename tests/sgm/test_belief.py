@@ -15,8 +15,8 @@ from sgm.belief import (
 )
 from sgm.belief.posterior import compute_log_likelihood, see
 from sgm.finder.finder import Finder
-from sgm.memory.asking import Looks
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.seen_places import Looks
 from sgm.memory.sighting import Sighting
 from sgm.policies.heuristics import Bayesian
 

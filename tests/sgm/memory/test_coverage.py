@@ -7,9 +7,10 @@ import pytest
 
 from sgm.evidence.adaptive_filter import list_look_times
 from sgm.finder.finder import Finder
+from sgm.memory.look import parse_coverage, read_coverage
 from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.sighting import Sighting, parse_coverage, read_coverage
+from sgm.memory.sighting import Sighting
 from sgm.policies import Adaptive, Bayesian
 from sgm.replay.replay import replay
 from simulator.trace.from_log import make_trace

@@ -8,9 +8,10 @@ import pytest
 
 from sgm.finder.finder import Finder
 from sgm.memory.clock import Clock
+from sgm.memory.look import MOST_LOOKS
+from sgm.memory.memory_looks import LookPerFrameWarning
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
-from sgm.memory.step_log import MOST_LOOKS, LookPerFrameWarning
 from sgm.policies.heuristics import Bayesian
 
 
@@ -59,7 +60,7 @@ def test_a_warning_names_the_line_of_the_caller():
     assert caught[0].filename == __file__
 
 
-@pytest.mark.filterwarnings("ignore::sgm.memory.step_log.LookPerFrameWarning")
+@pytest.mark.filterwarnings("ignore::sgm.memory.memory_looks.LookPerFrameWarning")
 @pytest.mark.parametrize("seen", [(), (Sighting("mug"),)])
 def test_hundreds_of_frames_are_ten_looks(seen):
     """The counts of the desk were those of the frames for ever after."""
@@ -75,7 +76,7 @@ def test_hundreds_of_frames_are_ten_looks(seen):
     assert beliefs[0] == beliefs[1]
 
 
-@pytest.mark.filterwarnings("ignore::sgm.memory.step_log.LookPerFrameWarning")
+@pytest.mark.filterwarnings("ignore::sgm.memory.memory_looks.LookPerFrameWarning")
 def test_what_a_late_frame_shows_is_remembered(tmp_path):
     memory, desk, _ = make_memory(log=tmp_path / "looks.jsonl")
     tell_frames(memory, desk, 50)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sgm.memory.asking import sum_negative
+from sgm.memory.look import StepLog, StepLook
+from sgm.memory.seen_places import sum_negative
 from sgm.memory.sighting import Sighting
-from sgm.memory.step_log import StepLog, StepLook
 from sgm.names.name import Name
 
 

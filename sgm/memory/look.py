@@ -1,26 +1,22 @@
-"""The looks of the present time step, and whether they can be looks."""
+"""The looks of the present time step: what each showed, and what they sum up to."""
 
 from __future__ import annotations
 
-import warnings
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from numbers import Real
+from typing import Any, TypeAlias
 
-from sgm.memory.clock import Clock
 from sgm.memory.look_weights import SURE
-from sgm.memory.sighting import Coverage, Sighting, parse_coverage, split_coverage
+from sgm.memory.sighting import Sighting, read_relation
 from sgm.messages import shorten
 from sgm.names.name import Name
+from sgm.schema import RELATIONS
 
 MOST_LOOKS = 10  # at one place in one time step; a search has three to five
-_MOST_IN_A_ROW = 100  # looks at one place that show the same, step after step
-_LONG_STEP = 30.0  # seconds: a camera that watches one place makes no faster steps
-_ALIKE = 0.8  # share of the things of two looks that both show
-_WHAT_TO_DO = (
-    "Join the frames of a visit to one look, as sgm.eyes.LookBuilder does; let steps last minutes."
-)
+# One share for both relations, or one of "in" and one of "onTop".
+Coverage: TypeAlias = float | tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,65 +110,76 @@ def _count_seen(look: StepLook) -> Counter[tuple[tuple[str, ...], bool]]:
     return Counter((sighting.name.key, sighting.confidence >= SURE) for sighting in look.seen)
 
 
-class LookPerFrameWarning(UserWarning):
-    """A memory gets every frame of a camera as if it were a look."""
-
-
-class LookWatch:
-    """Watches the looks of a memory, and warns once of frames of a video, and once of scores.
-
-    Attributes:
-        warns_of_scores: whether it has yet to warn of confidences that are no probabilities.
-    """
-
-    def __init__(self) -> None:
-        self.warns_of_scores = True
-        self._warns_of_frames = True
-        self._furniture: int | None = None
-        self._names: set[tuple[str, ...]] = set()
-        self._num_alike = 0
-
-    def note(
-        self, look: StepLook, place: str, num_in_step: float, clock: Clock | None, has_scores: bool
-    ) -> None:
-        """Take note of a look at a place, after looks there in this step, each by its coverage.
-
-        `has_scores` says that its confidences are scores, of which the memory knows what they mean.
-        """
-        names, num_doubted = set(), 0
-        for sighting in look.seen:
-            names.add(sighting.name.key)
-            num_doubted += 0 < sighting.confidence < SURE
-        both, any_of_them = len(names & self._names), len(names | self._names)
-        is_alike = look.furniture == self._furniture and both >= _ALIKE * any_of_them
-        self._num_alike = self._num_alike + 1 if is_alike else 1
-        self._furniture, self._names = look.furniture, names
-        if self._warns_of_frames:
-            self._watch_frames(place, num_in_step, clock)
-        if self.warns_of_scores and not has_scores and 2 * num_doubted > len(look.seen):
-            self.warns_of_scores = False
-            warnings.warn(
-                f"{num_doubted} of {len(look.seen)} confidences of a look are below {SURE}, so "
-                "that these count as not seen: a confidence is the probability that a sighting is "
-                "right. If they are scores of a detector, give SceneGraphMemory(score_calibration="
-                "ScoreCalibration.open_vocabulary()), or one that was fitted.",
-                stacklevel=3,
-            )
-
-    def _watch_frames(self, place: str, num_in_step: float, clock: Clock | None) -> None:
-        is_slow = clock is not None and clock.step_seconds >= _LONG_STEP
-        if num_in_step >= MOST_LOOKS:
-            message = (
-                f"looks must be few in a time step, got more than {MOST_LOOKS} at {place}: further "
-                "ones of a step count if they show something new."
-            )
-        elif self._num_alike > _MOST_IN_A_ROW and not is_slow:
-            lasting = "" if clock is None else f" of {clock.step_seconds:g} s"
-            message = (
-                f"looks must lie some time apart, got more than {_MOST_IN_A_ROW} in a row{lasting} "
-                f"at {place} that show the same: if they are frames, each counts as a look."
-            )
+def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:
+    """Return what a look showed at a place; anything but sightings raises TypeError."""
+    wrong: Any = seen
+    if isinstance(seen, Iterable):
+        read = tuple(seen)
+        for wrong in read:
+            if not isinstance(wrong, Sighting):
+                break
         else:
-            return
-        self._warns_of_frames = False
-        warnings.warn(f"{message} {_WHAT_TO_DO}", LookPerFrameWarning, stacklevel=4)
+            return read
+    raise TypeError(
+        f"seen must hold Sighting objects, got {shorten(wrong)} at {place}. Write "
+        "[Sighting('milk', relation='in')], and [] where nothing was detected."
+    )
+
+
+def read_hidden(hidden: Iterable[str], place: str) -> tuple[Name, ...]:
+    """Return the names of what a look at a place had out of view.
+
+    What is no list raises TypeError, what is no name ValueError.
+    """
+    if isinstance(hidden, str) or not isinstance(hidden, Iterable):
+        raise TypeError(
+            f"hidden must be a list of descriptions, got {shorten(hidden)} at {place}. Write [] "
+            "where nothing was."
+        )
+    names = []
+    for name in hidden:
+        names.append(Name.read(name, "description of what is hidden"))
+    return tuple(names)
+
+
+def read_coverage(coverage: Any, place: str) -> Coverage:
+    """Return which share of a furniture node was in view, of a number or of numbers by relation.
+
+    A relation that is left out was not in view. What is no share above 0 raises ValueError.
+    """
+    if not isinstance(coverage, Mapping):
+        return read_share("coverage", coverage, place)
+    shares = dict.fromkeys(RELATIONS, 0.0)
+    for relation, share in coverage.items():
+        if not isinstance(share, Real) or not 0 <= float(share) <= 1:
+            raise ValueError(
+                f"coverage of {shorten(relation)} must lie in [0, 1], got {shorten(share)} at "
+                f"{place}. Give the share in view."
+            )
+        shares[read_relation(relation)] = float(share)
+    inside, on_top = shares["in"], shares["onTop"]
+    if inside == on_top:
+        return read_share("coverage", inside, place)
+    return inside, on_top
+
+
+def parse_coverage(data: Any) -> Coverage:
+    """Return the coverage of a file, a number or a list of two; ValueError or TypeError if none."""
+    if isinstance(data, list):
+        return read_coverage(dict(zip(RELATIONS, data, strict=True)), "a look")
+    return float(data)
+
+
+def split_coverage(coverage: Coverage) -> tuple[float, float]:
+    """Return the shares of "in" and "onTop"."""
+    return coverage if isinstance(coverage, tuple) else (coverage, coverage)
+
+
+def read_share(name: str, share: Any, place: str) -> float:
+    """Return a share above 0; raises ValueError for anything else."""
+    if not isinstance(share, Real) or share <= 0 or not share <= 1:
+        raise ValueError(
+            f"{name} must be above 0 and at most 1, got {shorten(share)} at {place}. Give the "
+            "share in view, or leave out the look."
+        )
+    return float(share)

@@ -1,0 +1,66 @@
+"""The part of a memory for its time, which only goes forward."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+import numpy as np
+
+from sgm.memory.clock import MAX_JUMP, Clock, count_steps
+from sgm.memory.memory_state import MemoryState
+from sgm.messages import shorten
+from sgm.schema import MAX_TIME
+
+
+class MemoryClock:
+    """The time of a memory; `SceneGraphMemory` says what each call does, takes and raises."""
+
+    def __init__(self, state: MemoryState) -> None:
+        """Begin with the state that all parts share."""
+        self._state = state
+
+    @property
+    def clock(self) -> Clock | None:
+        """What time it is at every time step; None if it was not given."""
+        with self._state.lock:
+            return self._state.clock
+
+    @property
+    def time(self) -> int:
+        """Steps since the start."""
+        with self._state.lock:
+            return self._state.time
+
+    def step(self, num_steps: int = 1) -> None:
+        """Let time pass."""
+        if not isinstance(num_steps, (int, np.integer)) or num_steps < 0:
+            raise ValueError(
+                f"num_steps must be a whole number, 0 or more, got {shorten(num_steps)}. Time only "
+                "goes forward."
+            )
+        with self._state.lock:
+            now, clock = self._state.time, self._state.clock
+            if now + num_steps > MAX_TIME:
+                raise ValueError(
+                    f"time must be at most {MAX_TIME}, got {num_steps} steps at time {now}. "
+                    "Choose a longer time step."
+                )
+            if clock is not None:
+                clock.get_time(now + int(num_steps))
+            if num_steps:
+                self._state.write("step", now + int(num_steps), num_steps=int(num_steps))
+                self._state.let_pass(int(num_steps))
+
+    def step_to(self, time: datetime, *, accept_jump: bool = False) -> None:
+        """Let time pass until a date and time: the last step that has begun by then."""
+        with self._state.lock:
+            now, clock = self._state.time, self._state.clock
+            num_steps = count_steps(time, now, clock)
+            seconds = 0.0 if clock is None else num_steps * clock.step_seconds
+            if clock is not None and not accept_jump and seconds > MAX_JUMP.total_seconds():
+                raise ValueError(
+                    f"time must be at most {MAX_JUMP.days} days after the present step, got "
+                    f"{clock.get_time(now + num_steps)} at {clock.get_time(now)}. Check the clock "
+                    "of the robot; if it is right, say accept_jump=True."
+                )
+            self.step(num_steps)

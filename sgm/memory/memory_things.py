@@ -1,0 +1,183 @@
+"""The part of a memory that says what things there are, and where each was seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sgm.memory.memory_batch import MemoryBatch
+from sgm.memory.memory_state import MemoryState
+from sgm.memory.seen_places import SeenRows, list_home, list_places, list_rows, list_said_by
+from sgm.memory.sighting import SeenAt, read_embedding
+from sgm.memory.spark_graph import make_spark_graph
+from sgm.memory.thing import ThingName
+from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since
+from sgm.messages import shorten
+from sgm.schema import NEVER
+
+if TYPE_CHECKING:  # pandas is an extra
+    from pandas import DataFrame
+
+
+class MemoryThings:
+    """Things and their places; `SceneGraphMemory` says what each call does, takes and raises."""
+
+    def __init__(self, state: MemoryState) -> None:
+        """Begin with the state that all parts share."""
+        self._state = state
+
+    @property
+    def batch(self) -> MemoryBatch:
+        """The memory as a batch of one home."""
+        with self._state.lock:
+            return self._state.batch
+
+    @property
+    def descriptions(self) -> tuple[str, ...]:
+        """Descriptions of all objects seen or asked for, (O,)."""
+        with self._state.lock:
+            return self._state.things.descriptions
+
+    def list_ids(self, thing: str) -> tuple[str, ...]:
+        """Return the ids of the things of a name; none where words alone tell them apart."""
+        matches = self._state.match(thing)
+        with self._state.lock:
+            state = self._state
+            rows = state.find_rows(thing) or state.find_rows(*matches.matches)
+            ids = (state.things[row].id for row in rows)
+            return tuple(dict.fromkeys(own for own in ids if own))
+
+    def list_named(self, *names: str, at: int | None = None) -> tuple[ThingName, ...]:
+        """Return the things of some names or ids, as logs name them; what was merged is one."""
+        with self._state.lock:
+            state = self._state
+            rows = state.find_rows(*names)
+            if at is not None:
+                state.layout.check_furniture(at)
+                edges, place = state.batch.edges, state.furniture.position[int(at)]
+                there = edges["object"][edges["is_true"] & (edges["furniture"] == place)]
+                rows = [row for row in rows if np.isin(state.list_members(row), there).any()]
+            return tuple(state.things[row].name for row in rows)
+
+    def find_nearest(
+        self, embedding: Sequence[float] | np.ndarray, k: int = 3
+    ) -> list[tuple[str, float]]:
+        """Return the things that look most like something, by the embeddings of their sightings."""
+        vector = np.array(read_embedding(embedding))
+        if not len(vector) or not isinstance(k, (int, np.integer)) or k < 1:
+            raise ValueError(
+                f"embedding and k must be a vector and at least 1, got {shorten(embedding)} and "
+                f"{shorten(k)}. Give what the sightings had."
+            )
+        with self._state.lock:
+            things = [one for one in self._state.things if len(one.embedding) == len(vector)]
+        own = np.array([one.embedding for one in things]).reshape(-1, len(vector))
+        cosines = own @ vector / (np.linalg.norm(own, axis=1) * np.linalg.norm(vector))
+        order = np.argsort(-cosines, kind="stable")[:k]
+        return [(things[n].id or things[n].description, float(cosines[n])) for n in order]
+
+    def places_of(self, description: str) -> list[SeenAt]:
+        """Return every place where an object was ever seen, the latest sighting first."""
+        matches = self._state.resolve(description).matches
+        with self._state.lock:
+            state = self._state
+            fused = state.fuse_batch()
+            rows = state.find_rows(*matches)
+            found: list[SeenAt] = []
+            for row in rows:
+                found += list_places(fused, row, state.get_said(row), state.furniture.ids)
+        return sorted(found, key=lambda seen: -seen.time)
+
+    def last_seen(self, description: str) -> SeenAt | None:
+        """Return where and when an object was last seen; None if it never was."""
+        return next(iter(self.places_of(description)), None)
+
+    def history(self, thing: str) -> list[ThingEvent]:
+        """Return what is kept of a thing over time, the latest first; the log has all."""
+        matches = self._state.resolve(thing).matches
+        with self._state.lock:
+            state = self._state
+            fused = state.fuse_batch()
+            found: list[ThingEvent] = []
+            for row in state.find_rows(thing) or state.find_rows(*matches):
+                said, ids = state.get_said(row), state.furniture.ids
+                places = list_places(fused, row, said, ids)
+                found += list_events(fused, said.thing, row, places, ids)
+        return sorted(found, key=lambda event: -event.time)
+
+    def changes(self, since: datetime | int) -> list[ThingChange]:
+        """Return what is new, was moved or is gone, as looks have shown and people have said."""
+        with self._state.lock:
+            state = self._state
+            first = read_since(since, state.clock)
+            return list_changes(
+                state.fuse_batch(), state.get_thing, state.list_spoken_of(),
+                state.furniture.ids, first,
+            )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return rooms > furniture > objects as JSON values."""
+        with self._state.lock:
+            state = self._state
+            fused = state.fuse_batch()
+            ids = state.furniture.ids
+            said_by = {
+                row: list_said_by(fused, row, state.get_said(row), ids)
+                for row in state.list_spoken_of()
+            }
+            return list_home(fused, state.layout, state.things.descriptions, said_by)
+
+    def list_seen(
+        self, things: Sequence[str] | None = None, furniture: int | None = None, most: int = 20
+    ) -> tuple[list[tuple[str, SeenAt]], int]:
+        """List where things are by the last looks, or else were seen last."""
+        with self._state.lock:
+            state = self._state
+            fused = state.fuse_batch()
+            asked = None
+            if things is not None:
+                wanted = set(things)
+                texts = enumerate(state.things.descriptions)
+                asked = np.array([row for row, text in texts if text in wanted], dtype=np.int64)
+            seen, ids = SeenRows.of_things(fused, asked), state.furniture.ids
+            if furniture is None:
+                seen = seen.take(seen.find_current(state.things.number_descriptions()))
+            else:
+                place = state.furniture.position.get(furniture, -2)
+                seen = seen.take((seen.furniture == place) & seen.is_there)
+            num_all, seen = len(seen.time), seen.take(seen.choose_latest(most))
+            whose = [state.things[thing].description for thing in seen.thing.tolist()]
+            rows = list(zip(whose, seen.tell(fused, ids), strict=True))
+        rows.sort(key=lambda row: (-row[1].time, row[0]))
+        return rows[:most], num_all
+
+    def count_things(self) -> dict[int, tuple[int, int | None]]:
+        """Count what the last look showed at each place, by furniture id."""
+        with self._state.lock:
+            state = self._state
+            fused = state.fuse_batch()
+            there = fused.edges["furniture"][fused.edges["is_true"]]
+            counts = np.bincount(there, minlength=fused.num_furniture).tolist()
+            last = fused.furniture_last_observed[0].tolist()
+            return {
+                number: (count, None if looked == NEVER else looked)
+                for number, count, looked in zip(state.furniture.ids, counts, last, strict=True)
+            }
+
+    def to_frame(self) -> DataFrame:
+        """Return a table of every object at every place where it was ever seen (needs pandas)."""
+        from pandas import DataFrame  # an extra: only this needs it
+
+        return DataFrame(list_rows(self.to_dict()))
+
+    def to_spark_dsg(self) -> Any:
+        """Return what is there by the last looks as a graph of spark_dsg, the format of Hydra."""
+        with self._state.lock:
+            batch = self._state.batch
+            kinds = [batch.labels[index] for index in batch.objects["label"]]
+            labels = dict(zip(self._state.things.descriptions, kinds, strict=True))
+            home, layout = self.to_dict(), self._state.layout.copy()
+        return make_spark_graph(home, layout, labels)
