@@ -91,6 +91,15 @@ def find_circle(graph: Mapping[str, set[str]]) -> list[str]:
     return []
 
 
+def count_floors(graph: Mapping[str, set[str]], folder: str) -> int:
+    """How many files of a folder the longest chain of imports among them has; no circle in it."""
+    own = {name for name in graph if name.startswith(f"{folder}.")}
+    floors: dict[str, int] = {}
+    for name in TopologicalSorter({name: graph[name] & own for name in own}).static_order():
+        floors[name] = 1 + max((floors[below] for below in graph[name] & own), default=0)
+    return max(floors.values())
+
+
 def _get_name(function: ast.expr) -> str:
     """The last part of the name of what is called, "" if it has none."""
     return getattr(function, "attr", getattr(function, "id", ""))

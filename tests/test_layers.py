@@ -13,6 +13,7 @@ from PIL import Image
 from tests.imports import (
     PACKAGES,
     ROOT,
+    count_floors,
     find_circle,
     find_imports,
     find_module,
@@ -128,6 +129,16 @@ def test_find_circle():
     assert find_circle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
     circle = find_circle({"a": {"b"}, "b": {"c"}, "c": {"b"}})
     assert circle in (["b", "c", "b"], ["c", "b", "c"])
+
+
+def test_count_floors():
+    graph = {"a.b": {"a.c", "x"}, "a.c": {"a.d"}, "a.d": set(), "a.e": {"a.d"}, "x": {"a.e"}}
+    assert count_floors(graph, "a") == 3
+
+
+def test_a_memory_has_few_floors():
+    """Who changes a part has to walk no farther down."""
+    assert count_floors(list_module_imports(), "sgm.memory") <= 6
 
 
 def test_the_order_names_every_folder_package_by_package():

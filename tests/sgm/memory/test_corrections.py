@@ -200,6 +200,7 @@ def test_statements_are_saved_and_go_on(memory, tmp_path):
     ("call", "error", "message"),
     [
         (lambda m: m.note_moved("keys", 9, "anna"), KeyError, "furniture must be an id"),
+        (lambda m: m.note_moved("keys", None, "anna"), KeyError, "furniture must be an id"),
         (lambda m: m.note_moved("keys", DRAWER, ""), ValueError, "by must be a non-empty text"),
         (lambda m: m.note_moved("keys", DRAWER, "anna", "under"), ValueError, "relation must be"),
         (lambda m: m.note_moved("keys", DRAWER, "anna", confidence=0.2), ValueError,
