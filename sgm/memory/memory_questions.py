@@ -178,10 +178,10 @@ class MemoryQuestions:
         question: str | None = None,
     ) -> Asked:
         """Ask for objects, and leave the memory as it is; safe beside a thread that observes."""
-        words = "" if question is None else read_words("question", question)
         with self._state.lock:
-            _check_furniture(self._state)
             state = self._state
+            words = "" if question is None else state.things.read(question).words
+            _check_furniture(state)
             later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
             return _ask(state, descriptions, before_looks, later, words)
 
