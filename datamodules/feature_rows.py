@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from sgm.schema import NEVER
+from sgm.schema import NEVER, Columns
 
 if TYPE_CHECKING:
-    from simulator.snapshots.snapshots import Counters, Snapshots
+    from simulator.snapshots.snapshots import Snapshots
 
 
 @dataclass(frozen=True)
@@ -30,16 +30,14 @@ class NodeRows:
     rows: np.ndarray
 
     @property
-    def _counters(self) -> Counters:
-        snapshots = self.snapshots
+    def _counters(self) -> Columns:
         is_furniture = self.ntype == "furniture"
-        return snapshots.furniture_counters if is_furniture else snapshots.object_counters
+        return self.snapshots.furniture if is_furniture else self.snapshots.objects
 
     @cached_property
     def snapshot(self) -> np.ndarray:
         """The snapshot of each, (n,)."""
-        owner: np.ndarray = getattr(self.snapshots, f"{self.ntype}_snapshot")
-        return owner[self.rows]
+        return self._counters["snapshot"][self.rows]
 
     @cached_property
     def time(self) -> np.ndarray:
@@ -98,7 +96,7 @@ class EdgeRows:
     @cached_property
     def snapshot(self) -> np.ndarray:
         """The snapshot of each, (n,)."""
-        return self.snapshots.furniture_snapshot[self.furniture]
+        return self.snapshots.furniture["snapshot"][self.furniture]
 
     @cached_property
     def time(self) -> np.ndarray:
@@ -109,11 +107,11 @@ class EdgeRows:
     def prior(self) -> np.ndarray:
         """Prior weight, (n,)."""
         asked = self.snapshots.query_prior[self.furniture, self.is_on_top.astype(np.int64)]
-        return np.where(self.edge < 0, asked, self._take(self.snapshots.edge_prior, 0))
+        return np.where(self.edge < 0, asked, self._take(self.snapshots.edges["prior"], 0))
 
     def take(self, name: str, default: int = 0) -> np.ndarray:
         """Return a counter, (n,), such as "num_observed"; `default` of hypothetical edges."""
-        return self._take(self.snapshots.edge_counters[name], default)
+        return self._take(self.snapshots.edges[name], default)
 
     def _take(self, column: np.ndarray, default: int) -> np.ndarray:
         return np.append(column, column.dtype.type(default))[self.edge]  # -1 is the last

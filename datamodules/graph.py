@@ -99,7 +99,7 @@ class GraphBuilder:
             edge_cosine[num_layout:],
         )
         below = pair[:num_layout] - graph.first_pair[2]  # furniture; negative for rooms and floors
-        prior = np.where(below < 0, 1.0, snapshots.furniture_prob[np.maximum(below, 0)])
+        prior = np.where(below < 0, 1.0, snapshots.furniture["prob"][np.maximum(below, 0)])
         layout = LayoutRows(edge_cosine[:num_layout], prior)
         upward = slice(*first_edge[[OBJECT_UP.start, OBJECT_UP.stop]].tolist())
         is_asked = graph.is_query[joined[upward.start - num_layout : upward.stop - num_layout]]
@@ -115,6 +115,7 @@ class GraphBuilder:
         if self.num_hops != 0:
             degrees = graph.compute_degrees()[node]
         node_snapshot = graph.snapshot[node]
+        first_furniture = snapshots.find_first("furniture")
         arrays = {
             "label": graph.label[node],
             "node_feature": self._compute(
@@ -125,7 +126,7 @@ class GraphBuilder:
             ),
             "degrees": degrees,
             "node_snapshot": node_snapshot,
-            "furniture_index": furniture.rows - snapshots.first_furniture[furniture.snapshot],
+            "furniture_index": furniture.rows - first_furniture[furniture.snapshot],
             "edge_src": number_of_node[src],
             "edge_dst": number_of_node[dst],
             "edge_feature": self._compute(
@@ -208,14 +209,14 @@ class GraphBuilder:
     def _propose(self, snapshots: Snapshots) -> np.ndarray:
         """Mark the places where each query object may be, bool (NF, 2)."""
         if self.config.candidates == "random":
-            counts = np.diff(snapshots.first_furniture)
+            counts = np.diff(snapshots.find_first("furniture"))
             return sample_places(counts, self.config.random_candidates, rng=self._rng)
         if self.config.candidates == "all":  # where the prior puts it there, else on top
             is_in = snapshots.query_prior[:, 0] > snapshots.query_prior[:, 1]
             return np.stack([is_in, ~is_in], axis=1)
         return propose_rows(
             snapshots.query_prior,
-            snapshots.furniture_snapshot,
+            snapshots.furniture["snapshot"],
             snapshots.num_snapshots,
             self.config.threshold,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from datamodules.batch import Batch
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_tables import SnapshotTables
 from sgm.arrays.grouped import compute_starts, number_keys
-from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from sgm.schema import COUNTERS, FIXED
 from simulator.snapshots.shards import (
     EXTRA,
     QUESTION_EXTRA,
@@ -89,16 +89,21 @@ class SnapshotDataset(Dataset[Batch]):
         home = tables.find_home(indices)
         number = indices - tables.starts["snapshot"][home]  # within the home
         asked, clock = tables.take("snapshot", indices), tables.take("home", home)["home_clock"]
-        rows, counts = tables.find_rows("room", home)
-        first_room, room_label = compute_starts(counts), tables.take("room", rows)["label"]
-        rows, counts = tables.find_rows("furniture", home)
-        first_furniture, layout = compute_starts(counts), tables.take("furniture", rows)
+        room, counts = tables.find_rows("room", home)
+        first_room, room_snapshot = compute_starts(counts), np.repeat(batch, counts)
+        place, counts = tables.find_rows("furniture", home)
+        first_furniture, furniture_snapshot = compute_starts(counts), np.repeat(batch, counts)
         of_furniture = tables.take("snapshot_furniture", tables.find_furniture_rows(home, number))
+        furniture = {
+            "snapshot": furniture_snapshot,
+            **_take_columns(tables.take("furniture", place), FIXED["furniture"]),
+            **make_counters("furniture", len(place)),
+        }
+        furniture["room"] = furniture["room"] + first_room[furniture_snapshot]
         sample, version = tables.take_versions("furniture", home, number)
         looked = first_furniture[sample] + version["of"]
-        furniture = make_counters(FURNITURE_COUNTERS, len(layout))
-        for name, column in furniture.items():
-            column[looked] = version[name]
+        for name in COUNTERS["furniture"]:
+            furniture[name][looked] = version[name]
 
         # Nodes: objects with a version, and the query object; one key per (snapshot, object).
         sample, version = tables.take_versions("object", home, number)
@@ -106,40 +111,48 @@ class SnapshotDataset(Dataset[Batch]):
         object_key = sample * width + version["of"]
         query_key = batch * width + asked["query"]
         node_keys, node_of_key = number_keys(len(indices) * width, object_key, query_key)
-        snapshot, local = np.divmod(node_keys, width)
-        objects, row = make_counters(OBJECT_COUNTERS, len(node_keys)), node_of_key[object_key]
-        for name, column in objects.items():
-            column[row] = version[name]
-        object_row = tables.starts["object"][home][snapshot] + local
+        object_snapshot, local = np.divmod(node_keys, width)
+        thing = tables.starts["object"][home][object_snapshot] + local
+        objects = {
+            "snapshot": object_snapshot,
+            **_take_columns(tables.take("object", thing), FIXED["objects"]),
+            **make_counters("objects", len(thing)),
+        }
+        for name in COUNTERS["objects"]:
+            objects[name][node_of_key[object_key]] = version[name]
 
         sample, version = tables.take_versions("edge", home, number)
         edge = tables.take("edge", tables.starts["edge"][home][sample] + version["of"])
+        edges = {
+            "snapshot": sample,
+            **_take_columns(edge, FIXED["edges"]),
+            **_take_columns(version, COUNTERS["edges"]),
+            "object": node_of_key[sample * width + edge["object"]],
+            "furniture": edge["furniture"] + first_furniture[sample],
+        }
         tables.release(len(indices))
         return Snapshots(
             labels=self._labels,
             time=asked["time"],
-            first_room=first_room,
-            first_furniture=first_furniture,
-            room_label=room_label,
-            furniture_label=layout["label"],
-            furniture_room=layout["room"] + np.repeat(first_room[:-1], counts),
-            furniture_prob=layout["prob"],
-            object_snapshot=snapshot,
-            object_label=tables.take("object", object_row)["label"],
-            edge_object=node_of_key[sample * width + edge["object"]],
-            edge_furniture=edge["furniture"] + first_furniture[sample],
-            edge_relation=edge["relation"],
-            edge_prior=edge["prior"],
+            clock=None if np.isnan(clock).all() else clock,
+            rooms={
+                "snapshot": room_snapshot,
+                **_take_columns(tables.take("room", room), FIXED["rooms"]),
+            },
+            furniture=furniture,
+            objects=objects,
+            edges=edges,
             query_object=node_of_key[query_key],
             query_prior=of_furniture["prior"],
             answers=of_furniture["answers"].astype(bool),
             extras=_get_extras(of_furniture, EXTRA),
             question_extras=_get_extras(asked, QUESTION_EXTRA),
-            clock=None if np.isnan(clock).all() else clock,
-            furniture_counters=furniture,
-            object_counters=objects,
-            edge_counters={name: version[name] for name in EDGE_COUNTERS},
         )
+
+
+def _take_columns(records: np.ndarray, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Return some columns of records, by name."""
+    return {name: records[name] for name in names}
 
 
 def _get_extras(rows: np.ndarray, prefix: str) -> dict[str, np.ndarray]:

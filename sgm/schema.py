@@ -85,12 +85,13 @@ class Column:
         dtype: in memory; in files whole numbers are whole, and others are numbers.
         default: of new rows.
         low, high: what it may be; `NOW` for the time step of the memory.
-        refers_to: table whose rows it names by position, within bounds of their own; low is -1
-            where it may name none.
+        refers_to: table whose rows, or "labels", which it names by position, within bounds of their
+            own; low is -1 where it may name none.
         guess: what it is in most homes, of the columns declared before it and the table of objects;
             None for the default. A column that is as guessed is left out of a file, which is a
             quarter smaller so; the first of a table is always there.
-        is_counter: whether it is one of the paper's, which snapshots and shards have, too.
+        is_counter: whether snapshots have it as it was at each moment: the paper's counters.
+        is_fixed: whether snapshots have it as what does not change.
         is_derived: whether it is looked up: it is in no file.
     """
 
@@ -102,6 +103,7 @@ class Column:
     refers_to: str = ""
     guess: Callable[[Columns, Columns], np.ndarray] | None = None
     is_counter: bool = False
+    is_fixed: bool = False
     is_derived: bool = False
 
     @property
@@ -117,6 +119,7 @@ class Column:
 
 
 _count = partial(Column, is_counter=True)
+_fixed = partial(Column, is_fixed=True)
 _stamp = partial(Column, default=NEVER, low=NEVER, high=NOW)  # a time step, `NEVER` at first
 
 
@@ -146,7 +149,9 @@ def _guess_absent(own: Columns, objects: Columns) -> np.ndarray:
 # `Remembered` says what each column holds.
 FURNITURE = (_count("num_observed"), _stamp("last_observed", is_counter=True))
 OBJECTS = (
-    *(Column(name, is_derived=True) for name in ("home", "key", "label")),
+    Column("home", is_derived=True),
+    _fixed("key", is_derived=True),
+    _fixed("label", refers_to="labels", is_derived=True),
     Column("type", low=-1, is_derived=True),
     _count("num_observed"),
     _stamp("last_observed", is_counter=True),
@@ -162,10 +167,10 @@ OBJECTS = (
 )
 EDGES = (
     Column("home", is_derived=True),
-    Column("object", refers_to="objects"),
-    Column("furniture", refers_to="furniture"),
-    Column("relation", high=NUM_RELATIONS - 1),
-    Column("prior", np.float32, is_derived=True),
+    _fixed("object", refers_to="objects"),
+    _fixed("furniture", refers_to="furniture"),
+    _fixed("relation", high=NUM_RELATIONS - 1),
+    _fixed("prior", np.float32, is_derived=True),
     _count("num_observed"),
     _count("num_true"),
     _count("num_changed"),
@@ -209,7 +214,26 @@ TABLES = {  # of a home, by name
     "furniture": FURNITURE, "objects": OBJECTS, "edges": EDGES, "positions": POSITIONS,
 }  # fmt: skip
 
-FURNITURE_COUNTERS, OBJECT_COUNTERS, EDGE_COUNTERS = (
-    tuple(column.name for column in columns if column.is_counter)
-    for columns in (FURNITURE, OBJECTS, EDGES)
+# What snapshots know of the layout of homes; `Snapshots` says what each holds.
+ROOM_LAYOUT = (_fixed("label", refers_to="labels"),)
+FURNITURE_LAYOUT = (
+    _fixed("label", refers_to="labels"),
+    _fixed("room", refers_to="rooms"),
+    _fixed("prob", np.float32),
+)
+SNAPSHOT_TABLES = {  # of memories at moments, in memory and on disk
+    table: tuple(column for column in columns if column.is_fixed or column.is_counter)
+    for table, columns in {
+        "rooms": ROOM_LAYOUT,
+        "furniture": FURNITURE_LAYOUT + FURNITURE,
+        "objects": OBJECTS,
+        "edges": EDGES,
+    }.items()
+}
+FIXED, COUNTERS = (
+    {
+        table: tuple(column.name for column in columns if getattr(column, mark))
+        for table, columns in SNAPSHOT_TABLES.items()
+    }
+    for mark in ("is_fixed", "is_counter")
 )

@@ -9,7 +9,7 @@ from simulator.snapshots.snapshots import Snapshots
 
 
 def list_columns(snapshots: Snapshots) -> dict[str, object]:
-    """All columns by name, those of counters and extras as "edge_counters.num_true"."""
+    """All columns by name, those of tables and extras as "edges.num_true"."""
     columns: dict[str, object] = {}
     for field in fields(snapshots):
         value = getattr(snapshots, field.name)
@@ -26,10 +26,11 @@ def assert_equal_snapshots(found: Snapshots, expected: Snapshots) -> None:
     assert columns.keys() == wanted.keys()
     for name, column in columns.items():
         other = wanted[name]
-        if name.startswith("edge_"):
+        if name.startswith("edges."):
             column, other = column[_sort_edges(found)], other[_sort_edges(expected)]
         np.testing.assert_array_equal(column, other, err_msg=name)
 
 
 def _sort_edges(snapshots: Snapshots) -> np.ndarray:
-    return np.lexsort((snapshots.edge_relation, snapshots.edge_furniture, snapshots.edge_object))
+    edges = snapshots.edges
+    return np.lexsort((edges["relation"], edges["furniture"], edges["object"]))

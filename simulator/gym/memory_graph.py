@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from gymnasium.spaces import Box, Graph, GraphInstance
 
-from sgm.arrays.grouped import compute_starts, mark_rows
+from sgm.arrays.grouped import compute_starts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries, propose_rows
 from sgm.schema import NEVER
@@ -47,13 +47,10 @@ def make_graphs(memory: MemoryBatch, queries: Queries) -> list[GraphInstance]:
     snapshots = take_snapshots(memory, queries)
     num_graphs = snapshots.num_snapshots
     proposed = propose_rows(
-        snapshots.query_prior, snapshots.furniture_snapshot, num_graphs, memory.threshold
+        snapshots.query_prior, snapshots.furniture["snapshot"], num_graphs, memory.threshold
     )
     graph = SnapshotGraph.from_snapshots(snapshots, proposed)
-    description = memory.objects["key"][_find_rows(memory, queries)]
-    nodes, node_order, first = _split(
-        _make_nodes(snapshots, graph, description), num_graphs, graph.snapshot
-    )
+    nodes, node_order, first = _split(_make_nodes(snapshots, graph), num_graphs, graph.snapshot)
     number = np.empty(len(node_order), dtype=np.int32)  # of every node within its graph
     number[node_order] = np.arange(len(node_order)) - np.repeat(first[:-1], np.diff(first))
     links = np.stack([number[graph.parent], number[graph.child]], axis=1)
@@ -78,8 +75,8 @@ def _split(
     return np.split(rows[order], first[1:-1]), order, first
 
 
-def _make_nodes(snapshots: Snapshots, graph: SnapshotGraph, description: np.ndarray) -> np.ndarray:
-    """Nodes of all snapshots, float32 (N, 8); `description` is the number of each object's."""
+def _make_nodes(snapshots: Snapshots, graph: SnapshotGraph) -> np.ndarray:
+    """Nodes of all snapshots, float32 (N, 8)."""
     nodes = np.zeros((len(graph.label), len(NODE_FEATURES)), dtype=np.float32)
     column = dict(zip(NODE_FEATURES, nodes.T, strict=True))  # views
     furniture = slice(*graph.first_node[FURNITURE : FURNITURE + 2])
@@ -89,25 +86,17 @@ def _make_nodes(snapshots: Snapshots, graph: SnapshotGraph, description: np.ndar
     column["label"][:] = graph.label
     for name in ("description", "steps_since_observed", "steps_since_moved"):
         column[name][:] = NEVER
-    column["description"][objects] = description
-    for counters, rows, name in (
-        (snapshots.furniture_counters, furniture, "observed"),
-        (snapshots.object_counters, objects, "observed"),
-        (snapshots.object_counters, objects, "moved"),
+    column["description"][objects] = snapshots.objects["key"]
+    for table, rows, name in (
+        (snapshots.furniture, furniture, "observed"),
+        (snapshots.objects, objects, "observed"),
+        (snapshots.objects, objects, "moved"),
     ):
-        last = counters[f"last_{name}"]
-        column[f"num_{name}"][rows] = counters[f"num_{name}"]
+        last = table[f"last_{name}"]
+        column[f"num_{name}"][rows] = table[f"num_{name}"]
         column[f"steps_since_{name}"][rows] = _count_since(time[rows], last)
     column["is_query"][objects.start + snapshots.query_object] = 1
     return nodes
-
-
-def _find_rows(memory: MemoryBatch, queries: Queries) -> np.ndarray:
-    """Rows of the memory's objects: of each snapshot, those with an edge and the query's, (N,)."""
-    has_edge = mark_rows(memory.edges["object"], memory.objects.num_rows)
-    is_node = has_edge & (memory.objects["home"] == queries.home[:, None])  # (Q, rows)
-    is_node[np.arange(len(queries.home)), queries.object] = True
-    return np.nonzero(is_node)[1]
 
 
 def _make_edges(
@@ -123,20 +112,19 @@ def _make_edges(
     known, edge = np.flatnonzero(graph.remembered >= 0), graph.remembered[graph.remembered >= 0]
     for name in ("is_remembered", "is_true", "prior"):
         of_layout[name][:] = 1
-    of_layout["prior"][graph.num_layout - len(snapshots.furniture_prob) :] = (
-        snapshots.furniture_prob
-    )
+    share = snapshots.furniture["prob"]
+    of_layout["prior"][graph.num_layout - len(share) :] = share
     for name in ("steps_since_observed", "steps_since_changed"):
         of_layout[name][:] = of_joined[name][:] = NEVER
     of_joined["relation"][:] = 1 + is_on_top
     of_joined["prior"][:] = snapshots.query_prior[graph.furniture, is_on_top]
     of_joined["is_remembered"][known] = 1
-    of_joined["prior"][known] = snapshots.edge_prior[edge]
+    of_joined["prior"][known] = snapshots.edges["prior"][edge]
     for name in ("num_observed", "num_true", "num_changed", "is_true"):
-        of_joined[name][known] = snapshots.edge_counters[name][edge]
-    time = snapshots.time[snapshots.object_snapshot[snapshots.edge_object[edge]]]
+        of_joined[name][known] = snapshots.edges[name][edge]
+    time = snapshots.time[snapshots.edges["snapshot"][edge]]
     for name in ("observed", "changed"):
-        last = snapshots.edge_counters[f"last_{name}"][edge]
+        last = snapshots.edges[f"last_{name}"][edge]
         of_joined[f"steps_since_{name}"][known] = _count_since(time, last)
     is_known = graph.remembered >= 0
     rank = np.where(is_known, graph.remembered, 2 * graph.furniture + is_on_top)

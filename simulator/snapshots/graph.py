@@ -74,10 +74,10 @@ class SnapshotGraph:
             one_each: whether a furniture node has at most one query edge: of those remembered,
                 "in" and "onTop", the one that was true more often.
         """
-        own, room_snapshot = np.arange(snapshots.num_snapshots), snapshots.room_snapshot
-        owners = [own, own, room_snapshot, snapshots.furniture_snapshot, snapshots.object_snapshot]
+        own = np.arange(snapshots.num_snapshots)
+        tables = snapshots.rooms, snapshots.furniture, snapshots.objects
+        owners = [own, own, *(table["snapshot"] for table in tables)]
         house, floor = (np.full(len(own), snapshots.labels.index(name)) for name in NODE_TYPES[:2])
-        labels = snapshots.room_label, snapshots.furniture_label, snapshots.object_label
         first_node = np.cumsum([0, *map(len, owners)])
         _, floors, rooms, furniture, objects, _ = first_node.tolist()
         remembered, item, place, is_query, num_inside = _join_objects(snapshots, proposed, one_each)
@@ -86,11 +86,11 @@ class SnapshotGraph:
             first_pair=np.cumsum(
                 [0, *map(len, owners[1:OBJECT]), num_inside, len(item) - num_inside]
             ),
-            label=np.concatenate([house, floor, *labels]),
+            label=np.concatenate([house, floor, *(table["label"] for table in tables)]),
             snapshot=np.concatenate(owners),
             child=np.concatenate([np.arange(floors, objects), objects + item]),
             parent=np.concatenate(
-                [own, floors + room_snapshot, rooms + snapshots.furniture_room, furniture + place]
+                [own, floors + owners[ROOM], rooms + snapshots.furniture["room"], furniture + place]
             ),
             remembered=remembered,
             furniture=place,
@@ -164,33 +164,34 @@ def _join_objects(
 
     `remembered`, object node of `Snapshots`, `furniture`, `is_query`, (M,); how many are inside.
     """
-    num_remembered = len(snapshots.edge_object)
-    snapshot = snapshots.object_snapshot[snapshots.edge_object]
-    is_own = snapshots.query_object[snapshot] == snapshots.edge_object
-    places = PlaceCode.of(snapshots.edge_furniture, snapshots.edge_relation)
+    edges = snapshots.edges
+    num_remembered = len(edges["object"])
+    snapshot = edges["snapshot"]
+    is_own = snapshots.query_object[snapshot] == edges["object"]
+    places = PlaceCode.of(edges["furniture"], edges["relation"])
     is_hypothetical = proposed.ravel()
     is_hypothetical[places[is_own]] = False
     is_asked = is_own
     if one_each:
         own = np.flatnonzero(is_own)
-        is_hypothetical.reshape(-1, 2)[snapshots.edge_furniture[own]] = False
+        is_hypothetical.reshape(-1, 2)[edges["furniture"][own]] = False
         num_true = np.full(proposed.shape, -1)
-        num_true.ravel()[places[own]] = snapshots.edge_counters["num_true"][own]
-        best = num_true.argmax(axis=1)[snapshots.edge_furniture[own]]
+        num_true.ravel()[places[own]] = edges["num_true"][own]
+        best = num_true.argmax(axis=1)[edges["furniture"][own]]
         is_asked = is_own.copy()
-        is_asked[own] = snapshots.edge_relation[own] == best
+        is_asked[own] = edges["relation"][own] == best
     furniture, relation = PlaceCode.split(np.flatnonzero(is_hypothetical))
-    of_query = snapshots.furniture_snapshot[furniture]
+    of_query = snapshots.furniture["snapshot"][furniture]
     # Two ascending runs, those remembered first: a merge.
     order = np.argsort(np.concatenate([snapshot, of_query]), kind="stable")
-    is_on_top = np.concatenate([snapshots.edge_relation, relation])[order].astype(bool)
+    is_on_top = np.concatenate([edges["relation"], relation])[order].astype(bool)
     order = np.concatenate([order[~is_on_top], order[is_on_top]])
     is_query = np.ones(len(order), dtype=bool)
     is_query[:num_remembered] = is_asked
     return (
         np.where(order < num_remembered, order, -1),
-        np.concatenate([snapshots.edge_object, snapshots.query_object[of_query]])[order],
-        np.concatenate([snapshots.edge_furniture, furniture])[order],
+        np.concatenate([edges["object"], snapshots.query_object[of_query]])[order],
+        np.concatenate([edges["furniture"], furniture])[order],
         is_query[order],
         len(order) - int(is_on_top.sum()),
     )

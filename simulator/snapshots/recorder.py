@@ -11,7 +11,7 @@ import numpy as np
 from sgm.arrays.grouped import compute_rank_in_group
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
-from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from sgm.schema import COUNTERS
 from simulator.snapshots.shards import EXTRA, QUESTION_EXTRA
 
 Arrays = dict[str, np.ndarray]
@@ -66,13 +66,13 @@ class Recorder:
         """Record what a look has changed; valid from the next snapshot on."""
         memory = self._memory
         for kind, table, rows, names in (
-            ("object", memory.objects, change.objects, OBJECT_COUNTERS),
-            ("edge", memory.edges, change.edges, EDGE_COUNTERS),
+            ("object", memory.objects, change.objects, COUNTERS["objects"]),
+            ("edge", memory.edges, change.edges, COUNTERS["edges"]),
         ):
             values = {name: table[name][rows] for name in names}
             self._add_versions(kind, table["home"][rows], rows, values)
         place = (change.home, change.furniture)
-        values = {name: memory.furniture[name][place] for name in FURNITURE_COUNTERS}
+        values = {name: memory.furniture[name][place] for name in COUNTERS["furniture"]}
         self._add_versions("furniture", *place, values)
 
     def finish(self) -> list[Arrays]:

@@ -1,44 +1,36 @@
-"""Snapshots: scene graph memories at the moment of a query, as flat arrays."""
+"""Snapshots: scene graph memories at the moment of a query, as tables of flat columns."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from sgm.arrays.grouped import compute_starts
 from sgm.arrays.week import compute_week_seconds
-from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, NEVER, OBJECT_COUNTERS
-
-# Counters and time stamps by name, as `sgm.schema` declares them.
-Counters = Mapping[str, np.ndarray]
+from sgm.schema import SNAPSHOT_TABLES, Columns
 
 
 @dataclass(frozen=True, slots=True)
 class Snapshots:
     """B scene graph memories, each with its query object; counters and time stamps are raw.
 
-    Homes may differ in size: the rooms of all snapshots lie in one row of NR, their furniture in
-    one of NF, their objects in one of N and their edges in one of E, each snapshot by snapshot.
+    The tables have the columns of `SNAPSHOT_TABLES`, most of which are those of the memory, and
+    `snapshot`, the one that a row is of. Homes may differ in size: the rows of a table lie snapshot
+    by snapshot, and name rows of other tables by their position among those of all snapshots.
     Only remembered edges are listed; hypothetical ones follow from `query_prior`. A snapshot's
     query edges are the edges of its query object. A time stamp of -1 means never.
 
     Attributes:
         labels: text of every label index.
         time: time step of each snapshot, (B,).
-        first_room, first_furniture: first row of each snapshot and, last, NR or NF, (B + 1,).
-        room_label: (NR,).
-        furniture_label, furniture_prob: label and P(furniture | room), (NF,).
-        furniture_room: row of the room among the NR, (NF,).
-        furniture_counters: columns of `FURNITURE_COUNTERS` by name, (NF,).
-        object_snapshot: the snapshot that each object node belongs to, ascending, (N,).
-        object_label: (N,).
-        object_counters: columns of `OBJECT_COUNTERS` by name, (N,).
-        edge_object: row of the object node among the N, (E,); their snapshots ascend.
-        edge_furniture: row of the furniture node among the NF, (E,).
-        edge_relation: 0 "in", 1 "onTop", (E,).
-        edge_prior: prior weight, (E,).
-        edge_counters: columns of `EDGE_COUNTERS` by name, (E,).
+        clock: `MemoryBatch.clock` of the home of each snapshot, (B, 2); None if no home has one.
+        rooms: `label`, (NR,).
+        furniture: `label`, `room`, `prob`, P(furniture | room), and counters, (NF,).
+        objects: `label`, `key`, the number of the description, and counters, (N,): what has an
+            edge, and the query object.
+        edges: `object`, `furniture`, `relation`, `prior`, the prior weight, and counters, (E,).
         query_object: row of the query object among the N, (B,).
         query_prior: prior weight of every place for the query object, (NF, 2).
         answers: furniture that truly holds the query object, bool (NF,); None if unknown.
@@ -46,26 +38,14 @@ class Snapshots:
             name: "belief" (NF, 4), from `HomeFilter.compute_features`; "relevance" (NF,), how
             relevant the place is, where the task says; or whatever a filter or task gives.
         question_extras: what else was kept of each question, float (B, D) by name.
-        clock: `MemoryBatch.clock` of the home of each snapshot, (B, 2); None if no home has one.
     """
 
     labels: tuple[str, ...]
     time: np.ndarray
-    first_room: np.ndarray
-    first_furniture: np.ndarray
-    room_label: np.ndarray
-    furniture_label: np.ndarray
-    furniture_room: np.ndarray
-    furniture_prob: np.ndarray
-    furniture_counters: Counters
-    object_snapshot: np.ndarray
-    object_label: np.ndarray
-    object_counters: Counters
-    edge_object: np.ndarray
-    edge_furniture: np.ndarray
-    edge_relation: np.ndarray
-    edge_prior: np.ndarray
-    edge_counters: Counters
+    rooms: Columns
+    furniture: Columns
+    objects: Columns
+    edges: Columns
     query_object: np.ndarray
     query_prior: np.ndarray
     answers: np.ndarray | None = None
@@ -79,21 +59,22 @@ class Snapshots:
         return len(self.time)
 
     @property
-    def room_snapshot(self) -> np.ndarray:
-        """The snapshot that each room belongs to, (NR,)."""
-        return np.repeat(np.arange(self.num_snapshots), np.diff(self.first_room))
+    def tables(self) -> dict[str, Columns]:
+        """The tables by the names of their declarations (`SNAPSHOT_TABLES`)."""
+        return {table: getattr(self, table) for table in SNAPSHOT_TABLES}
 
-    @property
-    def furniture_snapshot(self) -> np.ndarray:
-        """The snapshot that each furniture node belongs to, (NF,)."""
-        return np.repeat(np.arange(self.num_snapshots), np.diff(self.first_furniture))
+    def find_first(self, table: str) -> np.ndarray:
+        """Return the first row of each snapshot in a table and, last, their number, (B + 1,)."""
+        rows = self.tables[table]["snapshot"]
+        return compute_starts(np.bincount(rows, minlength=self.num_snapshots))
 
 
-def make_counters(names: Sequence[str], count: int) -> dict[str, np.ndarray]:
-    """Return counters of nodes or edges that were never seen, int32 (count,), by name."""
+def make_counters(table: str, count: int) -> dict[str, np.ndarray]:
+    """Return counters of rows of which nothing was observed, (count,), by name."""
     return {
-        name: np.full(count, NEVER if name.startswith("last") else 0, dtype=np.int32)
-        for name in names
+        column.name: np.full(count, column.default, dtype=column.dtype)
+        for column in SNAPSHOT_TABLES[table]
+        if column.is_counter
     }
 
 
@@ -103,25 +84,22 @@ def forget(snapshots: Snapshots) -> Snapshots:
     The layout and the query objects are left; there is no remembered edge, no counter, and time
     starts now: what the clock shows is no memory.
     """
-    batch, clock = snapshots.num_snapshots, snapshots.clock
+    batch, clock, asked = snapshots.num_snapshots, snapshots.clock, snapshots.query_object
     if clock is not None:
         now = compute_week_seconds(clock, snapshots.time)
         clock = np.stack([now, clock[:, 1]], axis=1)
-    no_edges = np.zeros(0, dtype=np.int32)
+    num_furniture = len(snapshots.query_prior)
     return replace(
         snapshots,
         time=np.zeros(batch, dtype=np.int32),
         clock=clock,
-        object_snapshot=np.arange(batch),
-        object_label=snapshots.object_label[snapshots.query_object],
+        furniture={**snapshots.furniture, **make_counters("furniture", num_furniture)},
+        objects={
+            **{name: column[asked] for name, column in snapshots.objects.items()},
+            **make_counters("objects", batch),
+        },
+        edges={name: column[:0] for name, column in snapshots.edges.items()},
         query_object=np.arange(batch),
-        edge_object=no_edges,
-        edge_furniture=no_edges,
-        edge_relation=no_edges,
-        edge_prior=np.zeros(0, dtype=np.float32),
-        furniture_counters=make_counters(FURNITURE_COUNTERS, len(snapshots.furniture_label)),
-        object_counters=make_counters(OBJECT_COUNTERS, batch),
-        edge_counters=make_counters(EDGE_COUNTERS, 0),
     )
 
 
@@ -131,22 +109,10 @@ def forget_absence(snapshots: Snapshots) -> Snapshots:
     Edges that were never seen true are left out. Of the others only sightings are counted: observed
     as often as seen, last observed when last seen, never changed.
     """
-    counters = snapshots.edge_counters
-    was_true = counters["num_true"] > 0
-    num_true, last_true = counters["num_true"][was_true], counters["last_true"][was_true]
-    return replace(
-        snapshots,
-        edge_object=snapshots.edge_object[was_true],
-        edge_furniture=snapshots.edge_furniture[was_true],
-        edge_relation=snapshots.edge_relation[was_true],
-        edge_prior=snapshots.edge_prior[was_true],
-        edge_counters={
-            "num_observed": num_true,
-            "num_true": num_true,
-            "num_changed": np.zeros_like(num_true),
-            "last_observed": last_true,
-            "last_changed": np.full_like(last_true, NEVER),
-            "last_true": last_true,
-            "is_true": np.ones_like(counters["is_true"][was_true]),
-        },
-    )
+    was_true = snapshots.edges["num_true"] > 0
+    seen = {name: column[was_true] for name, column in snapshots.edges.items()}
+    sightings = make_counters("edges", len(seen["num_true"]))
+    sightings["num_observed"] = sightings["num_true"] = seen["num_true"]
+    sightings["last_observed"] = sightings["last_true"] = seen["last_true"]
+    sightings["is_true"][:] = True
+    return replace(snapshots, edges=seen | sightings)

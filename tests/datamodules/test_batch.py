@@ -82,7 +82,7 @@ def test_query_edges_say_where_they_lead(snapshots):
     batch = GraphBuilder(FeatureConfig(), 1).build(snapshots)
     furniture = batch.edge_dst[batch.query_edge] - batch.furniture.start
     assert batch.furniture_index[furniture].equal(batch.query_furniture)
-    first = snapshots.first_furniture[batch.query_snapshot]
+    first = snapshots.find_first("furniture")[batch.query_snapshot]
     answers = snapshots.answers[first + batch.query_furniture.numpy()]
     assert batch.query_target.tolist() == answers.astype(float).tolist()
     on_top = batch.query_edge >= sum(batch.edge_counts[:8])  # the type object onTop furniture

@@ -126,15 +126,11 @@ def test_without_absence_edges_count_sightings_alone(hand_written):
     # last 4 steps ago. In the fridge it was looked for once and not seen: no edge.
     looked_in_fridge = dataclasses.replace(
         hand_written,
-        **{
-            f"edge_{name}": np.append(getattr(hand_written, f"edge_{name}"), value)
+        edges={
+            name: np.append(hand_written.edges[name], value)
             for name, value in {
-                "object": 0, "furniture": 1, "relation": 0, "prior": np.float32(0.2),
-            }.items()
-        },
-        edge_counters={
-            name: np.append(hand_written.edge_counters[name], value)
-            for name, value in {
+                "snapshot": 0, "object": 0, "furniture": 1, "relation": 0,
+                "prior": np.float32(0.2),
                 "num_observed": 1, "num_true": 0, "num_changed": 0, "last_observed": 4,
                 "last_changed": -1, "last_true": -1, "is_true": False,
             }.items()
@@ -238,7 +234,7 @@ def test_without_memory_there_is_the_layout_and_the_question(hand_written):
     later = dataclasses.replace(
         hand_written,
         time=hand_written.time + 50,
-        furniture_counters={**hand_written.furniture_counters, "num_observed": np.array([9, 9])},
+        furniture={**hand_written.furniture, "num_observed": np.array([9, 9])},
     )
     again = GraphBuilder(config).build(later).to_pyg()
     for etype in EDGE_TYPES:

@@ -107,16 +107,16 @@ def collection(together, tmp_path_factory) -> Path:
 
 def test_snapshots_hold_nothing_of_the_padding(together):
     for snapshots in together[0]:
-        assert np.diff(snapshots.first_room).tolist() == [2, 3, 4]
-        assert np.diff(snapshots.first_furniture).tolist() == list(SIZES)
+        assert np.diff(snapshots.find_first("rooms")).tolist() == [2, 3, 4]
+        assert np.diff(snapshots.find_first("furniture")).tolist() == list(SIZES)
         for name, column in list_columns(snapshots).items():
             if name.startswith(("room", "furniture")) and "last" not in name:
                 assert column.min() >= 0, name
         assert snapshots.query_prior.shape == (56, 2)
         assert snapshots.extras["evidence"].shape == (56, 3)
         assert not np.isnan(snapshots.extras["evidence"]).any()
-        assert (snapshots.furniture_snapshot[snapshots.edge_furniture] == (
-            snapshots.object_snapshot[snapshots.edge_object]
+        assert (snapshots.furniture["snapshot"][snapshots.edges["furniture"]] == (
+            snapshots.objects["snapshot"][snapshots.edges["object"]]
         )).all()  # fmt: skip
 
 

@@ -104,7 +104,7 @@ def test_two_collections_are_one_set(collection, builder, tmp_path):
     assert len(both) == len(first) + len(second)
     last = np.arange(5)
     found, own = both.take(last + len(first)), second.take(last)
-    for name in ("time", "edge_counters", "query_prior", "answers"):
+    for name in ("time", "edges", "query_prior", "answers"):
         np.testing.assert_equal(getattr(found, name), getattr(own, name))
 
 

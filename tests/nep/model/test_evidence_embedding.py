@@ -69,12 +69,12 @@ def test_of_two_remembered_relations_the_truer_one_is_asked(dataset):
     """Both "in" and "onTop" at one place: the query edge is the one with more sightings."""
     snapshots = dataset.take(np.arange(36))
     batch = GraphBuilder(FEATURES, num_hops=0).build(snapshots)
-    own = snapshots.query_object[snapshots.object_snapshot[snapshots.edge_object]]
-    own = np.flatnonzero(own == snapshots.edge_object)
-    num_true = np.full((len(snapshots.furniture_label), 2), -1)
-    sightings = snapshots.edge_counters["num_true"][own]
-    num_true[snapshots.edge_furniture[own], snapshots.edge_relation[own]] = sightings
-    row = snapshots.first_furniture[batch.query_snapshot] + batch.query_furniture.numpy()
+    own = snapshots.query_object[snapshots.objects["snapshot"][snapshots.edges["object"]]]
+    own = np.flatnonzero(own == snapshots.edges["object"])
+    num_true = np.full((len(snapshots.furniture["label"]), 2), -1)
+    sightings = snapshots.edges["num_true"][own]
+    num_true[snapshots.edges["furniture"][own], snapshots.edges["relation"][own]] = sightings
+    row = snapshots.find_first("furniture")[batch.query_snapshot] + batch.query_furniture.numpy()
     is_seen = num_true[row].max(axis=1) >= 0
     best = num_true[row].argmax(axis=1)
     assert is_seen.any()

@@ -23,7 +23,7 @@ def test_declarations_hold_together(columns):
     for number, column in enumerate(columns):
         assert column.low <= column.default
         assert column.high == NOW or column.default <= column.high
-        assert column.refers_to in ("", *TABLES)
+        assert column.refers_to in ("", "labels", *TABLES)
         if column.guess is not None:  # of what was declared before it
             own = {other.name: np.ones(2, int) for other in columns[:number]}
             assert column.guess(own, {"first_observed": np.zeros(2, int)}).shape == (2,)

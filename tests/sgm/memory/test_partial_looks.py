@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
-from sgm.schema import EDGE_COUNTERS, NEVER
+from sgm.schema import COUNTERS, NEVER
 
 IGNORE = pytest.mark.filterwarnings("ignore:.* confidences of a look are below")
 
@@ -24,7 +24,7 @@ def memory():
 
 def read_edge(memory, row=0):
     edges = memory.batch.edges
-    return {name: edges[name][row].item() for name in (*EDGE_COUNTERS, "missed", "confidence")}
+    return {name: edges[name][row].item() for name in (*COUNTERS["edges"], "missed", "confidence")}
 
 
 def look(memory, coverage, seen=()):

@@ -148,12 +148,12 @@ def test_equal_to_the_memory_of_a_simulated_home():
         )  # fmt: skip
         for names in (
             ("query_prior",),
-            ("furniture_prob",),
-            ("furniture_counters.num_observed",),
-            ("object_label", "object_counters.num_observed", "object_counters.last_observed",
-             "object_counters.num_moved"),
-            ("edge_furniture", "edge_relation", "edge_prior", "edge_counters.num_observed",
-             "edge_counters.num_true", "edge_counters.last_changed", "edge_counters.is_true"),
+            ("furniture.prob",),
+            ("furniture.num_observed",),
+            ("objects.label", "objects.num_observed", "objects.last_observed",
+             "objects.num_moved"),
+            ("edges.furniture", "edges.relation", "edges.prior", "edges.num_observed",
+             "edges.num_true", "edges.last_changed", "edges.is_true"),
         ):  # fmt: skip
             np.testing.assert_array_equal(_sort_rows(single, names), _sort_rows(batched, names))
         # What the rollout is about to see, sighted again by hand.

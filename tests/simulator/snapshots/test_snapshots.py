@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sgm.schema import EDGE_COUNTERS, FURNITURE_COUNTERS, OBJECT_COUNTERS
+from sgm.schema import COUNTERS
 from simulator.policies import make_policy
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.snapshots import Snapshots
@@ -10,7 +10,7 @@ from simulator.tasks.predict_location import predict_locations
 from simulator.tasks.rollout import Rollout
 
 STEPS = 25
-COUNTERS = {"furniture": FURNITURE_COUNTERS, "object": OBJECT_COUNTERS, "edge": EDGE_COUNTERS}
+TABLES = {"furniture": "furniture", "object": "objects", "edge": "edges"}
 
 
 def list_valid(shard, kind, number):
@@ -23,7 +23,7 @@ def list_valid(shard, kind, number):
             row = int(shard[f"{kind}_version_of"][version])
             assert row not in rows, "two versions are valid at once"
             rows[row] = tuple(
-                int(shard[f"{kind}_version_{name}"][version]) for name in COUNTERS[kind]
+                int(shard[f"{kind}_version_{name}"][version]) for name in COUNTERS[TABLES[kind]]
             )
     return rows
 
@@ -51,19 +51,19 @@ def rebuild(shard, number):
 def read_live(live: Snapshots, home: int, answers: np.ndarray):
     """Read one home of snapshots that were taken live, in the same form."""
     nodes = {}
-    for node in np.flatnonzero(live.object_snapshot == home).tolist():
-        values = (int(live.object_counters[name][node]) for name in OBJECT_COUNTERS)
-        nodes[node] = (int(live.object_label[node]), *values)
+    for node in np.flatnonzero(live.objects["snapshot"] == home).tolist():
+        values = (int(live.objects[name][node]) for name in COUNTERS["objects"])
+        nodes[node] = (int(live.objects["label"][node]), *values)
     edges = []
-    for edge in range(len(live.edge_object)):
-        if int(live.edge_object[edge]) in nodes:
-            column = int(live.edge_furniture[edge] - live.first_furniture[home])
-            place = (column, int(live.edge_relation[edge]))
-            values = (int(live.edge_counters[name][edge]) for name in EDGE_COUNTERS)
-            prior = float(live.edge_prior[edge])
-            edges.append((int(live.edge_object[edge]), *place, prior, *values))
-    rows = slice(*live.first_furniture[home : home + 2])
-    columns = [live.furniture_counters[name][rows].tolist() for name in FURNITURE_COUNTERS]
+    for edge in range(len(live.edges["object"])):
+        if int(live.edges["object"][edge]) in nodes:
+            column = int(live.edges["furniture"][edge] - live.find_first("furniture")[home])
+            place = (column, int(live.edges["relation"][edge]))
+            values = (int(live.edges[name][edge]) for name in COUNTERS["edges"])
+            prior = float(live.edges["prior"][edge])
+            edges.append((int(live.edges["object"][edge]), *place, prior, *values))
+    rows = slice(*live.find_first("furniture")[home : home + 2])
+    columns = [live.furniture[name][rows].tolist() for name in COUNTERS["furniture"]]
     return {
         "time": int(live.time[home]),
         "furniture": list(zip(*columns, strict=True)),
@@ -138,15 +138,15 @@ def test_a_snapshot_by_hand(make_tiny_memory):
     queries = memory.query(np.array([1]), np.array([8]), np.array([milk]), np.array([1]))
     snapshot = take_snapshots(memory, queries)
     assert snapshot.num_snapshots == 1
-    assert snapshot.first_furniture.tolist() == [0, 6]
+    assert snapshot.find_first("furniture").tolist() == [0, 6]
     assert snapshot.time.tolist() == [2]
-    assert snapshot.object_label.tolist() == [mug, milk]
-    assert snapshot.object_counters["last_observed"].tolist() == [1, -1]
+    assert snapshot.objects["label"].tolist() == [mug, milk]
+    assert snapshot.objects["last_observed"].tolist() == [1, -1]
     assert snapshot.query_object.tolist() == [1]
-    assert snapshot.edge_object.tolist() == [0]
-    assert (snapshot.edge_furniture.tolist(), snapshot.edge_relation.tolist()) == ([2], [1])
-    assert snapshot.edge_prior.tolist() == pytest.approx([0.4])
-    assert snapshot.furniture_counters["num_observed"].tolist() == [0, 0, 1, 0, 0, 0]
+    assert snapshot.edges["object"].tolist() == [0]
+    assert (snapshot.edges["furniture"].tolist(), snapshot.edges["relation"].tolist()) == ([2], [1])
+    assert snapshot.edges["prior"].tolist() == pytest.approx([0.4])
+    assert snapshot.furniture["num_observed"].tolist() == [0, 0, 1, 0, 0, 0]
     np.testing.assert_allclose(snapshot.query_prior[[0, 2]], [[0.8, 0], [0, 0.2]])
     assert snapshot.answers is None
 
@@ -158,11 +158,11 @@ def test_two_queries_of_one_home_are_two_snapshots(make_tiny_memory):
     memory.observe(np.array([0, 1]), np.array([2, 3]), rows[:2][::-1], np.array([1, 1]))
     snapshots = take_snapshots(memory, memory.query(home, keys, keys, keys * 0))
     # Home 1 has an edge of object 7 to furniture 3, home 0 one to furniture 2.
-    assert snapshots.object_snapshot.tolist() == [0, 1, 2, 2]
-    assert snapshots.first_furniture.tolist() == [0, 6, 12, 18]
-    assert snapshots.edge_furniture.tolist() == [3, 6 + 2, 12 + 3]
-    assert snapshots.object_snapshot[snapshots.query_object].tolist() == [0, 1, 2]
-    assert snapshots.object_snapshot[snapshots.edge_object].tolist() == [0, 1, 2]
+    assert snapshots.objects["snapshot"].tolist() == [0, 1, 2, 2]
+    assert snapshots.find_first("furniture").tolist() == [0, 6, 12, 18]
+    assert snapshots.edges["furniture"].tolist() == [3, 6 + 2, 12 + 3]
+    assert snapshots.objects["snapshot"][snapshots.query_object].tolist() == [0, 1, 2]
+    assert snapshots.objects["snapshot"][snapshots.edges["object"]].tolist() == [0, 1, 2]
 
 
 def test_objects_asked_for_can_be_taken_alone(make_tiny_memory):
@@ -176,17 +176,20 @@ def test_objects_asked_for_can_be_taken_alone(make_tiny_memory):
         )
     queries = memory.query(home[:3], keys[:3], keys[:3], keys[:3] * 0)
     alone, whole = (take_snapshots(memory, queries, asked_alone=alone) for alone in (True, False))
-    assert alone.object_snapshot.tolist() == [0, 1, 2]
+    assert alone.objects["snapshot"].tolist() == [0, 1, 2]
     assert alone.query_object.tolist() == [0, 1, 2]
-    assert alone.object_label.tolist() == keys[:3].tolist()
-    assert alone.edge_object.tolist() == [0, 0, 1]
-    assert alone.edge_furniture.tolist() == [3, 4, 6 + 2]
-    is_asked = whole.query_object[whole.object_snapshot[whole.edge_object]] == whole.edge_object
-    for name in ("edge_furniture", "edge_prior"):
-        np.testing.assert_array_equal(getattr(alone, name), getattr(whole, name)[is_asked])
-    for name in EDGE_COUNTERS:
-        of_asked = whole.edge_counters[name][is_asked]
-        np.testing.assert_array_equal(alone.edge_counters[name], of_asked)
+    assert alone.objects["label"].tolist() == keys[:3].tolist()
+    assert alone.edges["object"].tolist() == [0, 0, 1]
+    assert alone.edges["furniture"].tolist() == [3, 4, 6 + 2]
+    is_asked = (
+        whole.query_object[whole.objects["snapshot"][whole.edges["object"]]]
+        == whole.edges["object"]
+    )
+    for name in ("furniture", "prior"):
+        np.testing.assert_array_equal(alone.edges[name], whole.edges[name][is_asked])
+    for name in COUNTERS["edges"]:
+        of_asked = whole.edges[name][is_asked]
+        np.testing.assert_array_equal(alone.edges[name], of_asked)
 
 
 def test_snapshots_do_not_change_with_the_memory(make_tiny_homes):
