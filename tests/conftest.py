@@ -1,3 +1,4 @@
+import gc
 import multiprocessing
 import os
 import shlex
@@ -46,6 +47,12 @@ def pytest_runtest_setup(item):
     """Skip what is marked `dgl` where there is none."""
     if item.get_closest_marker("dgl") and find_spec("dgl") is None:
         pytest.skip("dgl is not installed: it has no wheels beyond Python 3.11")
+
+
+def pytest_collection_finish():
+    """Let the garbage collector leave alone what imports made: torch alone is a million objects."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")
