@@ -1,8 +1,9 @@
-"""Writes of names that are nearly those of known things: nothing else may be moved or forgotten."""
+"""Writes and searches of names that are nearly those of known things: nothing else may be meant."""
 
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,8 @@ def use(folder: Path) -> None:
     for _ in range(10):
         known = seen[int(rng.integers(len(seen)))]
         _write(service, _spoil(known, rng), rng)
+    for _ in range(3):
+        _search(service, _spoil(seen[int(rng.integers(len(seen)))], rng), rng)
 
 
 def _make_name(rng: Rng) -> str:
@@ -66,6 +69,38 @@ def _spoil(name: str, rng: Rng) -> str:
     if kind == 4:
         return name.upper()
     return _make_name(rng)
+
+
+def _search(service: MemoryService, name: str, rng: Rng) -> None:
+    """Search for a name, and say what came of it; nothing may be noted of what is not meant."""
+    memory = service.memory
+    if not name.strip(" _.-"):
+        return
+    before = {thing: str(memory.history(thing)) for thing in memory.descriptions}
+    meant = service.finder.resolve(memory, name).meant
+    search = service.finder.search(memory, name)
+    if search.next() is None:
+        return
+    kind = int(rng.integers(3))
+    if kind == 0:
+        search.found()
+    elif kind == 1:
+        search.not_found()
+    else:
+        other = _spoil(name, rng)
+        if other.strip(" _.-"):
+            is_found = search.seen([Sighting(other)], hidden=list(before))
+            assert not is_found or _list_marks(name) <= _list_marks(other), (name, other)
+        return
+    for thing, was in before.items():
+        assert thing in meant or str(memory.history(thing)) == was, (thing, name, kind)
+
+
+def _list_marks(name: str) -> set[str]:
+    """List the words of a name that say which of several it is: sides, and what has a digit."""
+    words = re.split(r"[\s_.]+", name.casefold())
+    is_mark = re.compile(r"left|right|.*\d.*")
+    return {word.lstrip("0") for word in words if is_mark.fullmatch(word)}
 
 
 def _write(service: MemoryService, name: str, rng: Rng) -> None:
