@@ -14,6 +14,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 
 import sgm
 from sgm.serve.__main__ import make_parser
@@ -47,6 +49,32 @@ def test_both_have_one_version():
     assert len(shared) >= 2  # one range where both need a package
     both = read_requirements(core).keys() & read_requirements(research).keys()
     assert {name for name, _ in shared} == both
+
+
+@pytest.mark.parametrize("python", ["3.12", "3.13"])
+def test_pip_installs_both_on_a_python_that_dgl_has_no_wheels_for(python):
+    """`pip install ./core .` ended in a list of versions that fit no Python but 3.11."""
+    named = []
+    for path in ("setup.cfg", "core/setup.cfg"):
+        settings = read_settings(path)
+        assert python in SpecifierSet(settings["options"]["python_requires"])
+        versions = settings["metadata"]["classifiers"]
+        assert f"Programming Language :: Python :: {python}" in versions
+        lines = settings["options"]["install_requires"].split("\n")
+        for line in filter(None, (line.partition("#")[0].strip() for line in lines)):
+            requirement = Requirement(line)
+            marker = requirement.marker
+            if marker is None or marker.evaluate({"python_version": python}):
+                named.append(requirement.name)
+    assert "torch" in named
+    assert "dgl" not in named
+
+
+def test_no_message_says_to_install_what_no_index_has():
+    for folder in ("sgm", "simulator", "datamodules", "nep", "ros"):
+        for path in (ROOT / folder).rglob("*.py"):
+            text = path.read_text("utf-8")
+            assert not re.search(r"pip install '?\"?scene-graph-memory", text), path
 
 
 def test_every_package_is_typed():

@@ -13,6 +13,7 @@ import time
 import pytest
 
 from sgm.replay.kept_home import KeptHome
+from sgm.serve import __main__ as server_main
 from sgm.serve.__main__ import main
 
 from .conftest import Client, open_service
@@ -182,6 +183,21 @@ def test_bad_options_are_one_line(tmp_path, monkeypatch, capsys, options, line):
     assert said.startswith("error: ")
     assert line in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("missing", ["uvicorn", "mcp"])
+def test_without_its_extra_the_line_says_what_an_index_has(tmp_path, monkeypatch, capsys, missing):
+    """The name of the distribution is on no index: only the folder of a checkout installs it."""
+
+    def find(name):
+        return None if name == missing else name
+
+    monkeypatch.setattr(server_main, "find_spec", find)
+    assert main([str(tmp_path / "home.sgm"), "--new"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: extra serve must be installed, got no {missing}.")
+    assert said.endswith("Run pip install './core[serve]'.\n")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_short_token_is_refused(tmp_path, monkeypatch, capsys):
