@@ -7,6 +7,7 @@ from collections.abc import Callable
 from sgm.layout.furniture import Furniture
 from sgm.layout.layout import Layout
 from sgm.names.name import Name
+from sgm.names.numbers_by_key import NumbersByKey
 from sgm.names.words import MAX_LENGTH
 
 # Ways to call furniture of a room: those before come first.
@@ -28,7 +29,7 @@ class CalledFurniture:
         rows = layout.furniture.items()
         self._rows = [(number, row, str(layout.rooms[row.room])) for number, row in rows]
         # For each way, ids by `Name.keys`.
-        self._tables: list[dict[tuple[object, str], list[int]]] = []
+        self._tables: list[NumbersByKey] = []
 
     def find(self, name: Name) -> list[int]:
         """Return the ids of the furniture that is exactly of a name, ascending.
@@ -40,16 +41,16 @@ class CalledFurniture:
             if way == len(self._tables):
                 self._tables.append(self._read(call))
             table = self._tables[way]
-            found = {number for key in name.keys for number in table.get(key, ())}
+            found = {number for key in name.keys for number in table.find(key)}
             if found:
                 return [number for number, *_ in self._rows if number in found]
         return []
 
-    def _read(self, call: Callable[[Furniture, str], str]) -> dict[tuple[object, str], list[int]]:
-        table: dict[tuple[object, str], list[int]] = {}
+    def _read(self, call: Callable[[Furniture, str], str]) -> NumbersByKey:
+        table = NumbersByKey()
         for number, row, room in self._rows:
             words = call(row, room)
             if len(words) <= MAX_LENGTH:
                 for key in Name.read(words).keys:
-                    table.setdefault(key, []).append(number)
+                    table.add(key, number)
         return table

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -78,6 +78,9 @@ _COUNTED = {
 }
 
 
+_NONE: frozenset[str] = frozenset()
+
+
 class Reading(NamedTuple):
     """One way to read a name.
 
@@ -125,9 +128,9 @@ class Reading(NamedTuple):
     main_words: frozenset[str]
     is_content: bool
     head_before: frozenset[str]
-    features: frozenset[str] = frozenset()
-    said: frozenset[str] = frozenset()
-    packages: frozenset[str] = frozenset()
+    features: frozenset[str] = _NONE
+    said: frozenset[str] = _NONE
+    packages: frozenset[str] = _NONE
     instance: str = ""
 
     def number(self, instance: str) -> Reading:
@@ -138,8 +141,26 @@ class Reading(NamedTuple):
         """Return the reading of a name that says other words, too."""
         if said == self.said:
             return self
-        packages = (said & PACKAGES) - (self.head_words & self.main_words)
+        packages = (said & PACKAGES) - (self.head_words & self.main_words) or _NONE
         return self._replace(said=said, packages=packages)
+
+
+class _Head(NamedTuple):
+    """What a thing is called without its properties; attributes as in `Reading`.
+
+    Attributes:
+        last: its last word, as it is compared.
+        names: what it and the names of its things are compared by.
+        before: its words without the last one.
+    """
+
+    words: frozenset[str]
+    last: str
+    key: str
+    names: frozenset[str]
+    main_words: frozenset[str]
+    is_sort: bool
+    before: frozenset[str]
 
 
 class NameReader:
@@ -158,7 +179,11 @@ class NameReader:
         self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
         self._read_text = lru_cache(maxsize=MOST_NAMES)(self._read_words_of)
         self._spell = lru_cache(maxsize=20_000)(self._spell_by_table)
-        self._spell_names = lru_cache(maxsize=20_000)(self._spell_names_of)
+        self._read_head = lru_cache(maxsize=20_000)(self._read_head_of)
+        # One set for all that are equal: most names say the same few properties.
+        self._share: Callable[[frozenset[str]], frozenset[str]] = lru_cache(maxsize=20_000)(
+            frozenset
+        )
 
     def _read(self, name: str) -> tuple[Reading, ...]:
         """Return the readings of a name, the main ones first."""
@@ -201,10 +226,11 @@ class NameReader:
 
     def _list_plain_words(self, text: str) -> tuple[str, ...]:
         """Return the words of a name of which they are all there is to read; none of any other."""
-        plain = split_words(text)
-        if not text.replace(" ", "").isalnum() or not BREAKS.isdisjoint(plain):
+        if not text.replace(" ", "").isalnum():
             return ()
-        return () if compute_singular(plain[-1]) in _AFTER_THING else plain
+        plain = split_words(text)
+        is_all = BREAKS.isdisjoint(plain) and compute_singular(plain[-1]) not in _AFTER_THING
+        return plain if is_all else ()
 
     def _find_start(self, plain: Sequence[str]) -> int:
         """Return where the longest name of the table begins that words end in."""
@@ -226,7 +252,7 @@ class NameReader:
                 readings += self._read_phrase(split_possessives(part), is_remark)
         if all(reading.is_content for reading in readings):  # nothing but remarks, or no words
             readings = self._read_phrase(split_possessives(text), False)
-        said = frozenset().union(*(reading.said for reading in readings))
+        said = self._share(frozenset().union(*(reading.said for reading in readings)))
         whole = [reading.with_said(said) for reading in _drop_equal(readings)]
         return tuple(sorted(whole, key=lambda reading: reading.is_content))
 
@@ -245,7 +271,7 @@ class NameReader:
         else:
             first = breaks[0]
             found += self._read_parts(words[:first], plain[first], words[first + 1 :], is_content)
-        said = self._spell_all(list_plain(" ".join(plain))) - BREAKS
+        said = self._share(self._spell_all(list_plain(" ".join(plain))) - BREAKS)
         return _drop_equal([reading.with_said(said) for reading in found])
 
     def _read_parts(
@@ -317,31 +343,41 @@ class NameReader:
         owned = max(
             (n + 1 for n in range(start) if words[n][1] and words[n][0] not in _NOBODY), default=0
         )
-        head = self._spell_all(plain[start:])
-        before = plain[owned:start]
-        last, whole = spell(plain[-1]), make_key(plain[start:])
-        keys, main_words = self._spell_names(things)
-        own_words = head | {whole} | keys
-        properties, kinds, sorts = self._split_modifiers(before, (last, whole), own_words)
-        _, stem, stem_sorts = self._split_modifiers(plain[owned:-1], (last,), own_words - head)
-        is_sort = False
-        if len(things) == 1 and length > 1:  # "dress shirt" is a "shirt" by the table, and a sort
-            name = self._table.names[things[0]]
-            is_sort = " " not in name and make_key([name]) == make_key(plain[-1:])
         own, ending = tuple(plain[owned:]), tuple(plain[start:])
+        head = self._read_head(ending, things)
+        properties, kinds, sorts = self._split_modifiers(
+            plain[owned:start], (head.last, head.key), head.words | head.names
+        )
+        _, stem, stem_sorts = self._split_modifiers(
+            plain[owned:-1], (head.last,), head.names - head.words
+        )
         known = self._table.find(plain[:owned]) if owned else ()  # "dad" and "father" are one
         owner = self._table.names[known[0]] if known else " ".join(plain[:owned])
         most = min(_LONGEST_ENDING, len(own))
-        endings = tuple(make_key(own[-length:]) for length in range(most, 0, -1))
+        endings = tuple([make_key(own[-length:]) for length in range(most, 0, -1)])
         return Reading(
-            things, own, ending, head, properties, kinds, sorts, stem, stem_sorts, whole, endings,
-            owner, is_sort, main_words, is_content, head - {last},
+            things, own, ending, head.words, properties, kinds, sorts, stem, stem_sorts, head.key,
+            endings, owner, head.is_sort, head.main_words, is_content, head.before,
         )  # fmt: skip
+
+    def _read_head_of(self, ending: tuple[str, ...], things: tuple[int, ...]) -> _Head:
+        """Read the words that say what a thing is, and the names of the things that it may be."""
+        words, last, key = self._spell_all(ending), spell(ending[-1]), make_key(ending)
+        names = [split_words(self._table.names[thing]) for thing in things]
+        is_sort = False
+        if len(things) == 1 and len(ending) > 1:  # "dress shirt" is a "shirt" by the table
+            name = self._table.names[things[0]]
+            is_sort = " " not in name and make_key([name]) == make_key(ending[-1:])
+        main_words = frozenset(spell(word) for name in names for word in name)
+        own = frozenset((key, *map(make_key, names)))
+        return _Head(words, last, key, own, main_words, is_sort, words - {last})
 
     def _split_modifiers(
         self, words: list[str], heads: tuple[str, ...], repeated: frozenset[str] | set[str]
     ) -> tuple[frozenset[str], frozenset[str], frozenset[str]]:
         """Return words before a head as they are compared, and which are its kinds and sorts."""
+        if not words:
+            return _NONE, _NONE, _NONE
         properties, kinds, sorts, at = set(), set(), set(), 0
         while at < len(words):
             length = min(len(words) - at, self._table.longest)
@@ -358,14 +394,9 @@ class NameReader:
                 kinds.add(spelled)
             if not says_how(word):
                 sorts.add(spelled)
-        return frozenset(properties), frozenset(kinds), frozenset(kinds | sorts)
-
-    def _spell_names_of(self, things: tuple[int, ...]) -> tuple[frozenset[str], frozenset[str]]:
-        """Return what the names of things are compared by, and their words."""
-        names = [split_words(self._table.names[thing]) for thing in things]
-        return frozenset(map(make_key, names)), frozenset(
-            spell(word) for own in names for word in own
-        )
+        found = (frozenset(properties), frozenset(kinds), frozenset(kinds | sorts))
+        said, makes_other, is_sort = map(self._share, found)
+        return said, makes_other, is_sort
 
     def _key_phrase(self, words: list[str]) -> str:
         return make_key(split_words(self._table.names[self._table.find(words)[0]]))

@@ -24,6 +24,7 @@ from sgm.names.modifiers import MATERIALS, spell
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import Reading, make_reader
+from sgm.names.numbers_by_key import NumbersByKey
 from sgm.names.resolution import MOST_ALTERNATIVES, Resolution
 from sgm.names.spelling import is_near, is_typo
 from sgm.names.words import read_name, read_words, split_words, strip_question
@@ -95,7 +96,7 @@ class NameIndex:
         self._things: dict[int, list[_Entry]] = {}
         self._contents: dict[int, list[_Entry]] = {}
         self._endings: dict[str, list[_Entry]] = {}
-        self._same = _Numbers()
+        self._same = NumbersByKey()
         self._spelled: dict[tuple[tuple[str, ...], str], list[int]] = {}  # by words, no numbers
         self._texts: dict[str, list[int]] = {}  # by the names without numbers
         self._resolved: dict[str, Resolution] = {}
@@ -505,30 +506,6 @@ class NameIndex:
             close += group
         rest = [number for number in dict.fromkeys(close) if number not in found]
         return self._name(rest[:MOST_ALTERNATIVES])
-
-
-class _Numbers(dict[object, "int | list[int]"]):
-    """Numbers of descriptions by what they have; of most keys that is one number, kept as such."""
-
-    def find(self, key: object) -> Sequence[int]:
-        """Return the numbers of a key, ascending."""
-        found = self.get(key, ())
-        return (found,) if isinstance(found, int) else found
-
-    def add(self, key: object, number: int) -> None:
-        """Add a number to a key that may have it."""
-        found = self.setdefault(key, number)
-        if not isinstance(found, int):
-            insort(found, number)
-        elif found != number:
-            self[key] = sorted((found, number))
-
-    def discard(self, key: object, number: int) -> None:
-        """Take a number from a key that may have it."""
-        left = [other for other in self.find(key) if other != number]
-        self.pop(key, None)
-        for other in left:
-            self.add(key, other)
 
 
 class _Declared:

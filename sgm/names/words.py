@@ -299,7 +299,7 @@ def split_words(name: str) -> tuple[str, ...]:
 
     Determiners at its beginning are left out, and hyphens part words.
     """
-    return tuple(word for word, _ in split_possessives(name))
+    return tuple([word for word, _ in split_possessives(name)])
 
 
 def split_possessives(name: str) -> list[tuple[str, bool]]:

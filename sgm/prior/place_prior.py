@@ -67,7 +67,7 @@ class PlacePrior:
             ],
             dtype=np.int64,
         )
-        self.weights = self._share(np.moveaxis(columns.weights[:, self._node], 0, 1))
+        self.weights = self._share(np.moveaxis(columns.weights.take(self._node, axis=1), 0, 1))
         self.furniture_prob = columns.prob[self._node].astype(np.float32)
 
     def rows(self, home: np.ndarray, object_type: np.ndarray) -> np.ndarray:
@@ -92,7 +92,7 @@ class PlacePrior:
         unknown = self._list_unknown()
         if not unknown:
             return sum_relations(self.weights)
-        weights = np.moveaxis(self._columns.weights[:, self._node], 0, 1)  # (H, O, F, 2)
+        weights = np.moveaxis(self._columns.weights.take(self._node, axis=1), 0, 1)  # (H, O, F, 2)
         for home, place in unknown:
             room, label = self._rooms[home][place], self._labels[home][place]
             weights[home, :, place] = self._columns.blend(str(room), label)
