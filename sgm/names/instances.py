@@ -11,14 +11,18 @@ from sgm.names.words import MOST_NAMES, normalize
 _SENSE = re.compile(r"\.[nvar]\.\d\d(?!\d)")  # of WordNet: "pizza.n.01"
 _LOCATED = re.compile(r"(?=.*\d)[^|]*[^|\s]\s*\|")  # "Mug|-01.23|+00.95|+01.34"
 _HEX = r"(?:[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}|(?=[0-9a-f]*\d)[0-9a-f]{4,}|[0-9a-f]{8,})"
-_NUMBER = r"(?:no|nr|num|number|id|instance|inst)"
+_NUMBER = r"(?:no|nr|num|number|id|instance|inst|obj)"
+_OPENING = r"(?:\((?=[^()]*\)$)|\[(?=[^\[\]]*\]$)|\{(?=[^{}]*\}$)|<(?=[^<>]*>$))"
 _LAST = re.compile(
-    rf"(?<=[^\s])(?:\s*[\s.#:/@-]\s*(?:{_NUMBER}\.?\s+|(?:track|{_NUMBER})\.?)?#?"
-    rf"|\s*(?:\((?=[^()]*\)$)|\[(?=[^\[\]]*\]$)))(?P<mark>\d+|{_HEX})[\])]?$"
+    rf"(?<=[^\s])(?:\s*[\s.#:/@~=,;-]\s*(?:{_NUMBER}\.?\s+|(?:track|object|{_NUMBER})[.:=]?)?#?"
+    rf"|\s*{_OPENING}(?:(?:track|object|{_NUMBER})[.:=]?\s*)?#?)(?P<mark>\d+|{_HEX})[\])}}>]?$"
 )
 # Words, the last of which is not read as a part of the mark after them.
 _SPELLED = re.compile(rf"(?:[a-z]+ )*(?!(?:{_NUMBER}|track|[a-f]{{8,}})$)[a-z]+")
-_LISTED = re.compile(r"(?P<mark>0\d+)[\s.-]+(?=.*[^\W\d_]{2})")  # "006_mustard_bottle"
+_LISTED = re.compile(  # "006_mustard_bottle", "track_12_bottle", "[3] bottle", "3: bottle"
+    rf"(?P<mark>0\d+|(?:(?:track|object|{_NUMBER})[\s.:#-]*|#)\d+|\[\d+\]|\(\d+\)|\d+:)"
+    r"[\s.-]+(?=.*[^\W\d_]{2})"
+)
 _ON_SIGN = re.compile(r"(?<=[\u3040-\uffff])(?P<mark>\d+)$")  # "杯子1": no spaces
 _WRITTEN_ON = re.compile(r"(?P<word>[^\W\d_]{3,})(?P<mark>\d{1,4})$")  # "mug3"
 _MEASURE = re.compile(
@@ -26,7 +30,8 @@ _MEASURE = re.compile(
     r"(?:mm|cm|m|km|in|inch|inches|ft|ml|cl|dl|l|liters?|litres?|kg|g|mg|lbs?|oz|w|v|volts?|watts?"
     r"|a|ma|mah|gb|tb|hz|x\d+|\"|%)?)$"
 )
-_LETTER = re.compile(r"(?<=[^\s])[\s-]+(?P<mark>[a-z])$")
+_LETTER = re.compile(r"(?<=[^\s])[\s-]+(?P<mark>[a-z]|i{2,3}|iv|vi{1,3}|ix|v\d+)$")
+_CLONE = re.compile(r"\s*\((?:clone|copy)\)$")  # of Unity, and of editors
 _NUMBER_WORD = re.compile(
     r"(?P<word>[^\W\d_]+)\s+(?:number\s+)?"
     r"(?P<mark>one|two|three|four|five|six|seven|eight|nine|ten|eleven|twelve)$"
@@ -41,8 +46,9 @@ def split_instance(name: str) -> tuple[str, str]:
     """Split the counter or hash of a name from its words: ("mug", "2") of "Mug_002".
 
     Understood are "mug_1", "mug 1", "cup.001", "mug (2)", "mug #2", "Mug_3f2a1b", "mug[2]",
-    "mug no. 2", "mug_track2", "mug id 2", "002_mug", "杯子2", "pizza.n.01_1",
-    "bottom_cabinet_nddvba_0" and "Mug|-01.23|+00.95". Leading zeros make no difference.
+    "mug no. 2", "mug_track2", "mug id 2", "mug (id 2)", "002_mug", "track_2_mug", "[2] mug",
+    "杯子2", "pizza.n.01_1", "bottom_cabinet_nddvba_0" and "Mug|-01.23|+00.95". Leading zeros
+    make no difference.
 
     Returns:
         The words, as `normalize` gives them, and the instance; empty where the name has none.
@@ -66,7 +72,8 @@ def split_instance(name: str) -> tuple[str, str]:
         marks.append(coded["code"])
         text = coded["rest"]
     if listed := _LISTED.match(text):
-        marks.append(listed["mark"].lstrip("0") or "0")
+        number = re.sub(r"\D", "", listed["mark"])
+        marks.append(number.lstrip("0") or "0")
         text = text[listed.end() :]
     return text, " ".join(reversed(marks))
 
@@ -100,8 +107,13 @@ def split_spoken(name: str, is_known: Callable[[str], bool]) -> tuple[str, str]:
     A letter, a measure ("drill bit 6 mm") or a number in words ("mug two"), after a word that is
     known. A name stays another one without it, as for what acts.
     """
+    if "(" in name:
+        name, number = split_instance(_CLONE.sub("", name))
+        if number:
+            return name, number
     last = name.rpartition(" ")[2]
-    if len(last) > 1 and last not in _NUMBERS and name.replace(" ", "").isalpha():
+    is_plain = len(last) > 1 and last not in _NUMBERS and not set(last) <= set("ivx")
+    if is_plain and name.replace(" ", "").isalpha():
         return name, ""  # as of most names
     for pattern in (_LETTER, _MEASURE):
         found = pattern.search(name)

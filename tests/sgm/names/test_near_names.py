@@ -235,6 +235,11 @@ def test_what_says_how_it_is_narrows(make_service, seen, asked):
         ("ladle_track3", "ladle", "3"), ("ladle_instance_3", "ladle", "3"),
         ("railway track 3", "railway track", "3"), ("017_red_ladle", "red ladle", "17"),
         ("017_ladle_2", "ladle", "17 2"), ("501 jeans", "501 jeans", ""), ("0 7", "0 7", ""),
+        ("track_3_ladle", "ladle", "3"), ("obj 3 red ladle", "red ladle", "3"),
+        ("[3] ladle", "ladle", "3"), ("#3 ladle", "ladle", "3"), ("3: ladle", "ladle", "3"),
+        ("ladle (id 3)", "ladle", "3"), ("ladle_id:3", "ladle", "3"), ("ladle_obj_3", "ladle", "3"),
+        ("ladle<3>", "ladle", "3"), ("ladle{3}", "ladle", "3"), ("ladle~3", "ladle", "3"),
+        ("ladle (3", "ladle (3", ""), ("3 ladles", "3 ladles", ""),
         ("勺子3", "勺子", "3"), ("スプーン_3", "スプーン", "3"), ("zorb3", "zorb3", ""),
     ],
 )  # fmt: skip
