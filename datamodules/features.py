@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from datamodules.feature_rows import EdgeRows, LayoutRows, Rows
 from sgm.arrays.week import DAY_SECONDS, compute_week_seconds
 from sgm.evidence.columns import (
     PLACE_COLUMNS,
@@ -22,6 +21,9 @@ from sgm.evidence.columns import (
 )
 from sgm.messages import shorten
 from sgm.schema import NEVER
+
+if TYPE_CHECKING:
+    from simulator.snapshots.snapshots import Selection
 
 # Paper appendix B: average number of nodes (200) or edges (500) over ten times the steps (100).
 NODE_SCALE = 200 / (100 * 10.0)
@@ -34,10 +36,12 @@ FEATURE_SCHEMA_VERSION = 1
 # Their columns are always there, and zero where the group is off.
 PAPER_GROUPS = ("temporal", "semantic", "prior")
 
-Of = Literal["node", "furniture", "edge", "object edge", "query edge", "place", "question"]
+Of = Literal[
+    "node", "furniture", "object", "edge", "object edge", "query edge", "place", "question"
+]
 # The arrays of a batch that hold features, and what each of them holds features of.
 TABLES: dict[str, tuple[Of, ...]] = {
-    "node": ("node", "furniture"),
+    "node": ("node", "furniture", "object"),
     "edge": ("edge", "object edge", "query edge"),
     "place": ("place",),
     "question": ("question",),
@@ -51,13 +55,15 @@ class Feature:
     Attributes:
         name: what it is.
         group: the switch of `FeatureConfig` that it belongs to.
-        of: of what: "node", furniture and objects; "furniture"; "edge"; "object edge", between an
-            object and furniture; "query edge"; "place", furniture nodes beside their own features,
-            and "question", both for the embedding of evidence. It is 0 for other nodes or edges.
-        compute: returns it for `NodeRows` (of places, too), `EdgeRows` or `QuestionRows`, (n,) or
-            (n, width).
+        of: of what: "node", furniture and objects; "furniture"; "object"; "edge"; "object edge",
+            between an object and furniture; "query edge"; "place", furniture nodes beside their own
+            features, and "question", both for the embedding of evidence. It is 0 for other nodes or
+            edges.
+        compute: returns it for a `Selection` of them, (n,) or (n, width). Edges also have `cosine`,
+            that of the text vectors of their two nodes.
         width: number of columns.
-        layout: of an "edge" that joins no object; None for what is computed for these, too.
+        layout: of an "edge" that joins no object; None for what is computed for these, too, of
+            `cosine` and `prior` alone.
         recorded: the extra of a collection that it is computed from, if any.
         reads_others: whether it depends on what else is in a memory than the object asked for and
             its edges; if no feature does, a network without convolutions is given these alone.
@@ -71,12 +77,6 @@ class Feature:
     layout: float | None = 0.0
     recorded: str | None = None
     reads_others: bool = False
-
-    def compute_for(self, rows: Rows) -> np.ndarray | float:
-        """Return it for rows, (n,) or (n, width), or one number that stands for all of them."""
-        if isinstance(rows, LayoutRows) and self.layout is not None:
-            return self.layout
-        return self.compute(rows)
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ def compute_clock_features(
     return np.concatenate([now, seen], axis=1).astype(np.float32)
 
 
-def _compute_clock(edges: EdgeRows) -> np.ndarray:
+def _compute_clock(edges: Selection) -> np.ndarray:
     clock = edges.snapshots.clock
     if clock is None or np.isnan(clock).any():
         raise ValueError(
@@ -233,8 +233,8 @@ def _compute_clock(edges: EdgeRows) -> np.ndarray:
             "a recorded home starts, or make the memory with SceneGraphMemory(clock=Clock(...)); "
             "simulated homes have none."
         )
-    last_true = edges.take("last_true", NEVER)
-    return compute_clock_features(clock[edges.snapshot], edges.time, last_true)
+    last_true = edges["last_true"]
+    return compute_clock_features(clock[edges["snapshot"]], edges["time"], last_true)
 
 
 def _compute_circles(week_seconds: np.ndarray) -> np.ndarray:
@@ -258,28 +258,28 @@ FEATURES = (
         "times observed, scaled",
         "temporal",
         "node",
-        lambda nodes: nodes.take("num_observed") * NODE_SCALE,
+        lambda nodes: nodes["num_observed"] * NODE_SCALE,
         reads_others=True,
     ),
     Feature(
         "time since it was seen to have moved, scaled",
         "temporal",
-        "node",
+        "object",
         lambda nodes: nodes.since("last_moved") * NODE_SCALE,
         reads_others=True,
     ),
     Feature(
         "share of observations, after the first, that found it moved",
         "temporal",
-        "node",
-        lambda nodes: nodes.take("num_moved") / np.maximum(nodes.take("num_observed") - 1, 1),
+        "object",
+        lambda nodes: nodes["num_moved"] / np.maximum(nodes["num_observed"] - 1, 1),
         reads_others=True,
     ),
     Feature(
         "cosine of the text vectors of its nodes",
         "semantic",
         "edge",
-        lambda edges: edges.cosine,
+        lambda edges: edges["cosine"],
         layout=None,
     ),
     Feature(
@@ -298,32 +298,30 @@ FEATURES = (
         "times observed, scaled",
         "temporal",
         "edge",
-        lambda edges: edges.take("num_observed") * EDGE_SCALE,
+        lambda edges: edges["num_observed"] * EDGE_SCALE,
     ),
-    Feature(
-        "times true, scaled", "temporal", "edge", lambda edges: edges.take("num_true") * EDGE_SCALE
-    ),
+    Feature("times true, scaled", "temporal", "edge", lambda edges: edges["num_true"] * EDGE_SCALE),
     Feature(
         "share of observations in which it was true",
         "temporal",
         "edge",
-        lambda edges: edges.take("num_true") / np.maximum(edges.take("num_observed"), 1),
+        lambda edges: edges["num_true"] / np.maximum(edges["num_observed"], 1),
         layout=1.0,
     ),
     Feature(
         "times changed, scaled",
         "temporal",
         "edge",
-        lambda edges: edges.take("num_changed") * EDGE_SCALE,
+        lambda edges: edges["num_changed"] * EDGE_SCALE,
     ),
     Feature(
         "whether it was true when last observed",
         "temporal",
         "edge",
-        lambda edges: edges.take("is_true"),
+        lambda edges: edges["is_true"],
         layout=1.0,
     ),
-    Feature("prior", "prior", "edge", lambda edges: edges.prior, layout=None),
+    Feature("prior", "prior", "edge", lambda edges: edges["prior"], layout=None),
     Feature(
         "belief of `HomeFilter` (`compute_belief_features`)",
         "belief",

@@ -8,7 +8,6 @@ import numpy as np
 import torch
 
 from datamodules.batch import Batch
-from datamodules.feature_rows import EdgeRows, LayoutRows, NodeRows, QuestionRows, Rows
 from datamodules.features import (
     TABLES,
     TEXT_DIM,
@@ -19,6 +18,7 @@ from datamodules.features import (
 )
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.queries import propose_rows, sample_places
+from sgm.schema import Columns
 from sgm.text import load_text
 from simulator.snapshots.graph import (
     FIRST_OBJECT_TYPE,
@@ -26,9 +26,11 @@ from simulator.snapshots.graph import (
     MAX_ENTERING,
     OBJECT,
     OBJECT_UP,
-    SnapshotGraph,
+    Pairs,
+    join_nodes,
+    propose_edges,
 )
-from simulator.snapshots.snapshots import Snapshots, forget, forget_absence
+from simulator.snapshots.snapshots import Selection, Snapshots, forget, forget_absence
 
 
 class GraphBuilder:
@@ -76,57 +78,52 @@ class GraphBuilder:
             snapshots = forget_absence(snapshots)
         text, cosine = self._get_text(snapshots.labels)
         is_all = self.config.candidates == "all"
-        graph = SnapshotGraph.from_snapshots(snapshots, self._propose(snapshots), is_all)
-        is_kept, pair, is_up, first_edge = graph.list_edges(self.num_hops)
+        edges = propose_edges(snapshots, self._propose(snapshots), is_all)
+        nodes, first_node = join_nodes(snapshots)
+        pairs = Pairs.list(snapshots, edges, first_node)
+        is_kept, pair, is_up, first_edge = pairs.list_edges(edges["is_query"], self.num_hops)
         node, number_of_node = np.flatnonzero(is_kept), np.cumsum(is_kept) - 1
-        first_node = np.searchsorted(node, graph.first_node)
-        places, things = (
-            node[slice(*first_node[ntype : ntype + 2])] - graph.first_node[ntype]
-            for ntype in (FURNITURE, OBJECT)
+        first_kept = np.searchsorted(node, first_node)
+        furniture_nodes, object_nodes = (
+            slice(*first_kept[ntype : ntype + 2]) for ntype in (FURNITURE, OBJECT)
         )
-        furniture = NodeRows(snapshots, "furniture", places)
-        objects = NodeRows(snapshots, "object", things)
-        child, parent = graph.child[pair], graph.parent[pair]
+        furniture = snapshots.select("furniture", node[furniture_nodes] - first_node[FURNITURE])
+        objects = snapshots.select("objects", node[object_nodes] - first_node[OBJECT])
+        child, parent = pairs.child[pair], pairs.parent[pair]
         src, dst = np.where(is_up, child, parent), np.where(is_up, parent, child)
-        edge_cosine = cosine[graph.label[src], graph.label[dst]]
+        edge_cosine = cosine[nodes["label"][src], nodes["label"][dst]]
         num_layout = int(first_edge[FIRST_OBJECT_TYPE])
-        joined = pair[num_layout:] - graph.num_layout
-        edges = EdgeRows(
-            snapshots,
-            graph.remembered[joined],
-            graph.furniture[joined],
-            graph.is_on_top[joined],
-            edge_cosine[num_layout:],
-        )
-        below = pair[:num_layout] - graph.first_pair[2]  # furniture; negative for rooms and floors
+        edges = edges.select(pair[num_layout:] - pairs.num_layout)
+        edges["cosine"] = edge_cosine[num_layout:]
+        below = pair[:num_layout] - pairs.first[2]  # furniture; negative for rooms and floors
         prior = np.where(below < 0, 1.0, snapshots.furniture["prob"][np.maximum(below, 0)])
-        layout = LayoutRows(edge_cosine[:num_layout], prior)
-        upward = slice(*first_edge[[OBJECT_UP.start, OBJECT_UP.stop]].tolist())
-        is_asked = graph.is_query[joined[upward.start - num_layout : upward.stop - num_layout]]
-        query_edge = np.flatnonzero(is_asked) + upward.start
+        layout = {"cosine": edge_cosine[:num_layout], "prior": prior}
+        upward = slice(*(first_edge[[OBJECT_UP.start, OBJECT_UP.stop]] - num_layout).tolist())
+        query = np.flatnonzero(edges["is_query"][upward]) + upward.start
+        asked, query_edge = edges.select(query), query + num_layout
 
-        asked = edges.select(query_edge - num_layout)
-        place = asked.furniture
-        target = np.full(len(place), np.nan, dtype=np.float32)
+        target = np.full(len(query), np.nan, dtype=np.float32)
         if snapshots.answers is not None:
-            target[:] = snapshots.answers[place]
-        relevance = snapshots.extras.get("relevance")
+            target[:] = snapshots.answers[asked["furniture"]]
+        relevance = None
+        if "relevance" in snapshots.extras:
+            relevance = asked.extra("relevance").astype(np.float32)
         degrees = np.zeros((len(node), MAX_ENTERING), dtype=np.float32)
         if self.num_hops != 0:
-            degrees = graph.compute_degrees()[node]
-        node_snapshot = graph.snapshot[node]
-        first_furniture = snapshots.find_first("furniture")
+            degrees = pairs.compute_degrees()[node]
+        first_furniture = snapshots.find_first("furniture")[furniture["snapshot"]]
+        questions = snapshots.select("questions", np.arange(snapshots.num_snapshots))
         arrays = {
-            "label": graph.label[node],
+            "label": nodes["label"][node],
             "node_feature": self._compute(
                 "node",
                 len(node),
-                (furniture, slice(*first_node[FURNITURE : FURNITURE + 2]), ("node", "furniture")),
-                (objects, slice(*first_node[OBJECT : OBJECT + 2]), ("node",)),
+                (furniture, furniture_nodes, ("node", "furniture")),
+                (objects, object_nodes, ("node", "object")),
             ),
             "degrees": degrees,
-            "node_snapshot": node_snapshot,
-            "furniture_index": furniture.rows - first_furniture[furniture.snapshot],
+            "node_snapshot": nodes["snapshot"][node],
+            "furniture_index": furniture.rows - first_furniture,
             "edge_src": number_of_node[src],
             "edge_dst": number_of_node[dst],
             "edge_feature": self._compute(
@@ -137,13 +134,11 @@ class GraphBuilder:
                 (asked, query_edge, ("query edge",)),
             ),
             "query_edge": query_edge,
-            "query_snapshot": graph.snapshot[dst[query_edge]],
+            "query_snapshot": asked["snapshot"],
             "query_target": target,
-            "query_relevance": None if relevance is None else relevance[place].astype(np.float32),
-            "evidence": self._compute_evidence("place", furniture, len(places)),
-            "question": self._compute_evidence(
-                "question", QuestionRows(snapshots), snapshots.num_snapshots
-            ),
+            "query_relevance": relevance,
+            "evidence": self._compute_evidence("place", furniture),
+            "question": self._compute_evidence("question", questions),
             "text": text,
         }
         tensors: dict[str, Any] = {
@@ -151,34 +146,38 @@ class GraphBuilder:
             for name, values in arrays.items()
         }
         return Batch(
-            node_counts=tuple(np.diff(first_node).tolist()),
+            node_counts=tuple(np.diff(first_kept).tolist()),
             edge_counts=tuple(np.diff(first_edge).tolist()),
             num_snapshots=snapshots.num_snapshots,
             **tensors,
         )
 
     def _compute(
-        self, table: str, count: int, *parts: tuple[Rows, Any, tuple[Of, ...]]
+        self, table: str, count: int, *parts: tuple[Columns, Any, tuple[Of, ...]]
     ) -> np.ndarray:
         """Compute the features of one of `TABLES`, float32 (count, D); zero where there are none.
 
-        Each of its parts is rows, where they are in the table, and of what their features are.
+        Each of its parts has columns, where it is in the table, and of what its features are.
         """
         values = np.zeros((count, self._width[table]), dtype=np.float32)
-        for rows, where, of in parts:
+        for part, where, of in parts:
             for feature, columns in self._columns[table]:
-                if feature.of in of:
-                    found = np.asarray(feature.compute_for(rows))
+                if feature.of not in of:
+                    continue
+                if isinstance(part, Selection) or feature.layout is None:
+                    found = np.asarray(feature.compute(part))
                     values[where, columns] = found if found.ndim == 2 else found.reshape(-1, 1)
+                else:
+                    values[where, columns] = feature.layout
         return values
 
     def _compute_evidence(
-        self, table: Literal["place", "question"], rows: Rows, count: int
+        self, table: Literal["place", "question"], selected: Selection
     ) -> np.ndarray | None:
         """Compute what the memory says of places or questions, (n, D); None if that is off."""
         if not self._columns[table]:
             return None
-        values = self._compute(table, count, (rows, slice(None), (table,)))
+        values = self._compute(table, len(selected.rows), (selected, slice(None), (table,)))
         names = PLACE_COLUMNS if table == "place" else QUESTION_COLUMNS
         for feature, columns in self._columns[table]:
             if feature.group == "evidence":

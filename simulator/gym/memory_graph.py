@@ -8,9 +8,9 @@ from gymnasium.spaces import Box, Graph, GraphInstance
 from sgm.arrays.grouped import compute_starts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries, propose_rows
-from sgm.schema import NEVER
-from simulator.snapshots.graph import FURNITURE, OBJECT, SnapshotGraph
-from simulator.snapshots.snapshots import Snapshots
+from sgm.schema import NEVER, Columns, PlaceCode
+from simulator.snapshots.graph import FURNITURE, OBJECT, Pairs, join_nodes, propose_edges
+from simulator.snapshots.snapshots import Selection, Snapshots
 from simulator.snapshots.taken import take_snapshots
 
 # kind: 0 home, 1 floor, 2 room, 3 furniture, 4 object. label: index into `labels`; description:
@@ -49,16 +49,20 @@ def make_graphs(memory: MemoryBatch, queries: Queries) -> list[GraphInstance]:
     proposed = propose_rows(
         snapshots.query_prior, snapshots.furniture["snapshot"], num_graphs, memory.threshold
     )
-    graph = SnapshotGraph.from_snapshots(snapshots, proposed)
-    nodes, node_order, first = _split(_make_nodes(snapshots, graph), num_graphs, graph.snapshot)
-    number = np.empty(len(node_order), dtype=np.int32)  # of every node within its graph
-    number[node_order] = np.arange(len(node_order)) - np.repeat(first[:-1], np.diff(first))
-    links = np.stack([number[graph.parent], number[graph.child]], axis=1)
-    features, rank = _make_edges(snapshots, graph)
-    edges, edge_order, first = _split(features, num_graphs, graph.snapshot[graph.child], *rank)
+    edges = propose_edges(snapshots, proposed)
+    joined, first_node = join_nodes(snapshots)
+    pairs = Pairs.list(snapshots, edges, first_node)
+    nodes, order, first = _split(
+        _make_nodes(snapshots, joined, first_node), num_graphs, joined["snapshot"]
+    )
+    number = np.empty(len(order), dtype=np.int32)  # of every node within its graph
+    number[order] = np.arange(len(order)) - np.repeat(first[:-1], np.diff(first))
+    links = np.stack([number[pairs.parent], number[pairs.child]], axis=1)
+    features, rank = _make_edges(snapshots, edges, pairs.num_layout)
+    graph_edges, order, first = _split(features, num_graphs, joined["snapshot"][pairs.child], *rank)
     return [
         GraphInstance(*parts)
-        for parts in zip(nodes, edges, np.split(links[edge_order], first[1:-1]), strict=True)
+        for parts in zip(nodes, graph_edges, np.split(links[order], first[1:-1]), strict=True)
     ]
 
 
@@ -75,15 +79,15 @@ def _split(
     return np.split(rows[order], first[1:-1]), order, first
 
 
-def _make_nodes(snapshots: Snapshots, graph: SnapshotGraph) -> np.ndarray:
+def _make_nodes(snapshots: Snapshots, joined: Columns, first_node: np.ndarray) -> np.ndarray:
     """Nodes of all snapshots, float32 (N, 8)."""
-    nodes = np.zeros((len(graph.label), len(NODE_FEATURES)), dtype=np.float32)
+    nodes = np.zeros((len(joined["label"]), len(NODE_FEATURES)), dtype=np.float32)
     column = dict(zip(NODE_FEATURES, nodes.T, strict=True))  # views
-    furniture = slice(*graph.first_node[FURNITURE : FURNITURE + 2])
-    objects = slice(*graph.first_node[OBJECT : OBJECT + 2])
-    time = snapshots.time[graph.snapshot]
-    column["kind"][:] = np.repeat(np.arange(OBJECT + 1), np.diff(graph.first_node))
-    column["label"][:] = graph.label
+    furniture = slice(*first_node[FURNITURE : FURNITURE + 2])
+    objects = slice(*first_node[OBJECT : OBJECT + 2])
+    time = snapshots.time[joined["snapshot"]]
+    column["kind"][:] = np.repeat(np.arange(OBJECT + 1), np.diff(first_node))
+    column["label"][:] = joined["label"]
     for name in ("description", "steps_since_observed", "steps_since_moved"):
         column[name][:] = NEVER
     column["description"][objects] = snapshots.objects["key"]
@@ -100,37 +104,31 @@ def _make_nodes(snapshots: Snapshots, graph: SnapshotGraph) -> np.ndarray:
 
 
 def _make_edges(
-    snapshots: Snapshots, graph: SnapshotGraph
+    snapshots: Snapshots, edges: Selection, num_layout: int
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """Edges of all snapshots, float32 (P, 9), and the two ranks that order those of a graph."""
-    edges = np.zeros((len(graph.child), len(EDGE_FEATURES)), dtype=np.float32)
-    layout, joined = edges[: graph.num_layout], edges[graph.num_layout :]
-    of_layout, of_joined = (
-        dict(zip(EDGE_FEATURES, part.T, strict=True)) for part in (layout, joined)
+    features = np.zeros((num_layout + len(edges.rows), len(EDGE_FEATURES)), dtype=np.float32)
+    of_layout, of_edges = (
+        dict(zip(EDGE_FEATURES, part.T, strict=True))  # views
+        for part in (features[:num_layout], features[num_layout:])
     )
-    is_on_top = graph.is_on_top.astype(np.int64)
-    known, edge = np.flatnonzero(graph.remembered >= 0), graph.remembered[graph.remembered >= 0]
     for name in ("is_remembered", "is_true", "prior"):
         of_layout[name][:] = 1
     share = snapshots.furniture["prob"]
-    of_layout["prior"][graph.num_layout - len(share) :] = share
-    for name in ("steps_since_observed", "steps_since_changed"):
-        of_layout[name][:] = of_joined[name][:] = NEVER
-    of_joined["relation"][:] = 1 + is_on_top
-    of_joined["prior"][:] = snapshots.query_prior[graph.furniture, is_on_top]
-    of_joined["is_remembered"][known] = 1
-    of_joined["prior"][known] = snapshots.edges["prior"][edge]
-    for name in ("num_observed", "num_true", "num_changed", "is_true"):
-        of_joined[name][known] = snapshots.edges[name][edge]
-    time = snapshots.time[snapshots.edges["snapshot"][edge]]
+    of_layout["prior"][num_layout - len(share) :] = share
+    is_known = edges.rows >= 0
+    of_edges["relation"][:] = 1 + edges["relation"]
+    of_edges["is_remembered"][:] = is_known
+    for name in ("num_observed", "num_true", "num_changed", "is_true", "prior"):
+        of_edges[name][:] = edges[name]
     for name in ("observed", "changed"):
-        last = snapshots.edges[f"last_{name}"][edge]
-        of_joined[f"steps_since_{name}"][known] = _count_since(time, last)
-    is_known = graph.remembered >= 0
-    rank = np.where(is_known, graph.remembered, 2 * graph.furniture + is_on_top)
-    own = np.arange(graph.num_layout)
-    kind = np.concatenate([np.zeros_like(own), np.where(is_known, 1, 2)])
-    return edges, (kind, np.concatenate([own, rank]))
+        of_layout[f"steps_since_{name}"][:] = NEVER
+        last = edges[f"last_{name}"]
+        of_edges[f"steps_since_{name}"][:] = _count_since(edges["time"], last)
+    place = PlaceCode.of(edges["furniture"], edges["relation"])
+    layout = np.arange(num_layout)
+    kind = np.concatenate([np.zeros_like(layout), np.where(is_known, 1, 2)])
+    return features, (kind, np.concatenate([layout, np.where(is_known, edges.rows, place)]))
 
 
 def _count_since(time: np.ndarray, stamp: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from sgm.arrays.grouped import compute_starts
 from sgm.arrays.week import compute_week_seconds
-from sgm.schema import SNAPSHOT_TABLES, Columns
+from sgm.schema import NEVER, SNAPSHOT_TABLES, Columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,14 +59,77 @@ class Snapshots:
         return len(self.time)
 
     @property
-    def tables(self) -> dict[str, Columns]:
-        """The tables by the names of their declarations (`SNAPSHOT_TABLES`)."""
-        return {table: getattr(self, table) for table in SNAPSHOT_TABLES}
+    def questions(self) -> Columns:
+        """The questions as a table of one row a snapshot: `object` is the query object."""
+        return {"snapshot": np.arange(self.num_snapshots), "object": self.query_object}
 
     def find_first(self, table: str) -> np.ndarray:
         """Return the first row of each snapshot in a table and, last, their number, (B + 1,)."""
-        rows = self.tables[table]["snapshot"]
+        rows = getattr(self, table)["snapshot"]
         return compute_starts(np.bincount(rows, minlength=self.num_snapshots))
+
+    def select(self, table: str, rows: np.ndarray, **columns: np.ndarray) -> Selection:
+        """Select rows of a table, (n,), with columns that it has not, or not of rows of -1."""
+        return Selection(self, table, rows, columns)
+
+
+class Selection(dict[str, np.ndarray]):
+    """Some rows of a table of snapshots: its columns by name, each taken when it is first read.
+
+    Beside those there is `time`, the present time step of each. A row of -1 is none of the table,
+    but a hypothetical edge: it has what it was selected with, and the counters of an edge that was
+    never observed.
+
+    Attributes:
+        snapshots: the snapshots.
+        table: "rooms", "furniture", "objects", "edges" or "questions".
+        rows: which of its rows, (n,).
+    """
+
+    def __init__(
+        self, snapshots: Snapshots, table: str, rows: np.ndarray, columns: Columns
+    ) -> None:
+        """Select rows, of which some columns are known."""
+        super().__init__(columns)
+        self.snapshots, self.table, self.rows = snapshots, table, rows
+
+    def __missing__(self, name: str) -> np.ndarray:
+        if name == "time":
+            found = self.snapshots.time[self["snapshot"]]
+        else:
+            column = getattr(self.snapshots, self.table)[name]
+            if self.table == "edges":
+                column = np.append(column, column.dtype.type(_NEW_EDGE[name]))  # -1 is the last
+            found = column[self.rows]
+        self[name] = found
+        return found
+
+    def select(self, which: np.ndarray) -> Selection:
+        """Select some of these rows."""
+        known = {name: column[which] for name, column in self.items()}
+        return Selection(self.snapshots, self.table, self.rows[which], known)
+
+    def since(self, name: str) -> np.ndarray:
+        """Return the steps since a time stamp; since the start for what has never happened."""
+        return np.where(self[name] == NEVER, self["time"], self["time"] - self[name])
+
+    def extra(self, name: str) -> np.ndarray:
+        """Return what else was kept of questions, or of the places of edges, (n, ...).
+
+        Raises:
+            ValueError: if nothing was.
+        """
+        is_question = self.table == "questions"
+        extras = self.snapshots.question_extras if is_question else self.snapshots.extras
+        if name not in extras:
+            raise ValueError(
+                f"snapshots must hold {name} for `features.{name}`, got none. Collect with "
+                f"`--{name} true`, or switch the feature off."
+            )
+        return extras[name][self["furniture"] if self.table == "edges" else self.rows]
+
+
+_NEW_EDGE = {column.name: column.default for column in SNAPSHOT_TABLES["edges"]}
 
 
 def make_counters(table: str, count: int) -> dict[str, np.ndarray]:

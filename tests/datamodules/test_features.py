@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from datamodules import features
-from datamodules.feature_rows import EdgeRows, NodeRows
 from datamodules.features import (
     EDGE_FEATURE_DIM,
     FEATURES,
@@ -83,11 +82,11 @@ class OwnConfig(FeatureConfig):
 def own_features(monkeypatch):
     """Each number its own: of furniture, edges of objects and query edges."""
 
-    def count_rows(nodes: NodeRows):
+    def count_rows(nodes):
         return nodes.rows + 1
 
-    def count_places(edges: EdgeRows):
-        return edges.furniture + 1
+    def count_places(edges):
+        return edges["furniture"] + 1
 
     added = (
         Feature("one", "own", "furniture", count_rows),

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from sgm.schema import COUNTERS
+from sgm.schema import COUNTERS, SNAPSHOT_TABLES
 from simulator.policies import make_policy
+from simulator.snapshots.graph import propose_edges
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.snapshots import Snapshots
 from simulator.snapshots.taken import take_snapshots
@@ -215,3 +216,32 @@ def test_arrays_on_disk_are_small_integers_floats_and_flags(make_tiny_homes):
     (shard,) = recorder.finish()
     assert {array.dtype.name for array in shard.values()} == {"int32", "float32", "uint8"}
     assert all(array.flags.c_contiguous for array in shard.values())
+
+
+def test_a_hypothetical_edge_is_one_that_was_never_observed(make_tiny_memory):
+    """The mug was seen on table 2, and is asked for; it may also be in 0 and on 3."""
+    memory = make_tiny_memory(1)
+    home, label = np.array([0]), np.array([memory.labels.index("mug")])
+    memory.step(4)
+    mug = memory.ensure_objects(home, np.array([7]), label, np.array([0]))
+    memory.observe(home, np.array([2]), mug, np.array([1]))
+    memory.step(3)
+    snapshots = take_snapshots(memory, memory.query(home, np.array([7]), label, np.array([0])))
+    proposed = np.zeros((6, 2), dtype=bool)
+    proposed[[0, 2, 3], [0, 1, 1]] = True
+    edges = propose_edges(snapshots, proposed)
+    assert edges.rows.tolist() == [-1, 0, -1]
+    assert edges["furniture"].tolist() == [0, 2, 3]
+    assert edges["relation"].tolist() == [0, 1, 1]
+    assert edges["is_query"].all()
+    priors = [snapshots.query_prior[0, 0], snapshots.edges["prior"][0], snapshots.query_prior[3, 1]]
+    assert edges["prior"].tolist() == priors
+    for column in SNAPSHOT_TABLES["edges"]:
+        if column.is_counter:
+            seen = snapshots.edges[column.name][0]
+            assert edges[column.name].tolist() == [column.default, seen, column.default]
+    assert edges.since("last_true").tolist() == [7, 3, 7]  # since the start, or since time 4
+    asked = edges.select(np.array([1, 2]))
+    assert asked["num_true"].tolist() == [1, 0]
+    with pytest.raises(ValueError, match=r"must hold belief for `features\.belief`, got none"):
+        asked.extra("belief")
