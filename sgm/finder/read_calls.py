@@ -28,6 +28,7 @@ from sgm.finder.meanings import (
     MOST_CANDIDATES,
     Unclear,
     ask_room,
+    ask_which,
     doubt,
     find_place,
     find_rooms,
@@ -106,9 +107,22 @@ class ReadCalls:
             last_seen=last_seen,
             at=self._tell_time(asked, now),
             asked_for=ranking.asked_for,
-            **tell_doubt(None if ranking.asked_for != "thing" else doubt(ranking.resolution)),
+            **tell_doubt(None if ranking.asked_for != "thing" else self._doubt(ranking)),
         )
         return answer if k is not None else _fit(answer)
+
+    def _doubt(self, ranking: Ranking) -> Unclear | None:
+        """Return what to ask about a thing, or about a place that may be meant: "left sofa"."""
+        unclear = doubt(ranking.resolution)
+        if unclear is None or unclear.candidates:
+            return unclear
+        layout, thing = self.memory.layout, ranking.description
+        names = [node.description for node in layout.furniture.values()]
+        likely = self.memory.resolve(thing, among=list(dict.fromkeys(names)))
+        near = likely.matches or likely.doubtful
+        told = [layout.describe(n) for n, node in layout.furniture.items()
+                if node.description in near]  # fmt: skip
+        return ask_which(list(dict.fromkeys(told)), thing) if told else unclear
 
     def list_places(self, room: str | None = None, k: int = DEFAULT_ROWS) -> PlaceList:
         """List the places of a room, or of the home.

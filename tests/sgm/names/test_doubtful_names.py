@@ -221,3 +221,11 @@ def test_gloves_and_bunks_of_a_set_are_told_apart(make_service):
     assert service.where_is("the right mitten").taken_for == ("right mitten",)
     assert service.where_is("ladle two").taken_for == ("ladle 2",)
     assert set(service.where_is("ladles").taken_for) == {"ladle 1", "ladle 2", "ladle"}
+
+
+@pytest.mark.parametrize("asked", ["left counter", "counter 2", "marble counter", "upper counter"])
+def test_a_place_that_may_be_meant_is_asked_about(make_service, asked):
+    answer = make_service("umbrella").where_is(asked)
+    assert (answer.status, answer.asked_for) == ("ambiguous", "thing")
+    assert answer.candidates == ("counter in kitchen",)
+    assert answer.ask == "Do you mean the counter in kitchen?"
