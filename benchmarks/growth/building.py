@@ -130,12 +130,13 @@ def measure_calls(path: Path, repeats: int = 3) -> dict[str, float]:
             search.not_found()
         place, thing = ids[int(rng.integers(len(ids)))], pick()
         clock.time("observe", lambda p=place, t=thing: service.observe(p, [Sighting(t)]))
-    clock.time("rename", lambda: service.rename(pick(), "odd thing"))
-    clock.time("where_is after a rename", lambda: service.where_is(pick()))
-    clock.time("copy", memory.copy)
-    clock.time("to_dict", memory.to_dict)
     with tempfile.TemporaryDirectory() as folder:
-        clock.time("save", lambda: memory.save(Path(folder) / "home.sgm"))
+        for turn in range(repeats):
+            clock.time("rename", lambda t=turn: service.rename(pick(), f"odd thing {t}"))
+            clock.time("where_is after a rename", lambda: service.where_is(pick()))
+            clock.time("copy", memory.copy)
+            clock.time("to_dict", memory.to_dict)
+            clock.time("save", lambda: memory.save(Path(folder) / "home.sgm"))
     megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
     file = path.stat().st_size / 1e6
     return {**clock.seconds, "memory of the process in MB": megabytes, "file in MB": file}

@@ -366,7 +366,8 @@ class MemoryState:
     def rename(self, row: int, name: str) -> None:
         """Call an object otherwise; of the others nothing changes."""
         batch, content = self.batch, self.get_content().rename(row, name)
-        self.things, self.sought = ThingRows(content.things), dict(content.sought)
+        self.things.rename(row, name)
+        self.sought = dict(content.sought)
         batch.set_type(row, *self.vocabulary.find_type(name))
         self.asked = None
         self.begin_anew()

@@ -177,6 +177,9 @@ class ThingRows:
 
     def __init__(self, things: Iterable[Thing] = ()) -> None:
         """List things, one after the other."""
+        self._take(things)
+
+    def _take(self, things: Iterable[Thing]) -> None:
         self._things: list[Thing] = []
         self._descriptions: tuple[str, ...] = ()
         self._numbers = np.zeros(0, dtype=np.int64)
@@ -237,6 +240,24 @@ class ThingRows:
         if thing.id:
             self._rows_with_id.setdefault(name.key, []).append(row)
         return row
+
+    def rename(self, row: int, description: str) -> None:
+        """Call a thing otherwise, as if it had always been called so."""
+        before, descriptions = self._things[row], list(self.descriptions)
+        self._things[row] = replace(before, description=description)
+        if self._rows_with_id:  # others may be called as it was, or as it is now
+            self._take(self._things)
+            return
+        old, new = Name.read(before.description), Name.read(description)
+        del self._rows[old.key], self._read[old.text]
+        self._rows[new.key], self._read[new.text] = row, new
+        texts = self._texts.items()
+        self._texts = dict(
+            (new.key, new.text) if key == old.key else (key, text) for key, text in texts
+        )
+        descriptions[row] = description
+        self._descriptions = tuple(descriptions)
+        self._numbers, self._first_numbers = np.zeros(0, dtype=np.int64), {}
 
     def get_row(self, name: Name, id: str = "") -> int:
         """Return the row of a thing by its id or, without one, its name; -1 for none."""

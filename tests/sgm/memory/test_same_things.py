@@ -1,11 +1,14 @@
 """Things that are called otherwise, are one, or are two; and what undoes it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
 from sgm.memory.look_log import read_log
 from sgm.memory.same_things import find_roots
+from sgm.memory.thing import Thing, ThingRows
 from sgm.replay.replay import replay
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import dump
@@ -71,6 +74,24 @@ def test_a_thing_that_is_called_otherwise_is_of_another_type(memory):
         one.observe(SINK, [Sighting("milk"), Sighting("torch")])
     assert dump(memory) == dump(again)
     assert list_probabilities(memory, "milk") == list_probabilities(again, "milk")
+
+
+@pytest.mark.parametrize("ids", [("", "", ""), ("", "7", "8")])
+def test_a_list_of_things_is_after_a_rename_as_if_made_anew(ids):
+    names = ("red mug", "spoon", "spoon" if ids[2] else "torch")
+    things = [Thing(*pair) for pair in zip(names, ids, strict=True)]
+    rows = ThingRows(things)
+    assert len(set(rows.number_descriptions().tolist())) == len(set(names))
+    for row, name in ((0, "Red_Mug"), (1, "ladle"), (0, "mug")):
+        rows.rename(row, name)
+        things[row] = replace(things[row], description=name)
+        anew = ThingRows(things)
+        assert rows.names == anew.names
+        assert rows.descriptions == anew.descriptions
+        assert rows.number_descriptions().tolist() == anew.number_descriptions().tolist()
+        for part in ("_things", "_rows", "_rows_with_id", "_texts", "_read"):
+            assert getattr(rows, part) == getattr(anew, part), part
+    assert rows.find_rows("spoon") == ([2] if ids[2] else [])
 
 
 def test_two_names_are_one_thing(memory):
