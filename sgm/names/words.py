@@ -202,7 +202,7 @@ def _compare_form(text: str, is_full: bool) -> str:
 def _simplify(letter: str, most: int) -> str:
     """Return a letter without its form: of a full-width letter or of a ligature, not "½"."""
     simple = unicodedata.normalize("NFKC", letter)
-    is_letters = len(simple) <= most and simple.isascii() and simple.isalnum()
+    is_letters = len(simple) <= most and simple.isalnum()
     return simple if len(simple) == 1 or is_letters else letter
 
 

@@ -66,9 +66,11 @@ def open_bag(path: Path) -> StorageFiles:
         except Exception as error:  # of sqlite, MCAP, zstd: whatever a file holds that was altered
             StorageFiles(readers).close()
             kind = "one of ROS 2" if isinstance(error, ReaderError) else "whole, and of ROS 2"
+            # What was being recorded when the power failed has no end: `ros2` opens it no more.
+            mend = "`mcap recover`" if file.suffix == ".mcap" else "`ros2 bag reindex`"
             raise ValueError(
                 f"bag must be {kind} that rosbags reads, got {shorten(str(error)[:200])} for "
-                f"{file}. Run `ros2 bag info`, or `ros2 bag reindex`."
+                f"{file}. Run `ros2 bag info`, or {mend}."
             ) from None
         readers.append(reader)
     return StorageFiles(readers)

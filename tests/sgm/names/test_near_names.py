@@ -26,7 +26,7 @@ SAME_NAMES = [
     ("ash-tray", "ashtray"), ("Crème brûlée", "creme brulee"), ("TapeMeasure", "tape measure"),
     ("\uff26\uff35\uff2e\uff2e\uff25\uff2c", "funnel"), ("fun\u200bnel", "funnel"),
     ("long blue tarp", "blue long tarp"),
-    ("tube_02", "Tube 2"), ("loaves", "loaf"), ("tomatoes", "tomato"),
+    ("tube_02", "Tube 2"), ("loaves", "loaf"), ("tomatoes", "tomato"), ("ǆezva", "džezva"),
 ]  # fmt: skip
 # Seen, asked: the last word alone says nothing.
 NO_FINDS = [

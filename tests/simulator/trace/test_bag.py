@@ -216,9 +216,13 @@ def test_storages_need_no_metadata(write_bag, tmp_path, storage):
     home = load_home_map(tmp_path / "map.yaml")
     for path in (folder, file):
         assert read_bag(path, home).num_looks == 2
-    file.write_bytes(b"nothing")
-    with pytest.raises(ValueError, match=r"bag must be .*that rosbags reads"):
-        read_bag(folder, home)
+    whole = file.read_bytes()
+    for broken in (b"nothing", whole[: len(whole) // 2]):
+        file.write_bytes(broken)
+        with pytest.raises(ValueError, match=r"bag must be .*that rosbags reads") as raised:
+            read_bag(folder, home)
+        remedy = "`mcap recover`" if storage == "MCAP" else "`ros2 bag reindex`"
+        assert str(raised.value).endswith(f"or {remedy}.")
 
 
 def test_the_only_topic_of_a_type_need_not_be_named(write_bag, tmp_path):
