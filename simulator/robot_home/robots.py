@@ -317,9 +317,11 @@ class MappingRobot(HomeRobot):
             self.builder.set_open(furniture, is_open=False)
 
     def _open(self, furniture: int | None) -> None:
-        self._opened = furniture
-        if furniture is not None:
-            self.builder.set_open(furniture)
+        """Open furniture that was found; a spot before a door is none."""
+        is_found = furniture is not None and self.mapper.is_found(furniture)
+        self._opened = furniture if is_found else None
+        if self._opened is not None:
+            self.builder.set_open(self._opened)
 
     def _shut(self) -> None:
         if self._opened is not None and self._opened in self.memory.layout.furniture:
