@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from sgm.files import read_table
 from sgm.messages import shorten
@@ -53,6 +54,34 @@ class FurnitureLabels:
         for label in [*self._labels]:  # a label means itself before all else
             key = _make_key(label)
             self._meanings[key] = {label: None} | self._meanings[key]
+
+    @classmethod
+    def from_values(cls, data: Any, where: str = "names of furniture") -> FurnitureLabels:
+        """Read what a file of names holds: aliases by label, or labels alone.
+
+        Raises:
+            ValueError: if it is neither; names the label.
+        """
+        rows = {} if data is None else data
+        if isinstance(rows, list):
+            rows = {str(label): [] for label in rows}
+        if isinstance(rows, Mapping):
+            rows = {
+                str(label): [names] if isinstance(names, str) else [] if names is None else names
+                for label, names in rows.items()
+            }
+        if not isinstance(rows, Mapping) or not all(
+            isinstance(names, list) and all(isinstance(name, str) for name in names)
+            for names in rows.values()
+        ):
+            raise ValueError(
+                f"names of furniture must be aliases by label, got {shorten(data)} in {where}. "
+                "Write fridge: [Kühlschrank]."
+            )
+        try:
+            return cls(rows)
+        except ValueError as error:
+            raise ValueError(f"{error} In {where}.") from None
 
     def _add(self, label: str, aliases: Iterable[str]) -> None:
         label = read_words("label of furniture", label)

@@ -87,7 +87,9 @@ class FurnitureMapper:
         self._counts = self._changes.counts
         self._spots = MapSpots(self._changes, ground)
         self._joins = SketchJoins(self.labels, self.rules, ground)
-        # Since a jump: whether the latest detections of furniture were where it stands.
+        # Since a jump: when it was, and whether the latest detections of furniture were where it
+        # stands.
+        self._jumped = -math.inf
         self._doubt: deque[bool] | None = None
 
     @property
@@ -111,6 +113,7 @@ class FurnitureMapper:
 
     def see(
         self,
+        time: float,
         view: CameraView,
         detections: Sequence[Detection],
         known: Sequence[int | None],
@@ -118,9 +121,11 @@ class FurnitureMapper:
     ) -> bool:
         """Take in the detections of furniture of one frame, and return whether its pose is right.
 
-        After a jump of the pose it is not believed until furniture is seen where it stands.
+        After a jump of the pose it is not believed until furniture is seen where it stands, or the
+        time of `MapRules.longest_doubt` is over.
 
         Args:
+            time: of the frame, seconds.
             view: the frame.
             detections: whose label is of furniture.
             known: furniture of the memory that each of them is of; None for none.
@@ -129,7 +134,8 @@ class FurnitureMapper:
         self._follow()
         if self._doubt is not None:
             self._doubt.extend(one is not None for one in known)
-            if sum(self._doubt) < _SURE_AGAIN:
+            is_over = time - self._jumped >= self.rules.longest_doubt
+            if sum(self._doubt) < _SURE_AGAIN and not is_over:
                 return False
             self._doubt = None
         if len(detections) > _MOST_SEEN:
@@ -153,7 +159,10 @@ class FurnitureMapper:
             if furniture is not None and sketch is None:
                 continue  # furniture of the map, which is left as it is
             label, (points, is_within) = labels[row], shown[row]
-            if label is None or is_within.sum() < _LEAST_POINTS:
+            if label is None:
+                continue
+            if is_within.sum() < _LEAST_POINTS:
+                self._counts["detections of furniture that show too little"] += 1
                 continue
             if sketch is None or sketch.number in taken:
                 if sketch is not None:  # it was seen twice
@@ -196,8 +205,9 @@ class FurnitureMapper:
             sketch.num_shown += 1
             sketch.num_named += sketch.number in taken
 
-    def note_jump(self) -> None:
+    def note_jump(self, time: float) -> None:
         """Note that the pose has jumped: where the camera is now in the map is not known."""
+        self._jumped = time
         self._counts["jumps of the pose"] += 1
         if self._by_id:
             self._doubt = deque(maxlen=_DOUBTED)

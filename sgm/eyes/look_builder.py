@@ -194,7 +194,7 @@ class LookBuilder:
         reach = (self.gate.nearest, self.gate.farthest)
         view = CameraView(self._scene, pose, intrinsics, image, reach)
         sure = self._placing.select(detections)
-        things, is_steady = self._find_things(view, sure)
+        things, is_steady = self._find_things(time, view, sure)
         if not is_steady:
             self._counts["pose jumped"] += 1
             return False
@@ -215,7 +215,7 @@ class LookBuilder:
         return True
 
     def _find_things(
-        self, view: CameraView, detections: list[Detection]
+        self, time: float, view: CameraView, detections: list[Detection]
     ) -> tuple[list[Detection], bool]:
         """Return the detections that are not of furniture, and whether the pose is believed."""
         known = self._known.find(view, detections, self._rules.dilation)
@@ -230,7 +230,7 @@ class LookBuilder:
             return things, True
         rows = [row for row, is_it in enumerate(of_furniture) if is_it]
         found = [detections[row] for row in rows]
-        return things, self._mapper.see(view, found, [known[row] for row in rows], things)
+        return things, self._mapper.see(time, view, found, [known[row] for row in rows], things)
 
     def looks(self) -> Iterator[BuiltLook]:
         """Take the looks that are ready, in order; without `on_look`."""
@@ -312,7 +312,7 @@ class LookBuilder:
             away = float(np.linalg.norm(pose.position - self._before[1].position))
             if away > _JUMP:
                 self._settle(is_over=True)  # what was seen before is believed
-                self._mapper.note_jump()
+                self._mapper.note_jump(time)
         if not fault and pose is not None:
             self._eye = pose.position
             self._settled = min(self._settled, time)

@@ -22,6 +22,9 @@ class MapRules:
             that are of one piece of furniture.
         least_likeness: overlap of detections with how the box looks, on average.
         settle: seconds between two changes of the map; visits end with each.
+        longest_doubt: seconds after a jump of the pose after which it is believed, if it has not
+            jumped again, though no furniture was seen where it stands: the map itself has moved,
+            or the robot is elsewhere.
     """
 
     least_frames: int = 5
@@ -32,12 +35,13 @@ class MapRules:
     least_overlap: float = 0.4
     least_likeness: float = 0.4
     settle: float = 10.0
+    longest_doubt: float = 60.0
 
     def __post_init__(self) -> None:
         """Raise ValueError for a number that is out of range."""
         check_at_least(1, least_frames=self.least_frames, most_frames=self.most_frames)
         check_at_least(
             0, least_apart=self.least_apart, least_change=self.least_change,
-            most_change=self.most_change, settle=self.settle,
+            most_change=self.most_change, settle=self.settle, longest_doubt=self.longest_doubt,
         )  # fmt: skip
         check_shares(least_overlap=self.least_overlap, least_likeness=self.least_likeness)

@@ -12,6 +12,7 @@ import numpy as np
 
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.look_builder import LookBuilder
+from sgm.messages import shorten
 from sgm.ros.readings import (
     ClassNames,
     list_frames,
@@ -88,6 +89,19 @@ class CameraFeed:
         self._depths: deque[tuple[float, np.ndarray]] = deque(maxlen=_MOST_DEPTHS)
         self._waiting: deque[_Waiting] = deque()
         self._now = -np.inf
+        # The optical frame of a picture without a transform, and whether one had any.
+        self._lost, self._was_located = "", False
+
+    def find_gap(self) -> str:
+        """Say what the transforms lack, where no picture could be located; "" for nothing."""
+        if self._was_located or not self._lost:
+            return ""
+        known = ", ".join(self.transforms.list_frames())
+        return (
+            f"transforms must connect the camera's frame {shorten(self._lost)} with "
+            f"{shorten(self._map_frame)}, got {shorten(known) if known else 'none'}. Name the "
+            "frame of the map, or that of the camera."
+        )
 
     def take_transforms(self, message: Any, *, is_still: bool = False) -> None:
         """Take a `tf2_msgs/TFMessage`; `is_still` for those of /tf_static."""
@@ -175,12 +189,15 @@ class CameraFeed:
         camera = self.transforms.find(self._map_frame, self._find_frame(waiting), time)
         pose, pose_time = None, None
         with self._count("frames"):
-            if camera is not None:
+            if camera is None:
+                self._lost = self._find_frame(waiting)
+            else:
+                self._was_located = True
                 pose, pose_time = Pose.from_matrix(camera[0], *self._sd), camera[1]
             found = {name: self._find_to_map(name, time) for name in list_frames(waiting.message)}
             if any(matrix is None for matrix in found.values()):
                 pose = None  # where these are is unknown
-            detections = read_detections(waiting.message, self._names, found.get)
+            detections = read_detections(waiting.message, self._names, found.get, self._count_drop)
             depth = self._find_depth(time) if self._uses_depth else None
             size = (self._intrinsics.height, self._intrinsics.width)
             if depth is not None and depth.shape != size:
@@ -189,6 +206,9 @@ class CameraFeed:
             if self._uses_depth and depth is None:
                 self.counts["frames without depth"] += 1
             self._builder.frame(time, pose, self._intrinsics, detections, depth, pose_time)
+
+    def _count_drop(self, why: str) -> None:
+        self.counts[why] += 1
 
     @contextmanager
     def _count(self, what: str, unread: str = "") -> Iterator[None]:

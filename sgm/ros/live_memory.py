@@ -8,6 +8,7 @@ from typing import Any
 
 from sgm.checks import check_at_least
 from sgm.eyes.built_look import BuiltLook
+from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import LookBuilder
 from sgm.finder.finder import Finder
@@ -78,6 +79,7 @@ class LiveMemory:
         discover: FurnitureMapper | None = None,
         graph: GraphFurniture | None = None,
         ignore: Iterable[str] = (),
+        labels: FurnitureLabels | None = None,
         on_look: Callable[[BuiltLook], None] = lambda look: None,
         **feed: Any,
     ) -> None:
@@ -90,6 +92,7 @@ class LiveMemory:
             discover: draws the map of this memory; None where its furniture is known.
             graph: takes furniture of this memory from scene graphs (`take_graph`); None for none.
             ignore: as in `LookBuilder`.
+            labels: as in `LookBuilder`.
             on_look: is given every look after it was folded in.
             feed: of `CameraFeed`.
 
@@ -111,7 +114,11 @@ class LiveMemory:
         self._began: float | None = None  # seconds of the messages at time step `_first`
         self._first = memory.time
         self.builder = LookBuilder(
-            memory.layout.furniture, discover=discover, ignore=ignore, on_look=self._tell
+            memory.layout.furniture,
+            discover=discover,
+            ignore=ignore,
+            labels=labels,
+            on_look=self._tell,
         )
         self.feed = CameraFeed(self.builder, **feed)
 

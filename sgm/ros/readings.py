@@ -74,7 +74,10 @@ def read_depth_image(message: Any) -> np.ndarray:
 
 
 def read_detections(
-    message: Any, names: ClassNames = None, to_map: ToMap = lambda frame: None
+    message: Any,
+    names: ClassNames = None,
+    to_map: ToMap = lambda frame: None,
+    on_drop: Callable[[str], None] = lambda why: None,
 ) -> list[Detection]:
     """Return the detections of a message: boxes in pixels, or centers in the map.
 
@@ -86,6 +89,7 @@ def read_detections(
         names: what class ids of the detector mean; None if they are names.
         to_map: gives the matrix (4, 4) to the map from a frame of coordinates by its name, None
             where it is unknown; a box in space in such a frame is left out.
+        on_drop: is told of every detection that is left out, for what.
 
     Raises:
         ValueError: if there are more than `MOST_DETECTIONS`.
@@ -99,10 +103,13 @@ def read_detections(
     for one in message.detections:
         best, (bounds, frame) = _find_best(one, names), _find_bounds_3d(one, message)
         if best is None:
+            on_drop("detections without a name or a score")
             continue
         place = _read_bounds(one.bbox) if bounds is None else _move_bounds(bounds, to_map(frame))
-        if place is not None:
-            found.append(Detection(*best, **place, track=_read_track(one)))
+        if place is None:
+            on_drop("detections whose box is unknown")
+            continue
+        found.append(Detection(*best, **place, track=_read_track(one)))
     return found
 
 

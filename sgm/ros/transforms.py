@@ -78,6 +78,10 @@ class TransformTree:
         while kept[0][0] < time - self._keeps:
             kept.popleft()
 
+    def list_frames(self) -> list[str]:
+        """Return the names of all frames, those that others are in first."""
+        return [*dict.fromkeys((*self._parent.values(), *self._parent))]
+
     def find(self, target: str, source: str, time: float) -> tuple[np.ndarray, float] | None:
         """Return the pose of the frame `source` in the coordinates of `target`.
 

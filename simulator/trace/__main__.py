@@ -182,7 +182,13 @@ def _add_outputs(parser: ArgumentParser) -> None:
 
 def bring_bag(arguments: Sequence[str]) -> int:
     """Make a log of looks, a memory or a trace of a recording of ROS 2."""
-    from simulator.trace.importers.bag import BagOptions, load_areas, load_home_map, read_bag
+    from simulator.trace.importers.bag import (
+        BagOptions,
+        load_areas,
+        load_furniture_labels,
+        load_home_map,
+        read_bag,
+    )
 
     parser = make_parser(
         f"{PROG} import bag",
@@ -198,6 +204,11 @@ def bring_bag(arguments: Sequence[str]) -> int:
     parser.add_argument(
         "--areas", type=Path | None, help="rooms as polygons by name (YAML), for what is found"
     )
+    parser.add_argument(
+        "--furniture_names",
+        type=Path | None,
+        help="further names of furniture: aliases by label (YAML), as fridge: [Kühlschrank]",
+    )
     parser.add_class_arguments(BagOptions)
     parser.add_argument("--log", type=Path | None, help="new file for the log of the looks")
     _add_outputs(parser)
@@ -210,12 +221,15 @@ def bring_bag(arguments: Sequence[str]) -> int:
         raise ValueError(f"log must be a new file, got {options.log}. Name another one.")
     home = None if options.map is None else load_home_map(options.map)
     areas = None if options.areas is None else load_areas(options.areas)
+    names = options.furniture_names
+    labels = None if names is None else load_furniture_labels(names)
     with TemporaryDirectory() as folder:
         log = options.log or (options.out and Path(folder) / "looks.jsonl")
         own = BagOptions(**pick(options, BagOptions))
         looks = read_bag(
-            options.folder, home, own, areas=areas, prior=load_prior(options.prior), log=log
-        )
+            options.folder, home, own, areas=areas, labels=labels,
+            prior=load_prior(options.prior), log=log,
+        )  # fmt: skip
         print(looks.summarise())
         if options.log is not None:
             print(f"log: {options.log}")

@@ -181,8 +181,10 @@ def test_camera_in_answers_out(load_node, tmp_path):
 
 def test_without_a_map_it_draws_one(load_node, tmp_path):
     (tmp_path / "areas.yaml").write_text("den: [[-9, -9], [9, -9], [9, 9], [-9, 9]]")
-    node = load_node(map_file="", areas_file=str(tmp_path / "areas.yaml"))
-    _drive(node, [("mug", put_on(TABLE, 0.1, 0.3)), ("table", TABLE)])
+    (tmp_path / "names.yaml").write_text("table: [Tisch]")
+    files = {"areas_file": "areas.yaml", "furniture_names_file": "names.yaml"}
+    node = load_node(map_file="", **{key: str(tmp_path / name) for key, name in files.items()})
+    _drive(node, [("mug", put_on(TABLE, 0.1, 0.3)), ("Tisch", TABLE)])
     node.finish()
     answer = node.services["~/rank"](Message(description="mug", k=1), Blank())
     assert answer.names == ["table in den"]

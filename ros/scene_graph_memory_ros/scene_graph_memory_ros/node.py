@@ -20,7 +20,7 @@ from visualization_msgs.msg import MarkerArray
 
 from scene_graph_memory_ros.belief_markers import make_markers, make_pose
 from sgm import Adaptive, Finder, ObjectFinder, SceneGraphMemory
-from sgm.eyes import FurnitureMapper
+from sgm.eyes import FurnitureLabels, FurnitureMapper
 from sgm.layout.areas import Areas
 from sgm.ros import GraphFurniture, HomeMap, LiveMemory
 
@@ -28,6 +28,7 @@ from sgm.ros import GraphFurniture, HomeMap, LiveMemory
 PARAMETERS: dict[str, Any] = {
     "map_file": "",  # rooms and furniture with boxes (docs/bags.md); found in the frames if empty
     "areas_file": "",  # rooms as polygons, for furniture that is found
+    "furniture_names_file": "",  # further names of furniture: aliases by label
     "memory_file": "",  # is gone on with if it exists, and saved every `save_seconds`
     "log_file": "",  # of every look
     "network": "",  # "any_home", or a folder; heuristics if empty
@@ -63,22 +64,20 @@ class MemoryNode(Node):
         self._file = Path(read["memory_file"]) if read["memory_file"] else None
         finder = ObjectFinder.load(read["network"]) if read["network"] else Finder(Adaptive())
         memory = self._make_memory(read["map_file"], read["log_file"] or None)
-        areas = Areas.from_values(_read(read["areas_file"])) if read["areas_file"] else None
-        graph = GraphFurniture(memory, areas=areas) if read["scene_graph"] else None
+        files = (Areas, read["areas_file"]), (FurnitureLabels, read["furniture_names_file"])
+        areas, labels = (kind.from_values(_read(at), at) if at else None for kind, at in files)
+        graph = GraphFurniture(memory, areas=areas, labels=labels) if read["scene_graph"] else None
+        mapper = FurnitureMapper(memory, areas=areas, labels=labels)
         self._live = LiveMemory(
-            memory,
-            finder,
-            discover=None if read["map_file"] else FurnitureMapper(memory, areas=areas),
-            graph=graph,
-            step_seconds=read["step_seconds"],
+            memory, finder, discover=None if read["map_file"] else mapper, graph=graph,
+            labels=labels, step_seconds=read["step_seconds"],
             ignore=[name for name in read["ignore"] if name],  # ROS has no list without a value
             on_look=lambda look: self.get_logger().info(
                 f"looked at {self._live.memory.describe(look.furniture)}: {len(look.seen)} things"
             ),
-            map_frame=read["map_frame"],
-            camera_frame=read["camera_frame"] or None,
+            map_frame=read["map_frame"], camera_frame=read["camera_frame"] or None,
             uses_depth=read["uses_depth"],
-        )
+        )  # fmt: skip
         feed, builder = self._live.feed, self._live.builder
         still = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         depth = CompressedImage if read["compressed_depth"] else Image

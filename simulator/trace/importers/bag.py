@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from sgm.checks import check_at_least
+from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.finder.finder import Finder
 from sgm.layout.areas import Areas
@@ -53,7 +54,8 @@ class BagOptions:
         tf: topic of the transforms.
         tf_static: topic of those that never change.
         pose: topic of a PoseWithCovarianceStamped, for how sure the position is; "" for none.
-        camera_frame: optical frame of the camera; that of the detections if left out.
+        map_frame: frame of the map, where no map says it; `odom` for a robot that has no other.
+        camera_frame: optical frame of the camera; that of the CameraInfo if left out.
         class_names: file with a name a line, where class ids are numbers.
         position_sd: how well the robot knows its position, metres, where no pose says.
         angle_sd: likewise its yaw, radians.
@@ -69,6 +71,7 @@ class BagOptions:
     tf: str = "/tf"
     tf_static: str = "/tf_static"
     pose: str = "/amcl_pose"
+    map_frame: str = "map"
     camera_frame: str | None = None
     class_names: Path | None = None
     position_sd: float = 0.05
@@ -93,22 +96,25 @@ class BagOptions:
 class BagLooks:
     """A bag that was read: a memory that has seen it, and what became of messages and frames.
 
-    `topics` are those that were read, by the option that names them.
+    `topics` are those that were read, by the option that names them. `gap` says what is missing
+    where no frame could be located, "" for nothing.
     """
 
     memory: SceneGraphMemory
     num_looks: int
     counts: Counter[str]
     topics: Mapping[str, str]
+    gap: str = ""
 
     def summarise(self) -> str:
         """Say in a few lines what was read and what was left out."""
         counts = ", ".join(f"{number} {name}" for name, number in sorted(self.counts.items()))
         topics = ", ".join(f"{topic} ({option})" for option, topic in self.topics.items())
+        gap = f"\nnote: {self.gap}" if self.gap else ""
         return (
             f"{self.num_looks} looks, {len(self.memory.descriptions)} things, "
             f"{self.memory.num_furniture} pieces of furniture, {self.memory.time} time steps\n"
-            f"topics: {topics}\nread: {counts}"
+            f"topics: {topics}\nread: {counts}{gap}"
         )
 
 
@@ -142,12 +148,28 @@ def load_areas(path: Path) -> Areas:
         ) from error
 
 
+def load_furniture_labels(path: Path) -> FurnitureLabels:
+    """Read what furniture is called, beside the household's names (YAML, or JSON).
+
+    Raises:
+        ValueError: if it cannot be read, or holds no names.
+    """
+    try:
+        return FurnitureLabels.from_values(read_yaml(path), str(path))
+    except OSError as error:
+        raise ValueError(
+            f"furniture_names must be a file that can be read, got {shorten(error.strerror)} for "
+            f"{path}. Check the path."
+        ) from error
+
+
 def read_bag(
     path: Path,
     home: HomeMap | None = None,
     options: BagOptions | None = None,
     *,
     areas: Areas | None = None,
+    labels: FurnitureLabels | None = None,
     prior: PriorGraph | None = None,
     log: Path | None = None,
 ) -> BagLooks:
@@ -163,6 +185,7 @@ def read_bag(
             (`FurnitureMapper`).
         options: topics and how they are read.
         areas: rooms as polygons, for furniture that is found; None for one room "home".
+        labels: what furniture may be called; None for the household's names.
         prior: of the memory; None for the household prior.
         log: file for the log of the memory; None for none.
 
@@ -184,15 +207,15 @@ def read_bag(
             option = own[topic]
             if live is None:
                 memory = SceneGraphMemory(prior, _make_clock(seconds, options), log=log)
-                mapper = FurnitureMapper(memory, areas=areas)
+                mapper = FurnitureMapper(memory, areas=areas, labels=labels)
                 if home is not None:
                     home.add_to(memory)
                 live = LiveMemory(
                     memory, Finder(Adaptive()), step_seconds=options.step_seconds,
                     discover=mapper if home is None or options.discover else None,
-                    ignore=options.ignore,
+                    ignore=options.ignore, labels=labels,
                     on_look=lambda look: looks.update(("looks",)),
-                    map_frame="map" if home is None else home.frame,
+                    map_frame=options.map_frame if home is None else home.frame,
                     camera_frame=options.camera_frame, names=names,
                     pose_sd=(options.position_sd, options.angle_sd),
                     uses_depth="depth" in topics,
@@ -224,7 +247,7 @@ def read_bag(
     if live.mapper is not None:
         counts.update({f"map: {name}": number for name, number in live.mapper.counts.items()})
     counts.update({f"frames: {name}": number for name, number in live.builder.counts.items()})
-    return BagLooks(live.memory, looks["looks"], counts, topics)
+    return BagLooks(live.memory, looks["looks"], counts, topics, live.feed.find_gap())
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,6 +151,22 @@ def test_a_jump_of_the_pose_moves_nothing():
     assert walk.builder.counts["pose jumped"] < 30
 
 
+def test_a_map_that_has_moved_for_good_is_drawn_anew():
+    """Nothing is seen where it stood any more: after a minute the new pose is believed."""
+    memory, mapper, walk = make()
+    poses = look_around(TABLE.center, num=20)
+    walk.see(poses, [("table", TABLE)])
+    walk.see(poses, [("table", TABLE)], shift=(3.0, 0.0, 0.0))
+    walk.tell(memory)
+    assert mapper.counts["jumps of the pose"] == 1
+    assert len(memory.boxes) == 1
+    walk.time += 60
+    walk.see(poses, [("table", TABLE)], shift=(3.0, 0.0, 0.0))
+    walk.tell(memory)
+    middles = sorted(box.center[0] for box in memory.boxes.values())
+    assert middles == [pytest.approx(2.0, abs=0.1), pytest.approx(5.0, abs=0.1)]
+
+
 @pytest.mark.parametrize(
     ("angle", "shift"), [(0.0, (3.0, 0.0)), (0.0, (0.3, 0.0)), (2.0, (-1.0, 4.0))]
 )

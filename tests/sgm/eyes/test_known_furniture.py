@@ -63,6 +63,15 @@ def test_labels_of_ones_own():
     assert labels.are_same("table", "desk") is False
     with pytest.raises(TypeError, match="labels of furniture must be a list, got 'bench'"):
         FurnitureLabels("bench")
+    for data in ({"fridge": "Kühlschrank"}, {"fridge": ["Kühlschrank"], "workbench": None}):
+        assert FurnitureLabels.from_values(data).find_label("Kühlschrank 2") == "fridge"
+    assert FurnitureLabels.from_values(["workbench"]).find_label("workbench") == "workbench"
+    assert FurnitureLabels.from_values(None).find_label("workbench") is None
+    for data in ("fridge", {"fridge": [1]}, {"fridge": {"a": 1}}):
+        with pytest.raises(ValueError, match="names of furniture must be aliases by label, got"):
+            FurnitureLabels.from_values(data)
+    with pytest.raises(ValueError, match=r"In names\.yaml"):
+        FurnitureLabels.from_values({" ": []}, "names.yaml")
     with pytest.raises(ValueError, match="label of furniture must be a non-empty text"):
         FurnitureLabels([" "])
 

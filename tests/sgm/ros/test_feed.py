@@ -146,6 +146,38 @@ def test_broken_messages_are_counted_and_never_raised():
     }
 
 
+def test_detections_that_say_nothing_are_counted_each():
+    builder = LookBuilder({0: TABLE})
+    feed = CameraFeed(builder, uses_depth=False)
+    feed.take_camera(make_camera_info(CAMERA))
+    feed.take_transforms(Message(transforms=[make_transform(100, "map", "camera", (0, 0, 1))]))
+    good = ("Tasse", 0.9, (10, 10, 20, 20))
+    nan = float("nan")
+    rows = [good, ("", 0.9, (1, 1, 2, 2)), ("a", nan, (1, 1, 2, 2)), ("a", 0.9, (nan, 1, 2, 2))]
+    message = make_detections(100, [*rows, good])
+    message.detections[-1].results.clear()
+    feed.take_detections(message)
+    feed.finish()
+    assert feed.counts["detections without a name or a score"] == 3
+    assert feed.counts["detections whose box is unknown"] == 1
+    assert builder.counts["detections"] == 1
+
+
+def test_a_map_frame_that_is_not_there_is_said():
+    feed = CameraFeed(LookBuilder({0: TABLE}), uses_depth=False)
+    feed.take_camera(make_camera_info(CAMERA))
+    assert feed.find_gap() == ""
+    feed.take_transforms(Message(transforms=[make_transform(100, "odom", "camera", (0, 0, 1))]))
+    feed.take_detections(make_detections(100, []))
+    feed.finish()
+    assert "camera's frame 'camera' with 'map', got 'odom, camera'" in feed.find_gap()
+    feed.take_transforms(Message(transforms=[make_transform(101, "map", "odom", (0, 0, 0))]))
+    feed.take_transforms(Message(transforms=[make_transform(101, "odom", "camera", (0, 0, 1))]))
+    feed.take_detections(make_detections(101, []))
+    feed.finish()
+    assert feed.find_gap() == ""
+
+
 def test_depth_images_by_hand():
     depth = np.array([[1.0, 2.5], [0.0, 4.0]])
     for encoding in ("16UC1", "32FC1"):

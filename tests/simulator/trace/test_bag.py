@@ -134,11 +134,17 @@ def write_bag(tmp_path):
 
 
 def test_a_bag_is_read_as_in_the_guide(write_bag, tmp_path, capsys):
-    code, live = re.findall(
+    ask, code, live = re.findall(
         r"^```python\n(.*?)^```$", read_page("bags.md"), re.MULTILINE | re.DOTALL
     )
+    folder, memory = write_bag(), str(tmp_path / "home.sgm")
+    assert main(["import", "bag", str(folder), "--detections", "/all", "--memory", memory]) == 0
+    assert '"home.sgm"' in ask
+    capsys.readouterr()
+    exec(compile(ask.replace("home.sgm", memory), "bags.md", "exec"), {})
+    assert "dining table in home" in capsys.readouterr().out
     for name, own in (
-        ("RECORDING", write_bag()), ("map.yaml", tmp_path / "map.yaml"), ("/yolo", "/detections"),
+        ("RECORDING", folder), ("map.yaml", tmp_path / "map.yaml"), ("/yolo", "/detections"),
     ):  # fmt: skip
         assert f'"{name}"' in code
         code = code.replace(f'"{name}"', repr(str(own)))
@@ -206,6 +212,25 @@ def test_a_bag_without_a_map_becomes_a_memory_that_answers(write_bag, tmp_path, 
     looks = read_bag(folder, load_home_map(drawn), BagOptions(detections="/detections"))
     assert looks.memory.describe(0) == "our table in kitchen"
     assert looks.memory.last_seen("mug").times_seen == 1
+
+
+def test_a_robot_without_a_frame_map_and_with_names_of_its_own(write_bag, tmp_path, capsys):
+    folder, memory, names = write_bag(), tmp_path / "home.sgm", tmp_path / "names.yaml"
+    command = ["import", "bag", str(folder), "--detections", "/all", "--memory", str(memory)]
+    assert main([*command, "--map_frame", "world"]) == 0
+    out = capsys.readouterr().out
+    assert "0 looks" in out
+    assert "note: transforms must connect the camera's frame 'camera' with 'world', got" in out
+    names.write_text("workbench: [dining table]")
+    assert main([*command, "--map_frame", "odom", "--furniture_names", str(names)]) == 0
+    assert "note" not in capsys.readouterr().out
+    home = SceneGraphMemory.load(memory)
+    assert [row.label for row in home.layout.furniture.values()] == ["dining table"]
+    names.write_text("bench: 1")
+    assert main([*command, "--furniture_names", str(names)]) == 1
+    assert "names of furniture must be aliases by label" in capsys.readouterr().err
+    assert main([*command, "--furniture_names", str(tmp_path / "none.yaml")]) == 1
+    assert "furniture_names must be a file that can be read" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
