@@ -37,7 +37,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         dataset = SnapshotDataset(Path(folder), builder)
     order = np.random.default_rng(0).permutation(len(dataset))[:size]
     batch = dataset.__getitems__(order.tolist())
-    single = dataset.take(order[:1])
+    single = dataset.snapshots.take(order[:1])
     node, single_node = (
         torch.randn(batch.num_nodes, 64),
         torch.randn(builder.build(single).num_nodes, 64),

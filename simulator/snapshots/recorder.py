@@ -5,14 +5,16 @@ from __future__ import annotations
 import itertools
 from collections import defaultdict
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
-from sgm.schema import COUNTERS
-from simulator.snapshots.shards import EXTRA, QUESTION_EXTRA
+from sgm.schema import COUNTERS, SNAPSHOT_TABLES, Column
+from simulator.snapshots.shards import EXTRA, PREFIXES, QUESTION_EXTRA
+from simulator.snapshots.taken import get_layout
 
 Arrays = dict[str, np.ndarray]
 
@@ -65,63 +67,47 @@ class Recorder:
     def add_change(self, change: Change) -> None:
         """Record what a look has changed; valid from the next snapshot on."""
         memory = self._memory
-        for kind, table, rows, names in (
-            ("object", memory.objects, change.objects, COUNTERS["objects"]),
-            ("edge", memory.edges, change.edges, COUNTERS["edges"]),
-        ):
-            values = {name: table[name][rows] for name in names}
-            self._add_versions(kind, table["home"][rows], rows, values)
-        place = (change.home, change.furniture)
-        values = {name: memory.furniture[name][place] for name in COUNTERS["furniture"]}
-        self._add_versions("furniture", *place, values)
+        for table, rows in (("objects", change.objects), ("edges", change.edges)):
+            self._add_versions(table, memory.tables[table]["home"][rows], rows, rows)
+        self._add_versions(
+            "furniture", change.home, change.furniture, (change.home, change.furniture)
+        )
 
     def finish(self) -> list[Arrays]:
         """Return the arrays of every home; docs/data.md lists them with their shapes."""
         memory, num_homes = self._memory, self._memory.num_homes
-        objects, edges = memory.objects, memory.edges
-        numbers = {
-            "object": _number_within(objects["home"]),
-            "edge": _number_within(edges["home"]),
-            "furniture": np.arange(memory.num_furniture),
-        }
+        homes = {table: memory.tables[table]["home"] for table in ("objects", "edges")}
+        numbers = {table: _number_within(home) for table, home in homes.items()}
+        numbers["furniture"] = np.arange(memory.num_furniture)
         snapshots, furniture_rows = (
             {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
             for rows in (self._snapshots, self._furniture_rows)
         )  # (snapshots of all homes, ...)
         snapshot_home = snapshots.pop("home")
-        snapshots["query"] = numbers["object"][snapshots["query"]]
-        parts = [
-            _split_by_home({"label": objects["label"], "key": objects["key"]}, objects["home"],
-                           num_homes, "object_"),
-            _split_by_home(
-                {
-                    "object": numbers["object"][edges["object"]],
-                    **{name: edges[name] for name in ("furniture", "relation", "prior")},
-                },
-                edges["home"], num_homes, "edge_",
-            ),
-            _split_by_home(snapshots, snapshot_home, num_homes, "snapshot_"),
-        ]  # fmt: skip
-        for kind, number in numbers.items():
-            columns = self._sort_versions(kind)
-            home, row = columns.pop("home"), columns.pop("row")
-            columns["of"] = number[row]
-            parts.append(_split_by_home(columns, home, num_homes, f"{kind}_version_"))
-        layout = {
-            "label": memory.furniture_label,
-            "room": memory.furniture_room,
-            "prob": memory.place_prior.furniture_prob,
-        }
+        snapshots["query"] = numbers["objects"][snapshots["query"]]
+        parts = [_split_by_home(snapshots, snapshot_home, num_homes, "snapshot_")]
+        for table, home in homes.items():
+            fixed = {
+                column.name: _renumber(memory.tables[table][column.name], column, numbers)
+                for column in SNAPSHOT_TABLES[table]
+                if column.is_fixed
+            }
+            parts.append(_split_by_home(fixed, home, num_homes, f"{PREFIXES[table]}_"))
+        for table, number in numbers.items():
+            versions = self._sort_versions(table)
+            home, row = versions.pop("home"), versions.pop("row")
+            versions["of"] = number[row]
+            parts.append(_split_by_home(versions, home, num_homes, f"{PREFIXES[table]}_version_"))
         padded = _split_by_home(furniture_rows, snapshot_home, num_homes, "snapshot_furniture_")
-        num_rooms, num_furniture = memory.home_num_rooms, memory.home_num_furniture
+        counts = {"rooms": memory.home_num_rooms, "furniture": memory.home_num_furniture}
         arrays = [
-            {"room_label": _compact(memory.room_label[home, : num_rooms[home]])}
-            | {
-                f"furniture_{name}": _compact(array[home, : num_furniture[home]])
-                for name, array in layout.items()
+            {
+                f"{PREFIXES[table]}_{name}": _compact(array[home, : counts[table][home]])
+                for table, columns in get_layout(memory).items()
+                for name, array in columns.items()
             }
             | {
-                name: np.ascontiguousarray(array[:, : num_furniture[home]])
+                name: np.ascontiguousarray(array[:, : counts["furniture"][home]])
                 for name, array in padded[home].items()
             }
             | {name: array for part in parts for name, array in part[home].items()}
@@ -133,13 +119,17 @@ class Recorder:
                     own["home_clock"] = clock.copy()  # float64: exact after years of steps
         return arrays
 
-    def _add_versions(self, kind: str, home: np.ndarray, rows: np.ndarray, values: Arrays) -> None:
+    def _add_versions(self, table: str, home: np.ndarray, rows: np.ndarray, where: Any) -> None:
+        columns = self._memory.tables[table]
+        values = {name: columns[name][where] for name in COUNTERS[table]}
         valid_from = self._num_snapshots[home]
-        self._versions[kind].append({"home": home, "row": rows, "valid_from": valid_from, **values})
+        self._versions[table].append(
+            {"home": home, "row": rows, "valid_from": valid_from, **values}
+        )
 
-    def _sort_versions(self, kind: str) -> Arrays:
+    def _sort_versions(self, table: str) -> Arrays:
         """Order the versions by home and row, and end each where the next one begins."""
-        parts = self._versions[kind]
+        parts = self._versions[table]
         columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         # Versions were added as time passed, and a stable sort keeps that order.
         key = columns["home"].astype(np.int64) * (int(columns["row"].max(initial=0)) + 1)
@@ -153,6 +143,11 @@ class Recorder:
             is_last, self._num_snapshots[columns["home"]], following[: len(key)]
         )
         return columns
+
+
+def _renumber(values: np.ndarray, column: Column, numbers: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Let a column name rows of other tables by their number within the home."""
+    return numbers[column.refers_to][values] if column.refers_to in numbers else values
 
 
 def _number_within(home: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ from sgm.files import (
     write_whole,
 )
 from sgm.messages import shorten
-from sgm.schema import EDGES, FURNITURE, NOW, OBJECTS
+from sgm.schema import COUNTERS, NOW, SNAPSHOT_TABLES, Column
 
 MANIFEST = "manifest.json"
 # What the columns of extras are called in a shard: where their own names begin.
@@ -122,19 +122,25 @@ class _Rule:
     high: float | str = np.inf  # a letter: below the length of that axis
 
 
-_COLUMNS = {"furniture": FURNITURE, "object": OBJECTS, "edge": EDGES}
-_OF = {"furniture": "F", "object": "N", "edge": "E"}
+# What the names of the arrays of each table begin with, and the letter of its axis.
+PREFIXES = {"rooms": "room", "furniture": "furniture", "objects": "object", "edges": "edge"}
+_LETTERS = {"labels": "label", "rooms": "R", "furniture": "F", "objects": "N", "edges": "E"}
+_OF = {PREFIXES[table]: _LETTERS[table] for table, names in COUNTERS.items() if names}
+
+
+def _make_rule(column: Column, axes: str) -> _Rule:
+    high = _MAX_NUMBER if column.high == NOW else column.high
+    kinds = "iu" if column.dtype is np.bool_ else "i" if column.is_whole else "f"
+    return _Rule(axes, kinds, column.low, _LETTERS.get(column.refers_to, high))
+
+
 _RULES = {
-    "room_label": _Rule("R", "i", 0, "label"),
-    "furniture_label": _Rule("F", "i", 0, "label"),
-    "furniture_room": _Rule("F", "i", 0, "R"),
-    "furniture_prob": _Rule("F", "f", 0, _MAX_NUMBER),
-    "object_label": _Rule("N", "i", 0, "label"),
-    "object_key": _Rule("N", "i"),
-    "edge_object": _Rule("E", "i", 0, "N"),
-    "edge_furniture": _Rule("E", "i", 0, "F"),
-    "edge_relation": _Rule("E", "i", 0, 1),
-    "edge_prior": _Rule("E", "f", 0, _MAX_NUMBER),
+    **{
+        f"{PREFIXES[table]}_{column.name}": _make_rule(column, _LETTERS[table])
+        for table, columns in SNAPSHOT_TABLES.items()
+        for column in columns
+        if column.is_fixed
+    },
     "snapshot_time": _Rule("S", "i", 0, _MAX_NUMBER),
     "snapshot_query": _Rule("S", "i", 0, "N"),
     "snapshot_furniture_prior": _Rule("SF2", "f", 0, _MAX_NUMBER),
@@ -143,13 +149,8 @@ _RULES = {
     **{f"{kind}_version_valid_from": _Rule(kind, "i", 0) for kind in _OF},
     **{f"{kind}_version_valid_to": _Rule(kind, "i", 0) for kind in _OF},
     **{
-        f"{kind}_version_{column.name}": _Rule(
-            kind,
-            "iu" if column.dtype is np.bool_ else "i",
-            column.low,
-            _MAX_NUMBER if column.high == NOW else column.high,
-        )
-        for kind, columns in _COLUMNS.items()
+        f"{PREFIXES[table]}_version_{column.name}": _make_rule(column, PREFIXES[table])
+        for table, columns in SNAPSHOT_TABLES.items()
         for column in columns
         if column.is_counter
     },

@@ -9,7 +9,7 @@ import numpy as np
 from sgm.arrays.grouped import compute_starts, join_groups, number_keys
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
-from sgm.schema import COUNTERS, SNAPSHOT_TABLES
+from sgm.schema import COUNTERS, SNAPSHOT_TABLES, Columns
 from simulator.snapshots.snapshots import Snapshots
 
 
@@ -36,12 +36,10 @@ def take_snapshots(
     is_room = room_label >= 0
     first_room = compute_starts(is_room.sum(axis=1))
     first_furniture = compute_starts(is_furniture.sum(axis=1))
-    furniture = {
-        "label": memory.furniture_label[home],
-        "room": memory.furniture_room[home] + first_room[:-1, None],
-        "prob": memory.place_prior.furniture_prob[home],
-        **{name: memory.furniture[name][home] for name in COUNTERS["furniture"]},
-    }
+    layout = get_layout(memory)
+    furniture = {name: column[home] for name, column in layout["furniture"].items()}
+    furniture["room"] = furniture["room"] + first_room[:-1, None]
+    furniture |= {name: memory.furniture[name][home] for name in COUNTERS["furniture"]}
 
     if asked_alone:
         edge_snapshot, edge = memory.edges_of(queries)
@@ -81,3 +79,15 @@ def take_snapshots(
         extras={name: array[is_furniture] for name, array in (extras or {}).items()},
         question_extras=question_extras or {},
     )
+
+
+def get_layout(memory: MemoryBatch) -> dict[str, Columns]:
+    """Return what is known of rooms, (H, R), and furniture, (H, F), without a look."""
+    return {
+        "rooms": {"label": memory.room_label},
+        "furniture": {
+            "label": memory.furniture_label,
+            "room": memory.furniture_room,
+            "prob": memory.place_prior.furniture_prob,
+        },
+    }

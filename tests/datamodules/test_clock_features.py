@@ -11,8 +11,8 @@ import torch
 from datamodules.features import FeatureConfig, compute_clock_features
 from datamodules.graph import GraphBuilder
 from datamodules.sgm_datamodule import SGMDataModule
-from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.schema import EDGE_TYPES
+from simulator.snapshots.stored import StoredSnapshots
 
 HOUR = 3600
 DAY = 24 * HOUR
@@ -106,7 +106,7 @@ def test_recorded_homes_are_collected_and_read_with_their_clock(tmp_path):
     sizes = [(config.num_homes, config.steps) for config in (data.train_config, data.val_config)]
     assert sizes == [(2, 29), (1, 9)]  # what all homes were recorded for
     assert (len(data.train_dataset), len(data.val_dataset)) == (58, 9)
-    snapshots = data.train_dataset.take(np.array([0, 28, 29]))
+    snapshots = data.train_dataset.snapshots.take(np.array([0, 28, 29]))
     assert snapshots.clock.tolist() == [[0, HOUR], [0, HOUR], [1.5 * DAY, HOUR]]
     assert snapshots.time.tolist() == [1, 29, 1]
     (batch,) = list(data.val_dataloader())
@@ -121,7 +121,7 @@ def test_recorded_homes_are_collected_and_read_with_their_clock(tmp_path):
 
 
 def test_a_collection_without_a_clock_has_none(collection):
-    snapshots = SnapshotDataset(collection, GraphBuilder(FeatureConfig())).take(np.arange(3))
+    snapshots = StoredSnapshots.open(collection).take(np.arange(3))
     assert snapshots.clock is None
 
 

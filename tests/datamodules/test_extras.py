@@ -52,7 +52,7 @@ def test_a_collected_belief_is_what_a_live_filter_believes(task, policy, tmp_pat
     for _ in game.run(config.steps):
         pass
     order = np.argsort(np.concatenate(home), kind="stable")
-    found = dataset.take(np.arange(len(dataset))).extras["belief"]
+    found = dataset.snapshots.take(np.arange(len(dataset))).extras["belief"]
     np.testing.assert_array_equal(found, np.concatenate(live)[order].reshape(-1, 4))
 
 
@@ -62,7 +62,7 @@ def test_a_collection_without_belief_is_what_it_was(tmp_path):
         config = CollectConfig(num_homes=1, steps=5, homes=SampledSource(home=HOUSE), belief=belief)
         collect(config, tmp_path / name, progress=False)
     with_belief, without = (
-        SnapshotDataset(tmp_path / name, GraphBuilder(FeatureConfig())).take(np.arange(5))
+        SnapshotDataset(tmp_path / name, GraphBuilder(FeatureConfig())).snapshots.take(np.arange(5))
         for name in ("with", "without")
     )
     assert (list(with_belief.extras), list(without.extras)) == (["belief"], [])
@@ -128,7 +128,7 @@ def test_relevance_is_the_true_rows_of_t(tmp_path):
     order = np.argsort(np.concatenate(home), kind="stable")
     expected = np.concatenate(rows)[order]
     indices = np.arange(len(dataset))
-    found = dataset.take(indices).extras["relevance"]
+    found = dataset.snapshots.take(indices).extras["relevance"]
     np.testing.assert_allclose(found, expected.ravel(), rtol=1e-6)
     graph = dataset.__getitems__(indices.tolist()).to_pyg()
     for etype in QUERY_EDGE_TYPES:
@@ -143,5 +143,5 @@ def test_a_task_without_relevance_has_none(tmp_path):
     config = CollectConfig(num_homes=1, steps=3, homes=SampledSource(home=HOUSE), relevance=True)
     collect(config, tmp_path, progress=False)
     dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
-    assert not dataset.take(np.arange(3)).extras
+    assert not dataset.snapshots.take(np.arange(3)).extras
     assert "relevance" not in dataset[0].to_pyg()[QUERY_EDGE_TYPES[0]]

@@ -138,7 +138,7 @@ def test_they_are_read_back_as_they_were(together, collection):
     dataset = SnapshotDataset(collection, GraphBuilder(FeatureConfig()))
     assert len(dataset) == len(SIZES) * STEPS
     for number, live in enumerate(together[0]):
-        read = dataset.take(np.arange(len(SIZES)) * STEPS + number)
+        read = dataset.snapshots.take(np.arange(len(SIZES)) * STEPS + number)
         assert_equal_snapshots(read, live)
 
 

@@ -71,7 +71,7 @@ def test_a_limit_draws_other_snapshots_once(tmp_path):
     assert len(numbers[0]) == 5
     (batch,) = list(limited[0].train_dataloader())
     assert batch.num_snapshots == 5
-    whole = everything.train_dataset.take(np.array(numbers[0]))
+    whole = everything.train_dataset.snapshots.take(np.array(numbers[0]))
     found = sorted(batch.to_pyg()["object"]["temporal"][:, 1].tolist())
     rebuilt = limited[0].builder.build(whole).to_pyg()["object"]["temporal"][:, 1]
     assert found == sorted(rebuilt.tolist())

@@ -38,14 +38,14 @@ def test_snapshots_on_disk_equal_the_live_memories(collection, builder):
     rollout = Rollout(homes, make_policy(config.policy, homes))
     for number, step in enumerate(predict_locations(rollout, config.steps)):
         live = take_snapshots(rollout.memory, step.queries)
-        read = dataset.take(np.arange(3) * config.steps + number)
+        read = dataset.snapshots.take(np.arange(3) * config.steps + number)
         assert_equal_snapshots(read, dataclasses.replace(live, answers=step.answers.ravel()))
 
 
 def test_length_and_order(collection, builder):
     dataset = SnapshotDataset(collection, builder)
     assert len(dataset) == 36
-    assert dataset.take(np.array([0, 13, 35])).time.tolist() == [1, 2, 12]
+    assert dataset.snapshots.take(np.array([0, 13, 35])).time.tolist() == [1, 2, 12]
 
 
 def _copy(collection, tmp_path):
@@ -103,7 +103,7 @@ def test_two_collections_are_one_set(collection, builder, tmp_path):
     both = SnapshotDataset(collection, builder, tmp_path)
     assert len(both) == len(first) + len(second)
     last = np.arange(5)
-    found, own = both.take(last + len(first)), second.take(last)
+    found, own = both.snapshots.take(last + len(first)), second.snapshots.take(last)
     for name in ("time", "edges", "query_prior", "answers"):
         np.testing.assert_equal(getattr(found, name), getattr(own, name))
 

@@ -46,7 +46,7 @@ def test_snapshots_on_disk_equal_the_live_memories(task, tmp_path):
         for position, own in enumerate(part_home):
             indices[position] = number[own]
             number[own] += 1
-        read = dataset.take(indices)
+        read = dataset.snapshots.take(indices)
         assert_equal_snapshots(read, dataclasses.replace(snapshots, answers=answers.ravel()))
     targets = [dataset.__getitems__([0, 1, 2]).to_pyg()[etype] for etype in QUERY_EDGE_TYPES]
     known = torch.cat([data["target"][data["query"] >= 0] for data in targets])

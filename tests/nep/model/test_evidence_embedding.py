@@ -49,7 +49,7 @@ def play(policy, on_answer, homes=(0, 1, 2)):
 def test_collected_evidence_is_what_a_live_memory_says(dataset):
     live = []
     play(None, lambda memory, answer: live.append(compute_features(memory, answer.queries)))
-    found = dataset.take(np.arange(36))
+    found = dataset.snapshots.take(np.arange(36))
     place = np.stack([one.place for one in live], axis=1)  # (H, T, F, D)
     place = place.astype(np.float16).reshape(-1, EVIDENCE_DIM)
     np.testing.assert_array_equal(found.extras["evidence"], place)
@@ -67,7 +67,7 @@ def test_every_furniture_node_has_one_query_edge(dataset):
 
 def test_of_two_remembered_relations_the_truer_one_is_asked(dataset):
     """Both "in" and "onTop" at one place: the query edge is the one with more sightings."""
-    snapshots = dataset.take(np.arange(36))
+    snapshots = dataset.snapshots.take(np.arange(36))
     batch = GraphBuilder(FEATURES, num_hops=0).build(snapshots)
     own = snapshots.query_object[snapshots.objects["snapshot"][snapshots.edges["object"]]]
     own = np.flatnonzero(own == snapshots.edges["object"])
@@ -82,7 +82,7 @@ def test_of_two_remembered_relations_the_truer_one_is_asked(dataset):
 
 
 def test_groups_that_are_off_are_zero(dataset):
-    snapshots = dataset.take(np.arange(36))
+    snapshots = dataset.snapshots.take(np.arange(36))
     config = FeatureConfig(evidence=True, evidence_without=("filters", "trust"))
     batch = GraphBuilder(config).build(snapshots)
     place, question = batch.evidence.numpy(), batch.question.numpy()
@@ -95,7 +95,7 @@ def test_groups_that_are_off_are_zero(dataset):
 
 
 def test_evidence_is_asked_for_by_name(dataset):
-    snapshots = dataset.take(np.arange(2))
+    snapshots = dataset.snapshots.take(np.arange(2))
     snapshots.extras.pop("evidence")
     with pytest.raises(ValueError, match=r"must hold evidence .* got none. Collect with `--evid"):
         GraphBuilder(FEATURES).build(snapshots)

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datamodules import snapshot_tables
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
-from datamodules.snapshot_tables import MappedTable, SnapshotTables
+from simulator.snapshots import stored
+from simulator.snapshots.mapped_table import MappedTable
 from simulator.snapshots.shards import load_manifest, load_shard
+from simulator.snapshots.stored import StoredSnapshots
 
 STATM = Path("/proc/self/statm")
 
@@ -40,13 +41,13 @@ def test_versions_are_those_of_a_scan_over_all_of_them(tmp_path):
     rng = np.random.default_rng(0)
     sizes = [1, 7, 8, 9, 16, 40]
     shards = [make_home(rng, size, size % 7 * 9) for size in sizes]
-    tables = SnapshotTables(shards, tmp_path)
+    tables = StoredSnapshots(shards, (), tmp_path)
     assert len(tables) == sum(sizes)
     everything = rng.permutation(len(tables))
     home = tables.find_home(everything)
     assert np.bincount(home).tolist() == sizes
     number = everything - tables.starts["snapshot"][home]
-    np.testing.assert_array_equal(tables.take("snapshot", everything)["time"], number)
+    np.testing.assert_array_equal(tables.take_rows("snapshot", everything)["time"], number)
     for kind in ("furniture", "object", "edge"):
         sample, versions = tables.take_versions(kind, home, number)
         expected = []
@@ -61,7 +62,7 @@ def test_versions_are_those_of_a_scan_over_all_of_them(tmp_path):
 
 def test_a_frame_by_hand():
     """Three versions of a home of 10 snapshots, whose second frame holds 8 and 9."""
-    columns, first = snapshot_tables._list_frames(np.array([0, 3, 6]), np.array([10, 6, 9]), 2)
+    columns, first = stored._list_frames(np.array([0, 3, 6]), np.array([10, 6, 9]), 2)
     # frame 0: version 0 in all 8, version 1 in 3 4 5, version 2 in 6 7; frame 1: 0 in both, 2 in 8
     assert columns["row"].tolist() == [0, 1, 2, 0, 2]
     assert columns["valid_in"].tolist() == [0b11111111, 0b00111000, 0b11000000, 0b11, 0b01]
@@ -73,7 +74,7 @@ def test_releasing_memory_changes_nothing(collection, monkeypatch):
     orders = np.random.default_rng(0).permutation(36).reshape(4, 9)
     found = []
     for most in (1 << 28, 0):
-        monkeypatch.setattr(snapshot_tables, "_MAX_MAPPED", most)
+        monkeypatch.setattr(stored, "_MAX_MAPPED", most)
         dataset = SnapshotDataset(collection, GraphBuilder(FeatureConfig()))
         batches = [dataset.__getitems__(order.tolist()) for order in orders]
         found.append([batch.to_pyg()["object"]["temporal"] for batch in batches])
@@ -107,7 +108,7 @@ def test_pages_that_were_read_leave_the_memory_of_the_process(tmp_path):
 def test_a_folder_that_cannot_be_written_to(collection, tmp_path):
     manifest = load_manifest(collection)
     shards = [load_shard(collection / name) for name in manifest["shards"]]
-    tables = SnapshotTables(shards, tmp_path / "none")
+    tables = StoredSnapshots(shards, (), tmp_path / "none")
     assert len(tables) == 36
 
 
