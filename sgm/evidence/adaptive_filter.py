@@ -166,12 +166,22 @@ def compute_beliefs(
         rate[:, number] = own if one.rate is None else one.rate
         crossing[:, number] = rates.crossing if one.crossing is None else one.crossing
         moved[:, number] = 1 if one.asks_moved is None else one.asks_moved * rates.any_moved
+    look_times, look_row = list_look_times(memory, queries)
     return follow_looks(
-        destinations, room, num_rooms, *list_look_times(memory, queries),
-        memory.objects["last_furniture"][queries.object].astype(np.int64),
-        memory.objects["last_observed"][queries.object].astype(np.int64),
-        memory.time, compute_hours_per_step(memory, home), rate, crossing, moved, rates.miss,
-    )  # fmt: skip
+        destination=destinations,
+        room=room,
+        num_rooms=num_rooms,
+        look_times=look_times,
+        look_row=look_row,
+        last_place=memory.objects["last_furniture"][queries.object].astype(np.int64),
+        last_time=memory.objects["last_observed"][queries.object].astype(np.int64),
+        now=memory.time,
+        hours=compute_hours_per_step(memory, home),
+        rate=rate,
+        crossing=crossing,
+        moved=moved,
+        miss=rates.miss,
+    )
 
 
 def list_look_times(memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, np.ndarray]:

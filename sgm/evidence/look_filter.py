@@ -18,6 +18,7 @@ read: a look costs the same in any home.
 
 from __future__ import annotations
 
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,10 @@ from sgm.evidence.destinations import Destinations
 
 _MOST_NATS = 200.0  # of decays that are put off: their inverse stays finite
 _BLOCK = 64  # questions that are followed together: what a look reads stays in the cache
+
+# The five rows that a look reads of each thing, see `_State`.
+_WHOLE, _TAKEN, _ROOM, _ROOM_TAKEN, _PLACE = range(5)
+_NUM_READ = 5
 
 
 def follow(
@@ -102,23 +107,37 @@ class _Decay(NamedTuple):
 class _State:
     """Beliefs about Q things by K filters, with what is put off.
 
-    Beside W, z and y, which decays do not reach, there is what looks took away since: of all
-    places for each of z, and of the places of each room for each of y.
+    Beside W, z and y, which decays do not reach, there is what looks took away since, as a number
+    below zero: of all places for each of z, and of the places of each room for each of y. All lie
+    in one matrix, so that a look reads and writes five of its rows at once. With p and q of the
+    place g that is looked at in room s, and the decays D of z and E of y that are put off, these
+    five add up to what the look misses; it takes m, divided by the decay, away from each:
+
+    | row           | of      | what it holds                          | adds to m | less by |
+    | ------------- | ------- | -------------------------------------- | --------- | ------- |
+    | `_WHOLE`      | home    | W                                      | d p       | m       |
+    | `_TAKEN`      | home    | minus m / D of looks since z decayed   | -d p D    | m / D   |
+    | `_ROOM`       | room s  | z_s                                    | d q D     | m / D   |
+    | `_ROOM_TAKEN` | room s  | minus m / E of those since y decayed   | -d q E    | m / E   |
+    | `_PLACE`      | place g | y_g                                    | d E       | m / E   |
 
     Attributes:
-        rows: of K numbers, for W, what was taken of all, z, what was taken in each room, and y,
-            those of Q things each, ((2 + 2 R + P) Q, K).
+        rows: of K numbers, in the order of the table: of the home, the home, R rooms, R rooms and
+            P places, those of Q things each, ((2 + 2 R + P) Q, K).
     """
 
     def __init__(self, belief: np.ndarray, goes: Destinations) -> None:
         """Start with beliefs, (P, Q, K)."""
         self._goes = goes
         num_rooms = len(goes.room_total)
-        parts = np.zeros((2 + 2 * num_rooms + len(belief), *belief.shape[1:]))
+        lengths = [1, 1, num_rooms, num_rooms, len(belief)]  # in the order of the table
+        self._begin = tuple(accumulate(lengths, initial=0))  # of each of them, in `parts`
+        parts = np.zeros((self._begin[-1], *belief.shape[1:]))
         self.rows = parts.reshape(-1, belief.shape[2])
-        self._whole, self._taken = parts[0], parts[1]
-        self._z, self._taken_inside = parts[2 : 2 + num_rooms], parts[2 + num_rooms :][:num_rooms]
-        self._y = parts[2 + 2 * num_rooms :]
+        whole, taken, self._z, self._room_taken, self._y = (
+            parts[begin:end] for begin, end in pairwise(self._begin)
+        )
+        self._whole, self._taken = whole[0], taken[0]
         in_room = goes.sum_rooms(belief)
         self._whole[:] = np.add.accumulate(in_room)[-1]
         self._z[:] = in_room - goes.room_total * self._whole
@@ -126,21 +145,22 @@ class _State:
 
     def find(self, where: np.ndarray) -> np.ndarray:
         """Return the five rows that looks at places read, of all things, (n, Q) -> (n, 5 Q)."""
-        num_queries, num_rooms = where.shape[1], len(self._z)
+        num_queries = where.shape[1]
         query = np.arange(num_queries)
         room_row = self._goes.room_row.ravel()[where * num_queries + query]
-        index = np.empty((len(where), 5, num_queries), dtype=np.int64)
-        index[:, 0], index[:, 1] = query, query + num_queries
-        index[:, 2] = room_row + 2 * num_queries
-        index[:, 3] = room_row + (2 + num_rooms) * num_queries
-        index[:, 4] = (where + 2 + 2 * num_rooms) * num_queries + query
-        return index.reshape(len(where), 5 * num_queries)
+        index = np.empty((len(where), _NUM_READ, num_queries), dtype=np.int64)
+        index[:, _WHOLE] = query + self._begin[_WHOLE] * num_queries
+        index[:, _TAKEN] = query + self._begin[_TAKEN] * num_queries
+        index[:, _ROOM] = room_row + self._begin[_ROOM] * num_queries
+        index[:, _ROOM_TAKEN] = room_row + self._begin[_ROOM_TAKEN] * num_queries
+        index[:, _PLACE] = query + (where + self._begin[_PLACE]) * num_queries
+        return index.reshape(len(where), _NUM_READ * num_queries)
 
     def decay(self, decay: _Decay, chosen: np.ndarray) -> None:
         """Let the z and y of some beliefs decay, no longer put off, bool (Q, K)."""
         z, y = self._compute_parts(decay)
         self._z[:, chosen], self._y[:, chosen] = z[:, chosen], y[:, chosen]
-        self._taken[chosen], self._taken_inside[:, chosen] = 0, 0
+        self._taken[chosen], self._room_taken[:, chosen] = 0, 0
 
     def read(self, decay: _Decay) -> np.ndarray:
         """Return the beliefs, (P, Q, K)."""
@@ -152,7 +172,7 @@ class _State:
     def _compute_parts(self, decay: _Decay) -> tuple[np.ndarray, np.ndarray]:
         goes = self._goes
         z = decay.z * (self._z - goes.room_total * self._taken)
-        return z, decay.y * (self._y - goes.share * goes.at_places(self._taken_inside))
+        return z, decay.y * (self._y - goes.share * goes.at_places(self._room_taken))
 
 
 def _list_bases(nats: np.ndarray) -> np.ndarray:
@@ -167,9 +187,9 @@ def _list_bases(nats: np.ndarray) -> np.ndarray:
 def _weigh_looks(
     goes: Destinations, where: np.ndarray, detection: np.ndarray, decay: _Decay
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return how much of each row that a look reads it misses, and how much it takes of it.
+    """Return what each row that looks read adds to what they miss, and how much less it gets.
 
-    Both (n, 5, Q, K), the latter of what it misses.
+    Both (n, 5, Q, K), the latter as a share of what is missed; see the table of `_State`.
     """
     row = where * where.shape[1] + np.arange(where.shape[1])
     place, share = (
@@ -177,36 +197,37 @@ def _weigh_looks(
         for values in (goes.place, goes.share)
     )
     z_decay, y_decay = decay.z[:-1], decay.y[:-1]
-    shape = (len(where), 5, *z_decay.shape[1:])
+    shape = (len(where), _NUM_READ, *z_decay.shape[1:])
     weight, inverse = np.empty(shape), np.empty(shape)
-    weight[:, 0] = place
-    np.multiply(-place, z_decay, out=weight[:, 1])
-    np.multiply(share, z_decay, out=weight[:, 2])
-    np.multiply(-share, y_decay, out=weight[:, 3])
-    np.multiply(detection, y_decay, out=weight[:, 4])
-    inverse[:, 0] = 1
-    inverse[:, 1:3] = 1 / z_decay[:, None]
-    inverse[:, 3:] = 1 / y_decay[:, None]
+    weight[:, _WHOLE] = place
+    np.multiply(-place, z_decay, out=weight[:, _TAKEN])
+    np.multiply(share, z_decay, out=weight[:, _ROOM])
+    np.multiply(-share, y_decay, out=weight[:, _ROOM_TAKEN])
+    np.multiply(detection, y_decay, out=weight[:, _PLACE])
+    inverse[:, _WHOLE] = 1
+    inverse[:, _TAKEN] = inverse[:, _ROOM] = 1 / z_decay
+    inverse[:, _ROOM_TAKEN] = inverse[:, _PLACE] = 1 / y_decay
     return weight, inverse
 
 
 def _subtract(rows: np.ndarray, index: np.ndarray, weight: np.ndarray, inverse: np.ndarray) -> None:
     """Take away what n looks miss; see `_State` and `_weigh_looks`.
 
-    For few questions the time goes into calls, so that there are few. What is missed is added up in
-    one order, whatever the shapes.
+    For few questions the time goes into calls, so that there are few: both rows of the room are
+    added to both of the home at once. What is missed is added up in one order, whatever the shapes:
+    (whole + room) + (taken + room taken) + place.
     """
     read = np.empty(weight.shape[1:])
     read_rows, changed = read.reshape(-1, rows.shape[1]), np.empty_like(read)
-    changed_rows = changed.reshape(read_rows.shape)
-    first, second, missed = changed[:2], changed[2:4], np.empty_like(read[0])
-    left, right, last = first[0], first[1], changed[4]
+    changed_rows, missed = changed.reshape(read_rows.shape), np.empty_like(read[0])
+    of_home, of_room, of_place = changed[:_ROOM], changed[_ROOM:_PLACE], changed[_PLACE]
+    whole, taken = changed[_WHOLE], changed[_TAKEN]
     for index_now, weight_now, inverse_now in zip(index, weight, inverse, strict=True):
         rows.take(index_now, 0, read_rows, "clip")
         np.multiply(read, weight_now, changed)
-        np.add(first, second, first)
-        np.add(left, right, left)
-        np.add(left, last, missed)
+        np.add(of_home, of_room, of_home)
+        np.add(whole, taken, whole)
+        np.add(whole, of_place, missed)
         np.multiply(inverse_now, missed, changed)
         np.subtract(read, changed, changed)
         rows[index_now] = changed_rows

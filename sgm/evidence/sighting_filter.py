@@ -13,6 +13,7 @@ _TINY = 1e-12
 
 
 def follow_looks(
+    *,
     destination: np.ndarray,
     room: np.ndarray,
     num_rooms: int,

@@ -31,10 +31,20 @@ def follow(looks=(), last=(0, 0), now=1, rate=0.0, crossing=1.0, moved=0.0, miss
         times[0, place, number] = time
     place, time = last or (-1, -1)
     return follow_looks(
-        GOES, ROOM, 3, times.astype(np.int32), np.array([0]), np.array([place]), np.array([time]),
-        now, np.array([hours]), np.array([[rate]]), np.array([[crossing]]), np.array([[moved]]),
-        np.array([miss]),
-    )[0, 0]  # fmt: skip
+        destination=GOES,
+        room=ROOM,
+        num_rooms=3,
+        look_times=times.astype(np.int32),
+        look_row=np.array([0]),
+        last_place=np.array([place]),
+        last_time=np.array([time]),
+        now=now,
+        hours=np.array([hours]),
+        rate=np.array([[rate]]),
+        crossing=np.array([[crossing]]),
+        moved=np.array([[moved]]),
+        miss=np.array([miss]),
+    )[0, 0]
 
 
 def test_a_sighting_leaves_a_little_doubt():
