@@ -9,7 +9,6 @@ MOST_ALTERNATIVES = 3
 _UNSURE = (
     "another property", "typo", "part of the name", "what it holds", "similar meaning", "unknown",
 )  # fmt: skip
-_HOLDS_IT = ("part of the name", "what it holds")
 _SAYS_LESS = ("fewer words", "more general name")
 
 
@@ -65,11 +64,6 @@ class Resolution:
     def says_less(self) -> bool:
         """Whether the matches say less than the question: "mug" for "red mug"."""
         return self.how in _SAYS_LESS
-
-    @property
-    def taken_for(self) -> tuple[str, ...]:
-        """The matches, but for what may only hold it or be a part of it: "bread box" of bread."""
-        return () if self.how in _HOLDS_IT else self.matches
 
     @property
     def meant(self) -> tuple[str, ...]:
