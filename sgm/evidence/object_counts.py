@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sgm.arrays.grouped import join_groups
+from sgm.arrays.relations import choose_relations
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
@@ -114,8 +115,7 @@ def choose_edges(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     query, edge = join_groups(queries.object, edges["object"], memory.objects.num_rows)
     at = query, edges["furniture"][edge], edges["relation"][edge]
     num_true[at], prior[at] = edges["num_true"][edge], edges["prior"][edge]
-    is_on_top = num_true[..., 1] > num_true[..., 0]
-    is_likelier = queries.prior[..., 0] <= queries.prior[..., 1]
-    is_on_top = np.where((num_true < 0).all(axis=2), is_likelier, is_on_top)
-    weight = np.where(is_on_top, prior[..., 1], prior[..., 0])
-    return np.stack([weight, is_on_top], axis=2).astype(np.float32)
+    likelier = choose_relations(queries.prior, last=True)
+    relation = np.where((num_true < 0).all(axis=2), likelier, choose_relations(num_true))
+    weight = np.take_along_axis(prior, relation[..., None], axis=2)[..., 0]
+    return np.stack([weight, relation], axis=2).astype(np.float32)

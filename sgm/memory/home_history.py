@@ -18,14 +18,14 @@ from sgm.arrays.week import (
     compute_week_hours,
     compute_week_seconds,
 )
-from sgm.memory.look_weights import LookWeights
+from sgm.memory.look_weights import RELATION_BITS, LookWeights
 from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
 from sgm.memory.week_hours import WeekHours
-from sgm.schema import HOME, NEVER
+from sgm.schema import HOME, NEVER, NUM_RELATIONS
 
 NUM_LOOKS_KEPT = 8  # of every furniture node; what older ones said has been overtaken by moves
-BOTH = 3  # of `look_relations`
+ALL = 2**NUM_RELATIONS - 1  # of `look_relations`
 NUM_HOURS = 12  # bins of a day, two hours each
 # Of more furniture, moves from place to place are not counted: few happen twice, and they would
 # take the square of its number.
@@ -74,7 +74,7 @@ class HomeHistory:
         self.week.add_furniture(num_added)
         self.look_times = np.pad(self.look_times, wider, constant_values=NEVER)
         if self.look_relations is not None:
-            self.look_relations = np.pad(self.look_relations, wider, constant_values=BOTH)
+            self.look_relations = np.pad(self.look_relations, wider, constant_values=ALL)
         before = self.moves
         self.moves = _make_moves(len(before), before.shape[1] + num_added)
         if self.counts_moves:
@@ -134,7 +134,10 @@ class HomeHistory:
         if self.look_relations is None or share is None:
             return times
         relations = self.look_relations[home]  # (Q, F, n)
-        in_view = share[..., :1] * (relations & 1 > 0) + share[..., 1:] * (relations & 2 > 0)
+        in_view = sum(
+            share[..., number, None] * (relations & bit > 0)
+            for number, bit in enumerate(RELATION_BITS.tolist())
+        )
         return np.where(in_view >= 0.5, times, NEVER)
 
     def count(self, name: str, home: np.ndarray, number: np.ndarray | None = None) -> None:
@@ -147,7 +150,7 @@ class HomeHistory:
         memory: Remembered,
         looked: np.ndarray,
         look: LookWeights,
-        touched_key: np.ndarray,
+        of_touched: tuple[np.ndarray, np.ndarray],
         is_seen: np.ndarray,
         seen_again: np.ndarray,
         asked: Queries | None,
@@ -158,14 +161,14 @@ class HomeHistory:
             memory: the memory.
             looked: furniture that each home looks at, -1 for none, (H,).
             look: how much of it counts.
-            touched_key: of the edges that are known there, as in `LookWeights`, (m,).
+            of_touched: objects and relations of the edges that are known there, (m,) each.
             is_seen: whether each object was detected, bool (O,).
             seen_again: rows of edges that were known and are found true, (n,).
             asked: open questions; None if there are none.
         """
         objects, time, is_counted = memory.objects, memory.time, look.is_counted
         if asked is not None:
-            is_out_of_view = look.find_out_of_view(touched_key)
+            is_out_of_view = look.find_out_of_view(*of_touched)
             if is_out_of_view is not None:
                 asked = asked.take(~is_out_of_view[asked.object] | is_seen[asked.object])
             self._note_answers(memory, looked, asked, is_seen[asked.object])
@@ -173,9 +176,9 @@ class HomeHistory:
         column = memory.furniture["num_observed"][home, looked[home]] % NUM_LOOKS_KEPT
         at = (home, looked[home], column)
         self.look_times[at] = time
-        in_view = BOTH if look.relations is None else look.relations[home]
-        if self.look_relations is None and np.any(in_view != BOTH):
-            self.look_relations = np.full(self.look_times.shape, BOTH, dtype=np.uint8)
+        in_view = ALL if look.relations is None else look.relations[home]
+        if self.look_relations is None and np.any(in_view != ALL):
+            self.look_relations = np.full(self.look_times.shape, ALL, dtype=np.uint8)
         if self.look_relations is not None:
             self.look_relations[at] = in_view
 
@@ -248,7 +251,7 @@ class HomeHistory:
         history, shape = cls(1, num_furniture), (num_furniture, NUM_LOOKS_KEPT)
         history.look_times[0] = _read_whole(data["look_times"], shape, (NEVER, time))
         if "look_relations" in data:
-            relations = _read_whole(data["look_relations"], shape, (0, BOTH))
+            relations = _read_whole(data["look_relations"], shape, (0, ALL))
             history.look_relations = relations[None].astype(np.uint8)
         limits = (num_furniture, num_furniture, 2**31)
         src, dst, count = read_sparse("moves", data["moves"], limits)

@@ -12,11 +12,11 @@ from sgm.memory.look_weights import SURE
 from sgm.memory.sighting import Sighting, read_relation
 from sgm.messages import shorten
 from sgm.names.name import Name
-from sgm.schema import RELATIONS
+from sgm.schema import NUM_RELATIONS, RELATIONS
 
 MOST_LOOKS = 10  # at one place in one time step; a search has three to five
-# One share for both relations, or one of "in" and one of "onTop".
-Coverage: TypeAlias = float | tuple[float, float]
+# One share for all relations, or one of each, in the order of `RELATIONS`.
+Coverage: TypeAlias = float | tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class StepLook:
     Attributes:
         furniture: its id.
         seen: what was detected there.
-        coverage: share of it that was in view, or of "in" and "onTop".
+        coverage: share of it that was in view, or a share by relation.
         hidden: names of what was not seen because its spot was out of view.
     """
 
@@ -65,7 +65,7 @@ class StepLog:
         counts: things seen, by object row and furniture id.
         num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
         queries: what was asked for since, each with the number of looks before it.
-        looks_by_relation: whether a look had a share of "in" and another of "onTop" in view.
+        looks_by_relation: whether a look had other shares of other relations in view.
         is_plain: whether no look had, nor something hidden.
     """
 
@@ -84,7 +84,7 @@ class StepLog:
         coverage, num_before = look.coverage, self.num_looks.get(look.furniture, 0.0)
         if isinstance(coverage, tuple):
             self.looks_by_relation = True
-            self.num_looks[look.furniture] = num_before + sum(coverage) / 2
+            self.num_looks[look.furniture] = num_before + sum(coverage) / len(coverage)
         else:
             self.num_looks[look.furniture] = num_before + coverage
             before = self.coverage.get(look.furniture, 0.0)
@@ -157,22 +157,22 @@ def read_coverage(coverage: Any, place: str) -> Coverage:
                 f"{place}. Give the share in view."
             )
         shares[read_relation(relation)] = float(share)
-    inside, on_top = shares["in"], shares["onTop"]
-    if inside == on_top:
-        return read_share("coverage", inside, place)
-    return inside, on_top
+    first, *others = of_each = tuple(shares.values())
+    if all(share == first for share in others):
+        return read_share("coverage", first, place)
+    return of_each
 
 
 def parse_coverage(data: Any) -> Coverage:
-    """Return the coverage of a file, a number or a list of two; ValueError or TypeError if none."""
+    """Return the coverage of a file, one number or a list; ValueError or TypeError if none."""
     if isinstance(data, list):
         return read_coverage(dict(zip(RELATIONS, data, strict=True)), "a look")
     return float(data)
 
 
-def split_coverage(coverage: Coverage) -> tuple[float, float]:
-    """Return the shares of "in" and "onTop"."""
-    return coverage if isinstance(coverage, tuple) else (coverage, coverage)
+def split_coverage(coverage: Coverage) -> tuple[float, ...]:
+    """Return the share of each relation."""
+    return coverage if isinstance(coverage, tuple) else (coverage,) * NUM_RELATIONS
 
 
 def read_share(name: str, share: Any, place: str) -> float:

@@ -7,12 +7,15 @@ import numpy as np
 from sgm.arrays.grouped import mark_rows
 from sgm.arrays.relations import share_relations, sum_relations
 from sgm.arrays.table import Table
+from sgm.schema import NUM_RELATIONS
 
+# Of each relation in a set of them, a whole number.
+RELATION_BITS = 1 << np.arange(NUM_RELATIONS)
 SURE = 0.5  # from this confidence on, a sighting counts as true
 
 
 class LookWeights:
-    """Weighs one look in each home, edge by edge; the key of an edge is object * 2 + relation.
+    """Weighs one look in each home, edge by edge, of object and relation.
 
     Attributes:
         coverage: share of the furniture looked at that was in view, 0 without a look, (H,). Of
@@ -20,8 +23,8 @@ class LookWeights:
         relations: which relations most was in view of, where that is said: 1 "in", 2 "onTop", 3
             both, (H,); None where one share is for both.
         is_counted: whether it counts as a look at the furniture, bool (H,).
-        confidence: of what was seen, the highest by key, 0 for what was not, (2 O,); None where all
-            is sure.
+        confidence: of what was seen, the highest by object and relation, 0 for what was not, (O,
+            2); None where all is sure.
     """
 
     def __init__(
@@ -40,12 +43,12 @@ class LookWeights:
         all of it. Against `hidden` rows of objects (k,) the looks say nothing.
         """
         self._objects, num_homes = objects, len(place_weights)
-        self._by_relation: np.ndarray | None = None  # (H, 2)
+        self._by_relation: np.ndarray | None = None  # (H, relations)
         self.relations: np.ndarray | None = None
         if coverage is not None and coverage.ndim == 2:
-            self._by_relation = np.zeros((num_homes, 2))
+            self._by_relation = np.zeros((num_homes, NUM_RELATIONS))
             self._by_relation[home] = coverage
-            self.relations = (self._by_relation >= SURE) @ np.array([1, 2])
+            self.relations = (self._by_relation >= SURE) @ RELATION_BITS
             coverage = _average(place_weights, home, furniture, coverage)
         self.coverage = np.zeros(num_homes)  # (H,)
         self.coverage[home] = 1.0 if coverage is None else coverage
@@ -61,54 +64,54 @@ class LookWeights:
         self, seen_object: np.ndarray, seen_relation: np.ndarray, confidence: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Take note of confidences, and return objects and relations of the sure sightings."""
-        self.confidence = np.zeros(2 * self._objects.num_rows)
-        np.maximum.at(self.confidence, seen_object * 2 + seen_relation, confidence)
+        self.confidence = np.zeros((self._objects.num_rows, NUM_RELATIONS))
+        np.maximum.at(self.confidence, (seen_object, seen_relation), confidence)
         is_sure = confidence >= SURE
         return seen_object[is_sure], seen_relation[is_sure]
 
-    def weigh(self, keys: np.ndarray) -> np.ndarray:
-        """Return what part of a look counts against keys (n,), should they not be seen."""
+    def weigh(self, objects: np.ndarray, relation: np.ndarray) -> np.ndarray:
+        """Return what part of a look counts against edges (n,), should they not be seen."""
         if self._is_whole and self.confidence is None:
-            return np.ones(len(keys))
-        weight = self._get_share(keys)
+            return np.ones(len(objects))
+        weight = self._get_share(objects, relation)
         if self.confidence is None:
             return weight
-        found = self.confidence[keys]
+        found = self.confidence[objects, relation]
         return np.where(found > 0, 1 - found, weight)
 
-    def counts(self, keys: np.ndarray) -> np.ndarray:
+    def counts(self, objects: np.ndarray, relation: np.ndarray) -> np.ndarray:
         """Tell whether the look counts as one for what these edges are about, bool (n,)."""
-        is_counted: np.ndarray = self.is_counted[self._objects["home"][keys // 2]]
+        is_counted: np.ndarray = self.is_counted[self._objects["home"][objects]]
         if self._by_relation is None and self._is_hidden is None:
             return is_counted
-        return self._get_share(keys) >= SURE
+        return self._get_share(objects, relation) >= SURE
 
-    def find_out_of_view(self, touched_key: np.ndarray) -> np.ndarray | None:
-        """Mark objects of keys (n,) whose remembered places here were out of view, bool (O,).
+    def find_out_of_view(self, objects: np.ndarray, relation: np.ndarray) -> np.ndarray | None:
+        """Mark objects of edges (n,) whose remembered places here were out of view, bool (O,).
 
         None where one share is for both relations, and nothing is hidden.
         """
         if self._by_relation is None and self._is_hidden is None:
             return None
         num_objects = self._objects.num_rows
-        is_counted = self.counts(touched_key)
-        is_out = mark_rows(touched_key[~is_counted] // 2, num_objects)
-        is_out &= ~mark_rows(touched_key[is_counted] // 2, num_objects)
+        is_counted = self.counts(objects, relation)
+        is_out = mark_rows(objects[~is_counted], num_objects)
+        is_out &= ~mark_rows(objects[is_counted], num_objects)
         return is_out
 
-    def _get_share(self, keys: np.ndarray) -> np.ndarray:
+    def _get_share(self, objects: np.ndarray, relation: np.ndarray) -> np.ndarray:
         """Return how much was in view of the places of edges, (n,)."""
-        home = self._objects["home"][keys // 2]
+        home = self._objects["home"][objects]
         share: np.ndarray = self.coverage[home]
         if self._by_relation is not None:
-            share = self._by_relation[home, keys % 2]
-        return share if self._is_hidden is None else share * ~self._is_hidden[keys // 2]
+            share = self._by_relation[home, relation]
+        return share if self._is_hidden is None else share * ~self._is_hidden[objects]
 
 
 def _average(
     place_weights: np.ndarray, home: np.ndarray, furniture: np.ndarray, coverage: np.ndarray
 ) -> np.ndarray:
-    """Return coverages (n, 2) as one number, by how much is expected "in" and "onTop", (n,)."""
+    """Return coverages by relation (n, 2) as one number, by how much the prior expects of each."""
     expected = place_weights[home, :, furniture].sum(axis=1)  # (n, 2)
     mean = sum_relations(share_relations(expected) * coverage)
-    return np.where(coverage[:, 0] == coverage[:, 1], coverage[:, 0], mean)
+    return np.where((coverage == coverage[:, :1]).all(axis=1), coverage[:, 0], mean)

@@ -17,7 +17,7 @@ from sgm.memory.queries import Change, Queries, propose_places
 from sgm.memory.remembered import Remembered
 from sgm.memory.same_things import find_roots, fuse_edges, fuse_objects
 from sgm.memory.seen_positions import join_positions
-from sgm.schema import NEVER, POSITIONS
+from sgm.schema import NEVER, NUM_RELATIONS, POSITIONS
 
 
 class MemoryBatch(Remembered):
@@ -227,7 +227,7 @@ class MemoryBatch(Remembered):
         order = np.argsort(self.edges["last_true"][edge], kind="stable")
         query, edge = query[order], edge[order]
         place, relation = self.edges["furniture"][edge], self.edges["relation"][edge]
-        share[query, place, 0], share[query, place, 1] = 1 - relation, relation
+        share[query, place] = np.eye(NUM_RELATIONS)[relation]
         return share
 
     def propose_places(self, queries: Queries) -> np.ndarray:
@@ -275,45 +275,46 @@ class MemoryBatch(Remembered):
         looked[home] = furniture
         edges = self.edges
         touched = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
-        touched_key = edges["object"][touched] * 2 + edges["relation"][touched]
+        of_touched = edges["object"][touched], edges["relation"][touched]
         weights = self.place_prior.weights
         look = LookWeights(self.objects, weights, home, furniture, coverage, hidden)
         if confidence is not None and (confidence < 1).any():
             seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
-        weight = look.weigh(touched_key)
-        num_keys = 2 * self.objects.num_rows
-        is_seen_key, has_changed = np.zeros(num_keys, bool), np.zeros(num_keys // 2, bool)
-        is_seen_key[seen_object * 2 + seen_relation] = has_changed[seen_object] = True
-        is_seen = is_seen_key[touched_key]
+        weight = look.weigh(*of_touched)
+        num_objects = self.objects.num_rows
+        is_new_true = np.zeros((num_objects, NUM_RELATIONS), dtype=bool)
+        has_changed = np.zeros(num_objects, dtype=bool)
+        is_new_true[seen_object, seen_relation] = has_changed[seen_object] = True
+        is_seen = is_new_true[of_touched]
         again = touched[is_seen]
-        sure = look.confidence  # (num_keys,), None if all are sure
+        sure = look.confidence  # (O, relations), None if all are sure
         if self._history is not None and is_look:
             self._history.note_look(
-                self, looked, look, touched_key, has_changed, again, self._pending
+                self, looked, look, of_touched, has_changed, again, self._pending
             )
         self._update_edges(touched, is_seen, weight)
-        edges["confidence"][again] = 1.0 if sure is None else sure[touched_key[is_seen]]
-        is_new_false = self._mark_looked_up(looked, num_keys) & ~is_seen_key
-        is_new_true = is_seen_key
-        is_new_true[touched_key] = is_new_false[touched_key] = False
-        new_true, new_false = np.flatnonzero(is_new_true), np.flatnonzero(is_new_false)
-        missed = look.weigh(new_false)
-        new_false, missed = new_false[missed >= 0.5], missed[missed >= 0.5]
-        added = self._add_edges(looked, np.concatenate([new_true, new_false]), len(new_true))
-        edges["confidence"][added[: len(new_true)]] = 1.0 if sure is None else sure[new_true]
-        false = added[len(new_true) :]
+        edges["confidence"][again] = 1.0 if sure is None else sure[of_touched][is_seen]
+        is_new_false = self._mark_looked_up(looked) & ~is_new_true
+        is_new_true[of_touched] = is_new_false[of_touched] = False
+        new_true, new_false = _find_marked(is_new_true), _find_marked(is_new_false)
+        missed = look.weigh(*new_false)
+        counts = missed >= 0.5
+        missed, new_false = missed[counts], (new_false[0][counts], new_false[1][counts])
+        added = self._add_edges(looked, new_true, new_false)
+        true, false = added[: len(new_true[0])], added[len(new_true[0]) :]
+        edges["confidence"][true] = 1.0 if sure is None else sure[new_true]
         edges["missed"][false] = edges["num_absent"][false] - 1 + missed
         if self._history is not None and self.clock is not None:
-            gone = touched[~is_seen & look.counts(touched_key)]
+            gone = touched[~is_seen & look.counts(*of_touched)]
             gone = gone[edges["num_true"][gone] > 0]
-            rows = np.concatenate([again, added[: len(new_true)], gone])
+            rows = np.concatenate([again, true, gone])
             is_true = np.arange(len(rows)) < len(rows) - len(gone)
             if not is_look:
                 rows, is_true = rows[:0], is_true[:0]
             clock = self.clock[edges["home"][rows]]
             self._history.note_hours(clock, self.time, rows, is_true, edges.num_rows)
 
-        self._note_origin(np.concatenate([again, added[: len(new_true)]]))
+        self._note_origin(np.concatenate([again, true]))
         is_counted = look.is_counted[home]
         self.furniture["num_observed"][home, furniture] += is_counted
         self.furniture["last_observed"][home[is_counted], furniture[is_counted]] = self.time
@@ -321,7 +322,7 @@ class MemoryBatch(Remembered):
         has_changed[edges["object"][added]] = True
         return Change(
             home, furniture, np.flatnonzero(has_changed), np.concatenate([touched, added]),
-            np.concatenate([is_seen, np.arange(len(added)) < len(new_true)]), look.coverage[home],
+            np.concatenate([is_seen, np.arange(len(added)) < len(true)]), look.coverage[home],
         )  # fmt: skip
 
     def note_place(self, row: int, furniture: int, relation: int, confidence: float) -> None:
@@ -371,28 +372,36 @@ class MemoryBatch(Remembered):
         edges["is_true"][rows] = is_seen
         edges["num_absent"][rows] = (edges["num_absent"][rows] + 1) * ~is_seen
 
-    def _mark_looked_up(self, looked: np.ndarray, num_keys: int) -> np.ndarray:
-        """Mark hypothetical edges (object * 2 + relation) that were looked at, bool (num_keys,)."""
+    def _mark_looked_up(self, looked: np.ndarray) -> np.ndarray:
+        """Mark hypothetical edges that were looked at, by object and relation, bool (O, 2)."""
+        is_looked_up = np.zeros((self.objects.num_rows, NUM_RELATIONS), dtype=bool)
         if self._pending is None:
-            return np.zeros(num_keys, dtype=bool)
+            return is_looked_up
         queries = self._pending
         place = looked[queries.home]
         proposed = self.propose_places(queries)
         proposed = proposed[np.arange(len(place)), place] & (place >= 0)[:, None]  # (Q, 2)
         query, relation = np.nonzero(proposed)
-        is_looked_up = np.zeros(num_keys, dtype=bool)
-        is_looked_up[queries.object[query] * 2 + relation] = True
+        is_looked_up[queries.object[query], relation] = True
         return is_looked_up
 
-    def _add_edges(self, looked: np.ndarray, keys: np.ndarray, num_true: int) -> np.ndarray:
-        """Add first-time edges to the furniture looked at; the first `num_true` are true."""
-        if not len(keys):
-            return keys
-        rows, relation = np.divmod(keys, 2)
+    def _add_edges(
+        self,
+        looked: np.ndarray,
+        true: tuple[np.ndarray, ...],
+        false: tuple[np.ndarray, ...],
+    ) -> np.ndarray:
+        """Add first-time edges to the furniture looked at, by object and relation, true ones first.
+
+        Returns their rows.
+        """
+        rows, relation = np.concatenate([true[0], false[0]]), np.concatenate([true[1], false[1]])
+        if not len(rows):
+            return rows
         home = self.objects["home"][rows]
-        is_true = np.arange(len(keys)) < num_true
+        is_true = np.arange(len(rows)) < len(true[0])
         return self.edges.append(
-            len(keys), home=home, object=rows, furniture=looked[home], relation=relation,
+            len(rows), home=home, object=rows, furniture=looked[home], relation=relation,
             prior=self._get_prior(rows, looked[home], relation), num_observed=1, num_true=is_true,
             last_observed=self.time, last_true=np.where(is_true, self.time, NEVER), is_true=is_true,
             num_absent=np.where(
@@ -417,3 +426,8 @@ class MemoryBatch(Remembered):
         objects["num_moved"][has_moved] += 1
         objects["last_moved"][has_moved] = self.time
         objects["last_furniture"][rows] = here
+
+
+def _find_marked(marks: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return objects and relations that are marked, bool (O, relations); quicker than `nonzero`."""
+    return np.unravel_index(np.flatnonzero(marks), marks.shape)

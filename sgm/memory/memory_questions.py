@@ -105,12 +105,12 @@ class Asked:
         return np.where(is_carried, np.where(np.array(sure) > 0, sure, ROBOT_CONFIDENCE), 0.0)
 
     def choose_relation(self) -> np.ndarray:
-        """Return how the objects lie at each place: 0 "in", 1 "onTop", (F,).
+        """Return how the objects lie at each place, by number in `RELATIONS`, (F,).
 
         As one of them last lay there; where none was ever seen, as the prior has it.
         """
         prior = self.queries.prior.sum(axis=0)  # (F, 2)
-        relation = np.where(prior[:, 1] >= prior[:, 0], 1, 0)
+        relation = NUM_RELATIONS - 1 - prior[:, ::-1].argmax(axis=1)  # the last of equal ones
         edges = self.current.edges
         own = self.edges[edges["num_true"][self.edges] > 0]
         own = own[np.argsort(edges["last_true"][own], kind="stable")]

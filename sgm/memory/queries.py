@@ -7,6 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group, mark_rows
+from sgm.arrays.relations import max_relations
+from sgm.schema import NUM_RELATIONS, RELATIONS, USUAL_RELATION
+
+_USUAL = RELATIONS.index(USUAL_RELATION)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +77,7 @@ def propose_places(
     """Mark the places that get a hypothetical edge.
 
     Every place whose prior weight exceeds the threshold; where the prior knows no place at all
-    for an object, every furniture node (as "onTop"), so that no query is without candidates.
+    for an object, every furniture node, in the usual relation: no query is without candidates.
 
     Args:
         prior_rows: prior weight per place, (..., F, 2); so is what is returned, bool.
@@ -85,7 +89,8 @@ def propose_places(
     proposed = prior_rows > threshold  # nowhere beyond the furniture, where the prior is zero
     is_unknown = ~proposed.any(axis=(-2, -1))
     if is_unknown.any():
-        proposed[is_unknown, :, 1] = True if is_furniture is None else is_furniture[is_unknown]
+        own = True if is_furniture is None else is_furniture[is_unknown]
+        proposed[is_unknown, :, _USUAL] = own
     return proposed
 
 
@@ -98,13 +103,13 @@ def propose_rows(
     `query` is the query that each furniture node is for, (n,).
     """
     proposed = prior_rows > threshold
-    is_known = mark_rows(query[proposed[:, 0] | proposed[:, 1]], num_queries)
-    proposed[:, 1] |= ~is_known[query]
+    is_known = mark_rows(query[max_relations(proposed)], num_queries)
+    proposed[:, _USUAL] |= ~is_known[query]
     return proposed
 
 
 def sample_places(counts: np.ndarray, count: int, *, rng: np.random.Generator) -> np.ndarray:
-    """Mark `count` furniture nodes of each query at random, as "onTop": an ablation.
+    """Mark `count` furniture nodes of each query at random, in the usual relation: an ablation.
 
     Of queries with `counts` furniture nodes each (Q,), all of these in one row, bool (sum, 2).
 
@@ -112,6 +117,6 @@ def sample_places(counts: np.ndarray, count: int, *, rng: np.random.Generator) -
     """
     query = np.repeat(np.arange(len(counts)), counts)
     order = np.lexsort((rng.random(len(query)), query))
-    chosen = np.zeros((len(query), 2), dtype=bool)
-    chosen[order[compute_rank_in_group(query) < count], 1] = True
+    chosen = np.zeros((len(query), NUM_RELATIONS), dtype=bool)
+    chosen[order[compute_rank_in_group(query) < count], _USUAL] = True
     return chosen

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import mul
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -310,7 +311,7 @@ def sum_negative(
     """Return the coverage of the looks of a step that did not show an object, by furniture id.
 
     Where it was seen in this step, surely or not, these are the looks since. `share` is how
-    likely it is "in" and "onTop" of the furniture that it is at, (F, 2) by `position`; None
+    likely it lies in each relation to the furniture that it is at, (F, 2) by `position`; None
     where no look was `looks_by_relation`.
     """
     found = step.num_until_seen.get(row, {})
@@ -330,7 +331,7 @@ def sum_negative(
             coverage = look.coverage
             if isinstance(coverage, tuple):
                 assert share is not None
-                inside, on_top = share[position[furniture]].tolist()
-                coverage = inside * coverage[0] + on_top * coverage[1]
+                expected = share[position[furniture]].tolist()
+                coverage = sum(map(mul, expected, coverage))
             negative[furniture] = negative.get(furniture, 0.0) + coverage
     return negative

@@ -14,25 +14,28 @@ from sgm.checks import is_number
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import MAX_LENGTH, read_words
-from sgm.schema import MOST_METRES, RELATIONS
+from sgm.schema import MOST_METRES, RELATIONS, USUAL_RELATION
 
-SPELLINGS = {"in": "in", "onTop": "onTop", "inside": "in", "on": "onTop", "on top": "onTop"}
+SPELLINGS = {
+    **{name: name for name in RELATIONS},
+    **{"inside": "in", "on": "onTop", "on top": "onTop"},
+}
 _BY_LETTERS = {
-    "": "onTop", **{name.casefold().replace(" ", ""): own for name, own in SPELLINGS.items()}
+    "": USUAL_RELATION, **{name.casefold().replace(" ", ""): own for name, own in SPELLINGS.items()}
 }  # fmt: skip
 MOST_NUMBERS = 4096  # of an embedding
 Point: TypeAlias = tuple[float, float, float]  # x, y, z in the map, metres
 
 
 def read_relation(relation: str | None) -> str:
-    """Return "in" or "onTop", however it is written ("IN", "on top"); raises ValueError if not."""
+    """Return a relation, however it is written ("IN", "on top"); raises ValueError if not."""
     known = None
     if isinstance(relation, str):
         known = _BY_LETTERS.get(relation.casefold().replace(" ", "").replace("_", ""))
     if known is None:
         raise ValueError(
             f"relation must be one of {', '.join(RELATIONS)}, got {shorten(relation)}. Choose one "
-            "of these; empty means onTop."
+            f"of these; empty means {USUAL_RELATION}."
         )
     return known
 
@@ -109,7 +112,7 @@ class Sighting:
     """
 
     description: str
-    relation: str = "onTop"
+    relation: str = USUAL_RELATION
     confidence: float = 1.0
     owner: str | None = None
     id: str | None = None
@@ -123,7 +126,7 @@ class Sighting:
         def __init__(
             self,
             description: str,
-            relation: str = "onTop",
+            relation: str = USUAL_RELATION,
             confidence: float = 1.0,
             owner: str | None = None,
             id: str | int | None = None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sgm.schema import NUM_RELATIONS
 from simulator.kernel import kernel
 from simulator.world.homes import Homes
 
@@ -58,7 +59,7 @@ def end_stays(
     code, furniture, since, counts = stays
     for home in range(len(code)):
         for slot in range(code.shape[1]):
-            here = object_place[home, slot] // 2  # -1 // 2 == -1
+            here = object_place[home, slot] // NUM_RELATIONS  # -1 of -1
             before = furniture[home, slot]
             is_other = object_code[home, slot] != code[home, slot]
             if here == before and not is_other:

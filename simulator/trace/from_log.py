@@ -42,7 +42,7 @@ class LoggedLook:
 
     time_s: float
     place: int  # index into the furniture of the trace
-    coverage: tuple[float, float]  # share of "in" and "onTop" in view; 1 where it was removed
+    coverage: tuple[float, ...]  # share of each relation in view; 1 where it was removed
     seen: dict[Name, list[LoggedSpot]]  # where on it each thing was seen
     sought: Name | None = None  # the one thing that would have been seen; None for all
     hidden: frozenset[Name] = frozenset()  # things whose spots were out of view

@@ -12,7 +12,7 @@ import numpy as np
 from sgm.arrays.grouped import compute_rank_in_group
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph
-from sgm.schema import NUM_RELATIONS, PlaceCode
+from sgm.schema import PlaceCode
 from simulator.world.rules import HomeRules
 from simulator.world.sampled_state import SampledState
 from simulator.world.streams import sample_categorical
@@ -156,12 +156,12 @@ def sample_initial_objects(
         for furniture in range(num_furniture):
             home = np.flatnonzero((turn < home_num_turns) & homes.is_furniture[:, furniture])
             node = holder[home, furniture]
-            option_type = options[home, node] // NUM_RELATIONS  # (n, K)
+            option_type = PlaceCode.furniture(options[home, node])  # (n, K): of a type as its place
             available = compute_available_weights(
                 weights[home, node], count[home[:, None], option_type], max_count[option_type]
             )
             drawn = sample_categorical(available, uniform[home, turn, furniture, 0])
-            found, relation = np.divmod(options[home, node, drawn], NUM_RELATIONS)
+            found, relation = PlaceCode.split(options[home, node, drawn])
             count[home, found] += 1
             types[home, turn, furniture] = found
             places[home, turn, furniture] = PlaceCode.of(node, relation)
@@ -186,7 +186,7 @@ def compute_available_weights(
 
 
 def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray]:
-    """List weights of what nodes may hold, 0 beyond, and type x 2 + relation, (H, F, K)."""
+    """List weights of what nodes may hold, 0 beyond, and codes of type and relation, (H, F, K)."""
     option = np.flatnonzero(homes.place_weights)
     row, place = np.divmod(option, homes.num_places)
     home, types = np.divmod(row, len(homes.prior.objects))
@@ -199,7 +199,7 @@ def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray]:
     shape = (num_nodes, int(rank.max(initial=0)) + 1)
     weights, options = np.zeros(shape), np.zeros(shape, dtype=np.int64)
     weights[node, rank] = weight[order]
-    options[node, rank] = types[order] * NUM_RELATIONS + place[order] % NUM_RELATIONS
+    options[node, rank] = PlaceCode.of(types[order], PlaceCode.relation(place[order]))
     whole = (homes.num_homes, homes.num_furniture, shape[1])
     return weights.reshape(whole), options.reshape(whole)
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from sgm.schema import PlaceCode
 from simulator.world.own_places import NUM_OWN_PLACES, draw_own_places
 from simulator.world.routine.activity_kinds import (
     compute_object_weights,
@@ -126,7 +127,8 @@ def _make_habits(
         homes.object_place[home, slots] = state.own_place[home, slots, 0]
         _draw_sessions(habits, home, rule, rng)
         _draw_uses(habits, home, rule, object_weights, homes, slots, rng)
-        _draw_ways(habits, home, rule, homes, state.own_place[home, slots, 0] // 2, slots, rng)
+        furniture = PlaceCode.furniture(state.own_place[home, slots, 0])
+        _draw_ways(habits, home, rule, homes, furniture, slots, rng)
         if homes.configs[home].dynamic_nodes:
             _draw_missing(state, home, rule, slots, rng)
     np.cumsum(habits.weight, axis=2, out=habits.weight)

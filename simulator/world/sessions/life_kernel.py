@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sgm.schema import NUM_RELATIONS
 from simulator.kernel import kernel
 from simulator.world.sessions.rules import SessionRules
 
@@ -286,7 +287,9 @@ def _go_on(habits: SessionHabits, state: SessionState, home: int, slot: int) -> 
     turn = 0
     while turn < NUM_NEXT - 1 and mark >= habits.way_share[home, turn]:
         turn += 1
-    return habits.way[home, habits.group[home, slot], state.place[home, slot] // 2, turn]
+    return habits.way[
+        home, habits.group[home, slot], state.place[home, slot] // NUM_RELATIONS, turn
+    ]
 
 
 @kernel
@@ -346,7 +349,7 @@ def _use(habits: SessionHabits, state: SessionState, home: int, session: int, no
     back = NEVER
     if manner == BACK and to != own[0]:
         back = now + _wait(random, home, rule.use_minutes * MINUTE)
-    if to // 2 == before // 2:
+    if to // NUM_RELATIONS == before // NUM_RELATIONS:
         to = before
     _put(state, home, slot, to, back)
 
