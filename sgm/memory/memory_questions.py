@@ -5,7 +5,7 @@ Questions leave the memory as it is: they get a copy of what they may change.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
@@ -216,7 +216,7 @@ def _ask(
     question: str,
 ) -> Asked:
     """Ask for objects by names or ids, time steps later; see `SceneGraphMemory.ask`."""
-    snapshot, before = state.get_snapshot(), state.before
+    snapshot, before, places = state.get_snapshot(), state.before, state.furniture
     current = state.view(snapshot)
     current.time += later
     if before_looks and before is not None and not later:
@@ -226,6 +226,7 @@ def _ask(
         batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
         batch.time = current.time
     positions, known, names = _find_asked(state, descriptions)
+    texts = state.things.descriptions
     is_known = (known >= 0) & (known < num_known)
     keys = np.where(is_known, known, num_known + np.arange(len(names)))
     if is_known.all():
@@ -243,7 +244,6 @@ def _ask(
     found = join_groups(asked, current.edges["object"], num_objects + 1)
     edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice
     sightings: list[SeenAt] = []
-    places = state.furniture
     for row, own in zip(known.tolist(), said, strict=True):
         if own is not None:
             sightings += list_places(current, row, own, places.ids, edges)
@@ -259,8 +259,19 @@ def _ask(
         edges=edges,
         said=tuple(last_said),
         statements=tuple(() if own is None else own.statements for own in said),
-        descriptions=state.things.descriptions,
-        looks=_list_looks(state, batch, current, queries, known, found, names, last_said, question),
+        descriptions=texts,
+        looks=_list_looks(
+            state,
+            places.position,
+            batch,
+            current,
+            queries,
+            known,
+            found,
+            names,
+            last_said,
+            question,
+        ),
         num_instances=np.maximum(at_once[known], 1),
         sightings=tuple(sightings),
         furniture_ids=places.ids,
@@ -297,6 +308,7 @@ def _find_asked(
 
 def _list_looks(
     state: MemoryState,
+    position: Mapping[int, int],
     batch: MemoryBatch,
     current: MemoryBatch,
     queries: Queries,
@@ -310,10 +322,11 @@ def _list_looks(
 
     They are `queries` in the memory before the looks of this step, and `rows` (K,) in the memory at
     the time that is asked about, -1 for what that does not know, with the edges `found` there.
-    `said` has the last statement about each that no look has shown since. Looks for the `question`
-    count where it was not seen since, if they were of a later time step than the sighting.
+    `position` is that of furniture by its id. `said` has the last statement about each that no look
+    has shown since. Looks for the `question` count where it was not seen since, if they were of a
+    later time step than the sighting.
     """
-    now, step, position = current.time, state.step, state.furniture.position
+    now, step = current.time, state.step
     share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
     if step.looks_by_relation or batch.history.look_relations is not None:
         share = batch.compute_relation_shares(queries)
