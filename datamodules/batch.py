@@ -278,8 +278,11 @@ class Batch:
 
     @property
     def query_relation(self) -> Tensor:
-        """Relation of each query edge: 0 "in", 1 "onTop", int64 (Q,)."""
-        return (self.query_edge >= sum(self.edge_counts[: OBJECT_UP.stop - 1])).long()
+        """Relation of each query edge, by number in `RELATIONS`, int64 (Q,)."""
+        relation = torch.zeros_like(self.query_edge)
+        for kind in range(OBJECT_UP.start + 1, OBJECT_UP.stop):
+            relation += self.query_edge >= sum(self.edge_counts[:kind])
+        return relation
 
     def find_elsewhere(self) -> Tensor:
         """Return for each snapshot whether what is asked for is at no place, float32 (B,).

@@ -19,6 +19,7 @@ NUM_RELATIONS = len(RELATIONS)
 USUAL_RELATION = "onTop"  # where nothing is said or known
 # What an edge says of its two nodes, in either direction.
 EDGE_RELATIONS = ("in", "contains", "onTop", "under")
+OPPOSITES = {"in": "contains", "onTop": "under"}  # of each of `RELATIONS`, from the furniture
 EDGE_TYPES = (
     ("house", "contains", "floor"),
     ("floor", "in", "house"),

@@ -6,24 +6,42 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sgm.schema import EDGE_TYPES, NODE_TYPES, NUM_RELATIONS, QUERY_EDGE_TYPES, Columns, PlaceCode
+from sgm.schema import (
+    EDGE_TYPES,
+    NODE_TYPES,
+    NUM_RELATIONS,
+    OPPOSITES,
+    QUERY_EDGE_TYPES,
+    RELATIONS,
+    Columns,
+    PlaceCode,
+)
 from simulator.snapshots.snapshots import Selection, Snapshots
 
 # The edge types that enter each node type: the columns of its `degrees`.
 ENTERING = {
     ntype: tuple(etype for etype in EDGE_TYPES if etype[2] == ntype) for ntype in NODE_TYPES
 }
-MAX_ENTERING = 3
+MAX_ENTERING = max(map(len, ENTERING.values()))
 HOUSE, FLOOR, ROOM, FURNITURE, OBJECT = range(len(NODE_TYPES))
 # The first of the edge types that join objects.
-FIRST_OBJECT_TYPE = EDGE_TYPES.index(("furniture", "contains", "object"))
-# The edge types that lead from an object up to furniture: the query edges are among them.
-OBJECT_UP = slice(EDGE_TYPES.index(QUERY_EDGE_TYPES[0]), EDGE_TYPES.index(QUERY_EDGE_TYPES[1]) + 1)
-# (whether the edge leads from the child to the parent, group of pairs) of each of `EDGE_TYPES`
-_DIRECTIONS = (
-    (False, 0), (True, 0), (False, 1), (True, 1), (False, 2), (True, 2), (False, 3), (True, 3),
-    (True, 4), (False, 4),
-)  # fmt: skip
+FIRST_OBJECT_TYPE = next(at for at, etype in enumerate(EDGE_TYPES) if "object" in etype)
+# The edge types that lead from an object up to furniture, which are neighbours: the query edges are
+# among them.
+OBJECT_UP = slice(EDGE_TYPES.index(QUERY_EDGE_TYPES[0]), EDGE_TYPES.index(QUERY_EDGE_TYPES[-1]) + 1)
+
+
+def _find_direction(source: str, relation: str, target: str) -> tuple[bool, int]:
+    """Tell of an edge type whether it leads from child to parent, and its group of pairs."""
+    ends = NODE_TYPES.index(source), NODE_TYPES.index(target)
+    is_up, group = ends[0] > ends[1], min(ends)
+    if OBJECT in ends:
+        of_object = [name for name in RELATIONS if relation in (name, OPPOSITES[name])]
+        group += RELATIONS.index(of_object[0])
+    return is_up, group
+
+
+_DIRECTIONS = tuple(_find_direction(*etype) for etype in EDGE_TYPES)
 
 
 def join_nodes(snapshots: Snapshots) -> tuple[Columns, np.ndarray]:
@@ -96,12 +114,12 @@ def propose_edges(snapshots: Snapshots, proposed: np.ndarray, one_each: bool = F
 class Pairs(NamedTuple):
     """The P pairs of a child and its parent, which an edge joins in either direction.
 
-    They lie in five groups: floor and house, room and floor, furniture and room, object "in"
-    furniture, object "onTop" furniture; those of a group snapshot by snapshot.
+    They lie in groups: floor and house, room and floor, furniture and room, and object and
+    furniture, one for each of `RELATIONS`; those of a group snapshot by snapshot.
 
     Attributes:
         first_node: first id of each of `NODE_TYPES` and, last, N: 6 of them.
-        first: first pair of each group and, last, P: 6 of them.
+        first: first pair of each group and, last, P.
         child, parent: node ids, (P,).
     """
 

@@ -25,7 +25,7 @@ from sgm.files import (
     write_whole,
 )
 from sgm.messages import shorten
-from sgm.schema import COUNTERS, NOW, SNAPSHOT_TABLES, Column
+from sgm.schema import COUNTERS, NOW, NUM_RELATIONS, SNAPSHOT_TABLES, Column
 
 MANIFEST = "manifest.json"
 # What the columns of extras are called in a shard: where their own names begin.
@@ -143,7 +143,7 @@ _RULES = {
     },
     "snapshot_time": _Rule("S", "i", 0, _MAX_NUMBER),
     "snapshot_query": _Rule("S", "i", 0, "N"),
-    "snapshot_furniture_prior": _Rule("SF2", "f", 0, _MAX_NUMBER),
+    "snapshot_furniture_prior": _Rule("SFr", "f", 0, _MAX_NUMBER),
     "snapshot_furniture_answers": _Rule("SF", "u", 0, 1),
     **{f"{kind}_version_of": _Rule(kind, "i", 0, letter) for kind, letter in _OF.items()},
     **{f"{kind}_version_valid_from": _Rule(kind, "i", 0) for kind in _OF},
@@ -205,7 +205,7 @@ def check_shard(arrays: Mapping[str, np.ndarray], num_labels: int, path: Path) -
 
 
 def _find_problem(arrays: Mapping[str, np.ndarray], num_labels: int) -> str:
-    sizes = {"label": num_labels, "2": 2}
+    sizes = {"label": num_labels, "2": 2, "r": NUM_RELATIONS}
     rules = dict(_RULES)
     for name in arrays:
         if name.startswith(f"snapshot_furniture_{EXTRA}"):
