@@ -116,32 +116,34 @@ class SGMDataModule(pl.LightningDataModule):
         """
         super().__init__()
         source = HomesConfig(
-            homes,
-            also_homes,
-            val_homes,
-            home,
-            prior,
-            trace,
-            val_trace,
-            step_seconds,
-            by_day,
-            replays,
+            homes=homes,
+            also_homes=also_homes,
+            val_homes=val_homes,
+            home=home,
+            prior=prior,
+            trace=trace,
+            val_trace=val_trace,
+            step_seconds=step_seconds,
+            by_day=by_day,
+            replays=replays,
         )
         collection = CollectionConfig(
-            data_dir,
-            num_homes,
-            steps,
-            num_val_homes,
-            policy,
-            task,
-            also_policies,
-            also_tasks,
-            asked,
-            relevance,
-            seed,
-            workers,
+            data_dir=data_dir,
+            num_homes=num_homes,
+            steps=steps,
+            num_val_homes=num_val_homes,
+            policy=policy,
+            task=task,
+            also_policies=also_policies,
+            also_tasks=also_tasks,
+            asked=asked,
+            relevance=relevance,
+            seed=seed,
+            workers=workers,
         )
-        loading = LoadingConfig(batch_size, train_snapshots, val_snapshots)
+        loading = LoadingConfig(
+            batch_size=batch_size, train_snapshots=train_snapshots, val_snapshots=val_snapshots
+        )
         train, val, also = collection.make(source, features)
         self.train_config, self.val_config, self.also_configs = train, val, also
         if features.clock:

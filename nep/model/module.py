@@ -112,16 +112,18 @@ class NEPModule(pl.LightningModule):
         super().__init__()
         check_groups(reads)
         network = NetworkConfig(
-            transformer,
-            transformer_layers,
-            transformer_heads,
-            feed_forward_units,
-            dropout,
-            clock_dropout,
-            elsewhere,
+            transformer=transformer,
+            transformer_layers=transformer_layers,
+            transformer_heads=transformer_heads,
+            feed_forward_units=feed_forward_units,
+            dropout=dropout,
+            clock_dropout=clock_dropout,
+            elsewhere=elsewhere,
         )
-        self.loss = LossConfig(paper_loss, listwise_weight, listwise_best)
-        self.optimiser = OptimiserConfig(learning_rate, schedule)
+        self.loss = LossConfig(
+            paper_loss=paper_loss, listwise_weight=listwise_weight, listwise_best=listwise_best
+        )
+        self.optimiser = OptimiserConfig(learning_rate=learning_rate, schedule=schedule)
         self.save_hyperparameters(
             {
                 "encoder": encoder.config(),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from sgm.checks import check_at_least, check_shares
+from sgm.messages import shorten
 
 
 @dataclass(frozen=True)
@@ -58,8 +59,14 @@ class LossConfig:
     listwise_best: bool = False
 
     def __post_init__(self) -> None:
-        """Check the weight."""
+        """Check the weight, and that something is minimised."""
         check_at_least(0, listwise_weight=self.listwise_weight)
+        if not self.paper_loss and self.listwise_weight == 0:
+            raise ValueError(
+                "listwise_weight must be above 0 where paper_loss is off, got "
+                f"{shorten(self.listwise_weight)}: nothing would be learnt. Give it a weight, or "
+                "leave paper_loss on."
+            )
 
 
 @dataclass(frozen=True)
@@ -77,3 +84,8 @@ class OptimiserConfig:
     def __post_init__(self) -> None:
         """Check the rate."""
         check_at_least(0, learning_rate=self.learning_rate)
+        if self.learning_rate == 0:
+            raise ValueError(
+                f"learning_rate must be above 0, got {shorten(self.learning_rate)}: nothing would "
+                "be learnt. Give a rate such as 1e-4."
+            )
