@@ -1,9 +1,13 @@
 """How many files of ours an import loads, and what a call walks through."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from tools.closures import MOST_FILES, MOST_WALKED, list_closure, profile, walk_calls
 
+ROOT = Path(__file__).resolve().parents[2]
 FORBIDDEN = ("nep.bench", "nep.robot", "sgm.finder", "simulator.trace", "simulator.events", "tools")
 
 
@@ -37,3 +41,18 @@ def test_a_look_and_a_question_cross_no_more_files_than_they_may():
         assert len(walks[name].files) <= most_files, (name, walks[name].files)
         assert walks[name].returns <= most_returns, name
     assert {"sgm/evidence/question.py"} <= {*walks["rank first"].files} - {*walks["rank"].files}
+
+
+def test_the_map_of_a_question_names_the_files_that_it_crosses():
+    """Of the folders that know about a question; every file in the map is one of them."""
+    page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
+    table = page.split("### The walk of a question", 1)[1].split("\n## ", 1)[0]
+    named = {Path(name).name for name in re.findall(r"`([\w/]+\.py)`", table)}
+    walks = walk_calls()
+    crossed = {Path(file) for file in walks["rank first"].files}
+    about_questions = {"evidence", "network", "belief", "finder"}
+    needed = {file.name for file in crossed if file.parent.name in about_questions}
+    assert needed <= named, needed - named
+    assert named <= {file.name for file in crossed} | {"columns.py"}  # of names alone
+    again = {Path(file).parent.name for file in walks["rank"].files}
+    assert not again & {"evidence", "network"}
