@@ -97,10 +97,9 @@ def _search(service: MemoryService, name: str, rng: Rng) -> None:
 
 
 def _list_marks(name: str) -> set[str]:
-    """List the words of a name that say which of several it is: sides, and what has a digit."""
-    words = re.split(r"[\s_.]+", name.casefold())
-    is_mark = re.compile(r"left|right|.*\d.*")
-    return {word.lstrip("0") for word in words if is_mark.fullmatch(word)}
+    """List what of a name says which of several it is: sides and numbers, written on it, too."""
+    found = re.findall(r"\d+|\bleft\b|\bright\b", name.casefold().replace("_", " "))
+    return {mark.lstrip("0") for mark in found}
 
 
 def _write(service: MemoryService, name: str, rng: Rng) -> None:
