@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import torch
 from torch import Tensor
 
-from datamodules.heterograph import Heterograph
+from datamodules.heterograph import EdgeType, is_dgl, make_dgl, make_pyg, read_graph
 from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 from simulator.snapshots.graph import ENTERING, FURNITURE, OBJECT_UP
 
@@ -20,6 +20,22 @@ if TYPE_CHECKING:
     from torch_geometric.data import HeteroData
 
 __all__ = ["ENTERING", "Batch"]
+
+# What nodes of every type, furniture and query edges carry in a graph, and the fields of `Batch`;
+# of query edges also what others carry.
+_NODE_DATA = {
+    "label": "label",
+    "temporal": "node_feature",
+    "degrees": "degrees",
+    "snapshot": "node_snapshot",
+}
+_FURNITURE_DATA = {"index": "furniture_index", "evidence": "evidence"}
+_QUERY_DATA = {
+    "query": ("query_snapshot", -1),
+    "target": ("query_target", torch.nan),
+    "relevance": ("query_relevance", 0),
+}
+_OPTIONAL = ("evidence", "relevance")
 
 
 @dataclass(frozen=True)
@@ -89,52 +105,42 @@ class Batch:
         Raises:
             ValueError: if the graph's node or edge types are not those of the schema.
         """
-        is_dgl = hasattr(graph, "canonical_etypes")
-        read = Heterograph.from_dgl if is_dgl else Heterograph.from_pyg
-        batch = cls._from_heterograph(read(graph, num_snapshots), text, question)
-        if is_dgl:
-            batch.__dict__["graph"] = graph
-        return batch
-
-    @classmethod
-    def _from_heterograph(cls, graph: Heterograph, text: Tensor, question: Tensor | None) -> Batch:
-        nodes, edges, furniture = graph.node_data, graph.edge_data, graph.node_data["furniture"]
-        node_counts = tuple(graph.node_counts[ntype] for ntype in NODE_TYPES)
-        edge_counts = tuple(len(graph.ends[etype][0]) for etype in EDGE_TYPES)
+        nodes, edges, ends = read_graph(graph)
+        node_counts = tuple(len(nodes[ntype]["label"]) for ntype in NODE_TYPES)
+        edge_counts = tuple(len(ends[etype][0]) for etype in EDGE_TYPES)
         first_node, first_edge = _number(NODE_TYPES, node_counts), _number(EDGE_TYPES, edge_counts)
         src, dst = (
-            torch.cat([graph.ends[each][n].long() + first_node[each[2 * n]] for each in EDGE_TYPES])
+            torch.cat([ends[etype][n].long() + first_node[etype[2 * n]] for etype in EDGE_TYPES])
             for n in (0, 1)
         )
-        marked = {each: (edges[each]["query"] >= 0).nonzero()[:, 0] for each in QUERY_EDGE_TYPES}
-
-        def join_nodes(name: str) -> Tensor:
-            return torch.cat([nodes[ntype][name] for ntype in NODE_TYPES])
-
-        def join_queries(name: str) -> Tensor:
-            return torch.cat([edges[etype][name][rows] for etype, rows in marked.items()])
-
-        has_relevance = all("relevance" in edges[etype] for etype in marked)
-        return cls(
+        marked = {etype: (edges[etype]["query"] >= 0).nonzero()[:, 0] for etype in QUERY_EDGE_TYPES}
+        columns: dict[str, Any] = {
+            field: torch.cat([nodes[ntype][name] for ntype in NODE_TYPES])
+            for name, field in _NODE_DATA.items()
+        }
+        columns |= {
+            field: nodes["furniture"][name]
+            for name, field in _FURNITURE_DATA.items()
+            if name not in _OPTIONAL or name in nodes["furniture"]
+        }
+        for name, (field, _) in _QUERY_DATA.items():
+            if name not in _OPTIONAL or all(name in edges[etype] for etype in marked):
+                columns[field] = torch.cat([edges[e][name][rows] for e, rows in marked.items()])
+        batch = cls(
             node_counts=node_counts,
             edge_counts=edge_counts,
-            label=join_nodes("label"),
-            node_feature=join_nodes("temporal"),
-            degrees=join_nodes("degrees"),
-            node_snapshot=join_nodes("snapshot"),
-            furniture_index=furniture["index"],
             edge_src=src,
             edge_dst=dst,
             edge_feature=torch.cat([edges[etype]["feature"] for etype in EDGE_TYPES]),
             query_edge=torch.cat([rows + first_edge[etype] for etype, rows in marked.items()]),
-            query_snapshot=join_queries("query"),
-            query_target=join_queries("target"),
-            query_relevance=join_queries("relevance") if has_relevance else None,
-            evidence=furniture["evidence"] if "evidence" in furniture else None,
             question=question,
             text=text,
-            num_snapshots=graph.num_snapshots,
+            num_snapshots=num_snapshots,
+            **{"evidence": None, "query_relevance": None, **columns},
         )
+        if is_dgl(graph):
+            batch.__dict__["graph"] = graph
+        return batch
 
     @cached_property
     def graph(self) -> dgl.DGLGraph:
@@ -154,7 +160,8 @@ class Batch:
             ModuleNotFoundError: if DGL is not installed, which has no wheels beyond Python 3.11;
                 `to_pyg` makes the same graph.
         """
-        return self._to_heterograph().to_dgl()
+        node_data, edge_data = self.list_node_data(), self.list_edge_data()
+        return make_dgl(node_data, edge_data, self.list_ends(), self.num_snapshots)
 
     def to_pyg(self) -> HeteroData:
         """Return the batch as PyTorch Geometric's `HeteroData`, extra `events`.
@@ -166,52 +173,48 @@ class Batch:
         Raises:
             ModuleNotFoundError: if torch_geometric is not installed.
         """
-        data = self._to_heterograph().to_pyg()
+        data = make_pyg(self.list_node_data(), self.list_edge_data(), self.list_ends())
         data.text, data.num_snapshots = self.text, self.num_snapshots
         if self.question is not None:
             data.question = self.question
         return data
 
-    def _to_heterograph(self) -> Heterograph:
-        first_node = self.first_node
-        src, dst = self.split_edges(self.edge_src), self.split_edges(self.edge_dst)
-        node_data: dict[str, dict[str, Tensor]] = {ntype: {} for ntype in NODE_TYPES}
-        for name, values in (
-            ("label", self.label),
-            ("temporal", self.node_feature),
-            ("degree", self.degree),
-            ("degrees", self.degrees),
-            ("snapshot", self.node_snapshot),
-        ):
-            for ntype, part in self.split_nodes(values).items():
-                node_data[ntype][name] = part
-        node_data["furniture"]["index"] = self.furniture_index
-        if self.evidence is not None:
-            node_data["furniture"]["evidence"] = self.evidence
+    def list_node_data(self) -> dict[str, dict[str, Tensor]]:
+        """Return the columns of each node type, by the names that they have in a graph."""
+        columns = {name: getattr(self, field) for name, field in _NODE_DATA.items()}
+        columns["degree"] = self.degree
+        split = {name: self.split_nodes(values) for name, values in columns.items()}
+        node_data = {
+            ntype: {name: parts[ntype] for name, parts in split.items()} for ntype in NODE_TYPES
+        }
+        for name, field in _FURNITURE_DATA.items():
+            if (values := getattr(self, field)) is not None:
+                node_data["furniture"][name] = values
+        return node_data
+
+    def list_edge_data(self) -> dict[EdgeType, dict[str, Tensor]]:
+        """Return the columns of each edge type, by the names that they have in a graph."""
         edge_data = {
             etype: {"feature": part} for etype, part in self.split_edges(self.edge_feature).items()
         }
-        for name, column, other in (
-            ("query", self.query_snapshot, -1),
-            ("target", self.query_target, torch.nan),
-            ("relevance", self.query_relevance, 0),
-        ):
+        for name, (field, other) in _QUERY_DATA.items():
+            column = getattr(self, field)
             if column is None:
                 continue
             whole = column.new_full((self.num_edges,), other)
             parts = self.split_edges(whole.index_copy(0, self.query_edge, column))
             for etype in QUERY_EDGE_TYPES:
                 edge_data[etype][name] = parts[etype]
-        return Heterograph(
-            node_counts=dict(zip(NODE_TYPES, self.node_counts, strict=True)),
-            ends={
-                etype: (src[etype] - first_node[etype[0]], dst[etype] - first_node[etype[2]])
-                for etype in EDGE_TYPES
-            },
-            node_data=node_data,
-            edge_data=edge_data,
-            num_snapshots=self.num_snapshots,
-        )
+        return edge_data
+
+    def list_ends(self) -> dict[EdgeType, tuple[Tensor, Tensor]]:
+        """Return source and destination of the edges of each type, ids from 0 in each node type."""
+        first = self.first_node
+        src, dst = self.split_edges(self.edge_src), self.split_edges(self.edge_dst)
+        return {
+            etype: (src[etype] - first[etype[0]], dst[etype] - first[etype[2]])
+            for etype in EDGE_TYPES
+        }
 
     @property
     def first_node(self) -> dict[str, int]:

@@ -1,9 +1,8 @@
-"""A batch by node and edge type, as graph libraries hold it; DGL and PyTorch Geometric."""
+"""Batches as graphs of DGL and PyTorch Geometric."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -20,82 +19,74 @@ if TYPE_CHECKING:
 EdgeType = tuple[str, str, str]
 
 
-@dataclass(frozen=True)
-class Heterograph:
-    """Nodes and edges of a batch by type; ids of nodes count from 0 in each type.
+Data = Mapping[Any, Mapping[str, Tensor]]  # columns by node or edge type
+Ends = Mapping[EdgeType, tuple[Tensor, Tensor]]  # ids count from 0 in each node type
 
-    Attributes:
-        node_counts: number of nodes of each node type.
-        ends: sources and destinations of each edge type, (n,) each.
-        node_data: columns of each node type, (n, ...) each.
-        edge_data: columns of each edge type, (n, ...) each.
-        num_snapshots: B.
+
+def make_dgl(node_data: Data, edge_data: Data, ends: Ends, num_snapshots: int) -> dgl.DGLGraph:
+    """Make a DGL graph that knows its snapshots, as one of `dgl.batch` does.
+
+    Nodes have `label` and `snapshot`, at least.
+
+    Raises:
+        ModuleNotFoundError: if DGL is not installed.
     """
+    dgl = import_dgl("batch.graph", "batch.to_pyg() gives the same graph without it.")
+    counts = {ntype: len(columns["label"]) for ntype, columns in node_data.items()}
+    graph = dgl.heterograph(dict(ends), num_nodes_dict=counts)
+    for ntype, columns in node_data.items():
+        graph.nodes[ntype].data.update(columns)
+    for etype, columns in edge_data.items():
+        graph.edges[etype].data.update(columns)
+    snapshot = {ntype: columns["snapshot"] for ntype, columns in node_data.items()}
+    count = partial(torch.bincount, minlength=num_snapshots)
+    graph.set_batch_num_nodes({ntype: count(found) for ntype, found in snapshot.items()})
+    graph.set_batch_num_edges(
+        {etype: count(snapshot[etype[2]][dst.long()]) for etype, (_, dst) in ends.items()}
+    )
+    return graph
 
-    node_counts: Mapping[str, int]
-    ends: Mapping[EdgeType, tuple[Tensor, Tensor]]
-    node_data: Mapping[str, Mapping[str, Tensor]]
-    edge_data: Mapping[EdgeType, Mapping[str, Tensor]]
-    num_snapshots: int
 
-    @classmethod
-    def from_dgl(cls, graph: dgl.DGLGraph, num_snapshots: int) -> Heterograph:
-        """Take nodes, edges and their data from a DGL graph."""
+def make_pyg(node_data: Data, edge_data: Data, ends: Ends) -> HeteroData:
+    """Make PyTorch Geometric's `HeteroData`; nodes have `label` and `snapshot`, at least.
+
+    Raises:
+        ModuleNotFoundError: if torch_geometric is not installed.
+    """
+    data = import_pyg("batch.to_pyg()").HeteroData()
+    for ntype, columns in node_data.items():
+        data[ntype].update(columns)
+        data[ntype].update(num_nodes=len(columns["label"]), batch=columns["snapshot"])
+    for etype, columns in edge_data.items():
+        data[etype].update(columns)
+        data[etype].edge_index = torch.stack(ends[etype])
+    return data
+
+
+def is_dgl(graph: dgl.DGLGraph | HeteroData) -> bool:
+    """Tell DGL's graphs from those of PyTorch Geometric, without either library."""
+    return hasattr(graph, "canonical_etypes")
+
+
+def read_graph(graph: dgl.DGLGraph | HeteroData) -> tuple[Data, Data, Ends]:
+    """Return the data of nodes and edges, and the two ends of edges, all by type.
+
+    Raises:
+        ValueError: if the graph's node or edge types are not those of the schema.
+    """
+    if is_dgl(graph):
         _check_types(graph.ntypes, graph.canonical_etypes)
-        return cls(
-            {ntype: graph.num_nodes(ntype) for ntype in NODE_TYPES},
-            {etype: graph.edges(etype=etype, order="eid") for etype in EDGE_TYPES},
+        return (
             {ntype: graph.nodes[ntype].data for ntype in NODE_TYPES},
             {etype: graph.edges[etype].data for etype in EDGE_TYPES},
-            num_snapshots,
+            {etype: graph.edges(etype=etype, order="eid") for etype in EDGE_TYPES},
         )
-
-    @classmethod
-    def from_pyg(cls, graph: HeteroData, num_snapshots: int) -> Heterograph:
-        """Take nodes, edges and their data from PyTorch Geometric's graph."""
-        _check_types(graph.node_types, graph.edge_types)
-        return cls(
-            {ntype: graph[ntype].num_nodes for ntype in NODE_TYPES},
-            {etype: tuple(graph[etype].edge_index) for etype in EDGE_TYPES},
-            {ntype: graph[ntype] for ntype in NODE_TYPES},
-            {etype: graph[etype] for etype in EDGE_TYPES},
-            num_snapshots,
-        )
-
-    def to_dgl(self) -> dgl.DGLGraph:
-        """Make a DGL graph that knows its snapshots, as one of `dgl.batch` does.
-
-        Raises:
-            ModuleNotFoundError: if DGL is not installed.
-        """
-        dgl = import_dgl("batch.graph", "batch.to_pyg() gives the same graph without it.")
-        graph = dgl.heterograph(dict(self.ends), num_nodes_dict=dict(self.node_counts))
-        for ntype, columns in self.node_data.items():
-            graph.nodes[ntype].data.update(columns)
-        for etype, columns in self.edge_data.items():
-            graph.edges[etype].data.update(columns)
-        snapshot = {ntype: columns["snapshot"] for ntype, columns in self.node_data.items()}
-        count = partial(torch.bincount, minlength=self.num_snapshots)
-        graph.set_batch_num_nodes({ntype: count(found) for ntype, found in snapshot.items()})
-        graph.set_batch_num_edges(
-            {etype: count(snapshot[etype[2]][dst.long()]) for etype, (_, dst) in self.ends.items()}
-        )
-        return graph
-
-    def to_pyg(self) -> HeteroData:
-        """Make PyTorch Geometric's `HeteroData`.
-
-        Raises:
-            ModuleNotFoundError: if torch_geometric is not installed.
-        """
-        data = import_pyg("batch.to_pyg()").HeteroData()
-        for ntype, columns in self.node_data.items():
-            data[ntype].update(columns)
-            data[ntype].update(num_nodes=self.node_counts[ntype], batch=columns["snapshot"])
-        for etype, ends in self.ends.items():
-            data[etype].update(self.edge_data[etype])
-            data[etype].edge_index = torch.stack(ends)
-        return data
+    _check_types(graph.node_types, graph.edge_types)
+    return (
+        {ntype: graph[ntype] for ntype in NODE_TYPES},
+        {etype: graph[etype] for etype in EDGE_TYPES},
+        {etype: tuple(graph[etype].edge_index) for etype in EDGE_TYPES},
+    )
 
 
 def import_dgl(what: str, instead: str) -> Any:
