@@ -1,13 +1,19 @@
-"""Values as error messages repeat them."""
+"""Values as error messages repeat them, and warnings that blame the line of the caller."""
 
 from __future__ import annotations
 
+import os
 import re
+import sys
+import warnings
+from pathlib import Path
+from types import FrameType
 from typing import Any
 
 MAX_LENGTH = 200  # characters of a value in a message
 _MAX_PARTS = 10_000  # of a list or the like, with the parts of its parts and their characters
 _LISTS = (list, tuple, dict, set, frozenset)
+_FOLDER = f"{Path(__file__).parent}{os.sep}"  # of this package
 
 
 def shorten(value: Any, length: int = MAX_LENGTH) -> str:
@@ -49,3 +55,26 @@ def shorten_values(message: str) -> str:
     """Cut every value that a message quotes, and every word of it, to `MAX_LENGTH` characters."""
     message = re.sub(rf"('[^']{{{MAX_LENGTH}}})[^']+'", r"\1...'", message)
     return re.sub(rf"(\S{{{MAX_LENGTH}}})\S{{4,}}", r"\1...", message)
+
+
+def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
+    """Warn of a call of this package, at the line outside of it that made the call.
+
+    Where there is none, as in a command of ours, the outermost line is blamed. What
+    `warnings.warn(skip_file_prefixes=...)` does from Python 3.12 on.
+    """
+    frame = _find_caller(sys._getframe(1))
+    warnings.warn_explicit(
+        message, category, frame.f_code.co_filename, frame.f_lineno,
+        module=frame.f_globals.get("__name__"),
+        registry=frame.f_globals.setdefault("__warningregistry__", {}),
+    )  # fmt: skip
+
+
+def _find_caller(frame: FrameType) -> FrameType:
+    """Return the first frame that is not of this package, from one of it outwards."""
+    while frame.f_back is not None and not frame.f_back.f_code.co_filename.startswith("<frozen "):
+        if not frame.f_code.co_filename.startswith(_FOLDER):
+            return frame
+        frame = frame.f_back
+    return frame

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -12,6 +11,7 @@ from typing import Any, BinaryIO
 from sgm.files import compute_checksum, make_write_error, read_file
 from sgm.memory.clock import Clock
 from sgm.memory.locks import LogLock
+from sgm.messages import warn_caller
 
 MOST_LOG_BYTES = 1 << 34
 # What a line says only where there is any.
@@ -140,10 +140,9 @@ def cut_torn_line(path: Path) -> bytes:
     content = read_file(path, MOST_LOG_BYTES)
     whole = content[: content.rfind(b"\n") + 1]
     if len(whole) < len(content):
-        warnings.warn(
+        warn_caller(
             f"the last line of {path} was cut off, perhaps by a crash: {len(content) - len(whole)} "
-            "bytes are left out",
-            stacklevel=3,
+            "bytes are left out"
         )
     return whole
 

@@ -282,19 +282,20 @@ class MemoryBatch(Remembered):
             seen_object, seen_relation = look.sort_out(seen_object, seen_relation, confidence)
         weight = look.weigh(*of_touched)
         num_objects = self.objects.num_rows
-        is_new_true = np.zeros((num_objects, NUM_RELATIONS), dtype=bool)
-        has_changed = np.zeros(num_objects, dtype=bool)
-        is_new_true[seen_object, seen_relation] = has_changed[seen_object] = True
-        is_seen = is_new_true[of_touched]
+        is_seen_edge = np.zeros((num_objects, NUM_RELATIONS), dtype=bool)
+        is_seen_object = np.zeros(num_objects, dtype=bool)
+        is_seen_edge[seen_object, seen_relation] = is_seen_object[seen_object] = True
+        is_seen = is_seen_edge[of_touched]
         again = touched[is_seen]
         sure = look.confidence  # (O, relations), None if all are sure
         if self._history is not None and is_look:
             self._history.note_look(
-                self, looked, look, of_touched, has_changed, again, self._pending
+                self, looked, look, of_touched, is_seen_object, again, self._pending
             )
         self._update_edges(touched, is_seen, weight)
         edges["confidence"][again] = 1.0 if sure is None else sure[of_touched][is_seen]
-        is_new_false = self._mark_looked_up(looked) & ~is_new_true
+        is_new_true = is_seen_edge.copy()
+        is_new_false = self._mark_looked_up(looked) & ~is_seen_edge
         is_new_true[of_touched] = is_new_false[of_touched] = False
         new_true, new_false = _find_marked(is_new_true), _find_marked(is_new_false)
         missed = look.weigh(*new_false)
@@ -318,7 +319,8 @@ class MemoryBatch(Remembered):
         is_counted = look.is_counted[home]
         self.furniture["num_observed"][home, furniture] += is_counted
         self.furniture["last_observed"][home[is_counted], furniture[is_counted]] = self.time
-        self._update_objects(np.flatnonzero(has_changed), looked)
+        self._update_objects(np.flatnonzero(is_seen_object), looked)
+        has_changed = is_seen_object.copy()
         has_changed[edges["object"][added]] = True
         return Change(
             home, furniture, np.flatnonzero(has_changed), np.concatenate([touched, added]),

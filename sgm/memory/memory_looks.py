@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -21,6 +20,7 @@ from sgm.memory.look_weights import SURE
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import Sighting
+from sgm.messages import warn_caller
 from sgm.names.words import read_words
 
 _MOST_IN_A_ROW = 100  # looks at one place that show the same, step after step
@@ -68,12 +68,11 @@ class LookWatch:
             self._watch_frames(place, num_in_step, clock)
         if self.warns_of_scores and not has_scores and 2 * num_doubted > len(look.seen):
             self.warns_of_scores = False
-            warnings.warn(
+            warn_caller(
                 f"{num_doubted} of {len(look.seen)} confidences of a look are below {SURE}, so "
                 "that these count as not seen: a confidence is the probability that a sighting is "
                 "right. If they are scores of a detector, give SceneGraphMemory(score_calibration="
-                "ScoreCalibration.open_vocabulary()), or one that was fitted.",
-                stacklevel=4,
+                "ScoreCalibration.open_vocabulary()), or one that was fitted."
             )
 
     def _watch_frames(self, place: str, num_in_step: float, clock: Clock | None) -> None:
@@ -92,7 +91,7 @@ class LookWatch:
         else:
             return
         self._warns_of_frames = False
-        warnings.warn(f"{message} {_WHAT_TO_DO}", LookPerFrameWarning, stacklevel=5)
+        warn_caller(f"{message} {_WHAT_TO_DO}", LookPerFrameWarning)
 
 
 class MemoryLooks:

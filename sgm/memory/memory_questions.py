@@ -5,7 +5,7 @@ Questions leave the memory as it is: they get a copy of what they may change.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
@@ -116,6 +116,30 @@ class Asked:
         own = own[np.argsort(edges["last_true"][own], kind="stable")]
         relation[edges["furniture"][own]] = edges["relation"][own]
         return relation
+
+
+@dataclass(frozen=True, slots=True)
+class _Things:
+    """K things that are asked for, as a memory of F furniture nodes knows them.
+
+    Attributes:
+        memory: the memory, at the time that is asked about.
+        position: of furniture in it, by id.
+        rows: of the things in it, -1 for what it does not know, (K,).
+        names: K of them.
+        members: rows of all nodes that were merged as each, K of them.
+        said: the last statement about each that no look has shown since, K of them.
+        thing, edge: which of the K each of their edges is of, and its row, (n,) each.
+    """
+
+    memory: MemoryBatch
+    position: Mapping[int, int]
+    rows: np.ndarray
+    names: Sequence[Name]
+    members: Sequence[Sequence[int]]
+    said: Sequence[Statement | None]
+    thing: np.ndarray
+    edge: np.ndarray
 
 
 class MemoryQuestions:
@@ -243,6 +267,8 @@ def _ask(
     asked = np.where(known >= 0, known, num_objects)
     found = join_groups(asked, current.edges["object"], num_objects + 1)
     edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice
+    members = [state.list_members(row) for row in known.tolist()]
+    things = _Things(current, places.position, known, names, members, last_said, *found)
     sightings: list[SeenAt] = []
     for row, own in zip(known.tolist(), said, strict=True):
         if own is not None:
@@ -260,18 +286,7 @@ def _ask(
         said=tuple(last_said),
         statements=tuple(() if own is None else own.statements for own in said),
         descriptions=texts,
-        looks=_list_looks(
-            state,
-            places.position,
-            batch,
-            current,
-            queries,
-            known,
-            found,
-            names,
-            last_said,
-            question,
-        ),
+        looks=_list_looks(state, batch, queries, things, question),
         num_instances=np.maximum(at_once[known], 1),
         sightings=tuple(sightings),
         furniture_ids=places.ids,
@@ -307,73 +322,92 @@ def _find_asked(
 
 
 def _list_looks(
-    state: MemoryState,
-    position: Mapping[int, int],
-    batch: MemoryBatch,
-    current: MemoryBatch,
-    queries: Queries,
-    rows: np.ndarray,
-    found: tuple[np.ndarray, np.ndarray],
-    names: Sequence[Name],
-    said: Sequence[Statement | None],
-    question: str,
+    state: MemoryState, batch: MemoryBatch, queries: Queries, things: _Things, question: str
 ) -> Looks:
-    """List what all looks say about K objects.
+    """List what all looks say about K things.
 
-    They are `queries` in the memory before the looks of this step, and `rows` (K,) in the memory at
-    the time that is asked about, -1 for what that does not know, with the edges `found` there.
-    `position` is that of furniture by its id. `said` has the last statement about each that no look
-    has shown since. Looks for the `question` count where it was not seen since, if they were of a
-    later time step than the sighting.
+    They are `queries` in the memory before the looks of this step, `batch`. Looks for the
+    `question` count as looks for each thing, if they were of a later time step than its sighting.
     """
-    now, step = current.time, state.step
+    now = things.memory.time
     share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
-    if step.looks_by_relation or batch.history.look_relations is not None:
+    if state.step.looks_by_relation or batch.history.look_relations is not None:
         share = batch.compute_relation_shares(queries)
-    said_now = np.full(len(rows), _NOTHING_SAID)  # not where it was seen before that in this step
-    for row, one in enumerate(said):
-        if one is not None and one.time == now:
-            said_now[row] = -1 if one.furniture is None else position[one.furniture]
-    (thing, edge), edges = found, current.edges
-    confidence = np.zeros((len(rows), len(position), NUM_RELATIONS))
-    place, said_there = edges["furniture"][edge], said_now[thing]
-    is_now = edges["last_true"][edge] == now
-    is_now &= (said_there == _NOTHING_SAID) | (said_there == place)
-    confidence[thing, place, edges["relation"][edge]] = edges["confidence"][edge] * is_now
-    seen = confidence.max(axis=2)
-    num_seen = (seen > 0).astype(np.int64)
-    negative, sought, sought_ago = np.zeros((3, *seen.shape))
-    sought_ago[:] = np.inf
-    last_seen = np.full(seen.shape, NEVER)
-    if question and state.sought:
-        np.maximum.at(last_seen, (thing, place), edges["last_true"][edge])
-    counts_looks = state.before is not None and batch.time == now == state.time
-    for number, (row, name) in enumerate(zip(rows.tolist(), names, strict=True)):
-        members = state.list_members(row)
-        if counts_looks:
-            for member in members:
-                for furniture, num_here in step.counts.get(member, {}).items():
-                    here = number, position[furniture]
-                    num_seen[here] = max(num_seen[here], num_here) if seen[here] else 0
-            own = None if share is None else share[number]
-            sums = []
-            for member in members:
-                sums.append(sum_negative(step, member, name, own, position))
-            least = sums[0]
-            if len(sums) > 1:  # where no name of it was seen
-                places = set.intersection(*map(set, sums))
-                least = {place: min(count[place] for count in sums) for place in places}
-            negative[number, [position[place] for place in least]] += [*least.values()]
-        if not state.sought:
-            continue
-        words = {name.words, *(state.things.list_words(members) if row >= 0 else ())}
-        for (other, furniture), (count, time) in state.sought.items():
-            here = number, position[furniture]
-            if other not in words and (other != question or time <= last_seen[here]):
-                continue
-            if time == now:
-                negative[here] += count
-            else:
-                sought[here] = count
-                sought_ago[here] = now - time
+    seen = _list_seen(things)
+    num_seen, negative = (seen > 0).astype(np.int64), np.zeros(seen.shape)
+    if state.before is not None and batch.time == now == state.time:
+        _count_seen(state, things, num_seen)
+        _sum_negative(state, things, share, negative)
+    sought, sought_ago = np.zeros(seen.shape), np.full(seen.shape, np.inf)
+    for here, count, ago in _list_sought(state, things, question):
+        if ago == 0:
+            negative[here] += count
+        else:
+            sought[here], sought_ago[here] = count, ago
     return Looks(negative, sought, sought_ago, seen, num_seen)
+
+
+def _list_seen(things: _Things) -> np.ndarray:
+    """Return how sure the looks of this step saw each thing at each place, 0 where not, (K, F)."""
+    now, position, edges = things.memory.time, things.position, things.memory.edges
+    said_now = np.full(len(things.rows), _NOTHING_SAID)  # in this step: not where it was before
+    for number, statement in enumerate(things.said):
+        if statement is not None and statement.time == now:
+            place = statement.furniture
+            said_now[number] = -1 if place is None else position[place]
+    place, said_there = edges["furniture"][things.edge], said_now[things.thing]
+    is_now = edges["last_true"][things.edge] == now
+    is_now &= (said_there == _NOTHING_SAID) | (said_there == place)
+    confidence = np.zeros((len(things.rows), len(position), NUM_RELATIONS))
+    at = (things.thing, place, edges["relation"][things.edge])
+    confidence[at] = edges["confidence"][things.edge] * is_now
+    seen: np.ndarray = confidence.max(axis=2)
+    return seen
+
+
+def _count_seen(state: MemoryState, things: _Things, num_seen: np.ndarray) -> None:
+    """Count how many of each thing the looks of this step saw, where they saw any, (K, F)."""
+    for number, members in enumerate(things.members):
+        for member in members:
+            for furniture, num_here in state.step.counts.get(member, {}).items():
+                here = number, things.position[furniture]
+                num_seen[here] = max(num_seen[here], num_here) if num_seen[here] else 0
+
+
+def _sum_negative(
+    state: MemoryState, things: _Things, share: np.ndarray | None, negative: np.ndarray
+) -> None:
+    """Sum the looks of this step that did not show each thing, by place, (K, F)."""
+    position = things.position
+    for number, (members, name) in enumerate(zip(things.members, things.names, strict=True)):
+        own = None if share is None else share[number]
+        sums = [sum_negative(state.step, member, name, own, position) for member in members]
+        least = sums[0]
+        if len(sums) > 1:  # where no name of it was seen
+            places = set.intersection(*map(set, sums))
+            least = {place: min(count[place] for count in sums) for place in places}
+        negative[number, [position[place] for place in least]] += [*least.values()]
+
+
+def _list_sought(
+    state: MemoryState, things: _Things, question: str
+) -> Iterator[tuple[tuple[int, int], float, int]]:
+    """List looks for single things that did not find them, or what the question means.
+
+    Yields:
+        Number of the thing and position of the place, how many looks, and how many steps ago.
+    """
+    if not state.sought:
+        return
+    now, edges = things.memory.time, things.memory.edges
+    last_seen = np.full((len(things.rows), len(things.position)), NEVER)
+    if question:
+        place = edges["furniture"][things.edge]
+        np.maximum.at(last_seen, (things.thing, place), edges["last_true"][things.edge])
+    for number, (row, name) in enumerate(zip(things.rows.tolist(), things.names, strict=True)):
+        known = state.things.list_words(things.members[number]) if row >= 0 else ()
+        words = {name.words, *known}
+        for (other, furniture), (count, time) in state.sought.items():
+            here = number, things.position[furniture]
+            if other in words or (other == question and time > last_seen[here]):
+                yield here, count, now - time

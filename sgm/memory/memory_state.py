@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections import Counter, deque
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -26,6 +25,7 @@ from sgm.memory.queries import Queries
 from sgm.memory.same_things import find_roots
 from sgm.memory.seen_positions import note_positions
 from sgm.memory.thing import Said, Thing, ThingName, ThingRows
+from sgm.messages import warn_caller
 from sgm.names.aliases import AliasTable
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
@@ -133,8 +133,7 @@ class MemoryState:
         """Begin the log anew if it was moved or removed, and warn who called the memory."""
         log = self.log
         if log is not None and log.is_lost():
-            message = f"the log was moved or removed: it is begun anew at {log.path}"
-            warnings.warn(message, stacklevel=5)  # through `write`, a part, and the memory
+            warn_caller(f"the log was moved or removed: it is begun anew at {log.path}")
             file = read_checksum(self.kept_file)
             log.start(write_start(self.get_content_to_save(), file=file))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from sgm.memory.look_log import LogLine, read_log
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_files import load_content
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import warn_caller
 from sgm.names.aliases import Aliases
 from sgm.replay.replay import Replayer
 
@@ -81,10 +81,9 @@ class KeptHome:
         lines = _read_latest(log)
         num_names = path.stat().st_nlink if path.exists() else 1
         if num_names > 1:
-            warnings.warn(
+            warn_caller(
                 f"memory file has {num_names} names (hard links): snapshots are written at {path} "
-                "alone, and the others stay as they are",
-                stacklevel=2,
+                "alone, and the others stay as they are"
             )
         if lines:
             home = cls(path, replay_latest(lines, aliases))
@@ -129,7 +128,7 @@ class KeptHome:
         except OSError as error:
             if own is not None:  # the log does not say so yet
                 raise
-            warnings.warn(f"no snapshot was written at the start: {error.args[-1]}", stacklevel=3)
+            warn_caller(f"no snapshot was written at the start: {error.args[-1]}")
 
     @property
     def log_bytes(self) -> int:
