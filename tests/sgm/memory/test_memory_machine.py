@@ -132,7 +132,7 @@ class MemoryMachine(RuleBasedStateMachine):
             row = self.memory._state.asked
             assert_equal_snapshots(
                 take_snapshots(self.memory.batch, self.memory._state.query_row(row)),
-                take_snapshots(loaded.batch, loaded._ask(row)),
+                take_snapshots(loaded.batch, loaded._state.query_row(row)),
             )
         loaded.save(self.file)
         assert self.file.read_bytes() == first

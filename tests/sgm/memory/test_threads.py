@@ -107,7 +107,7 @@ FINDER_READERS = {
     "search_plan": lambda memory, n: FINDER.search_plan(memory, "cup", start=(0.0, 0.0), k=6),
     "detector": lambda memory, n: Detector.estimate(memory.copy()),
 }
-BY_NUMBER = ("describe", "get_pose", "get_position", "list_furniture")
+BY_NUMBER = ("describe", "get_pose", "get_position", "list_furniture", "list_named")
 NEEDED = {"to_frame": "pandas", "to_spark_dsg": "spark_dsg"}
 
 
