@@ -20,7 +20,10 @@ EXPECTED = {
     "Dynamics": r'"name": "shuffle.Shuffle",\n *"share": 0.2\n',
     "Sensing": r'"name": "dark.DarkInside",\n *"inside": 0.6,\n *"on_top": 0.1\n',
     "A feature": r"crowded +0\.\d+",
-    "A column of the memory": r"\('mug',\) \[1\]\n\"num_asked\":\[1\]",
+    "A column of the memory": (
+        r"\('mug',\) \[1\]\n\"num_asked\":\[1\](.|\n)*"
+        r"features of an edge: 10\nmost looks that did not show it: [1-9]"
+    ),
     # of 32 places, ties averaged: the MRR of no opinion is below .1, of one that is free it is 1
     "A metric": r"\| mrr \| rank above 1 \|(.|\n)*\| random \|.*\| 0\.0\d\d \| 1\.00 \|",
     "A suite": r"16 places(.|\n)*\| any_home \| 0\.\d+(.|\n)*Played with",
@@ -62,6 +65,14 @@ def test_a_feature_is_an_entry_in_one_file():
     """Of a node, an edge and a query edge alike."""
     diffs = [text for language, text in RECIPES["A feature"] if language == "diff"]
     assert [text.split()[1] for text in diffs] == ["datamodules/features.py"]
+
+
+def test_a_column_that_networks_read_takes_its_declaration_and_a_feature():
+    """Whoever counts it aside, which the first part of the recipe shows."""
+    diffs = [text for language, text in RECIPES["A column of the memory"] if language == "diff"]
+    names = [text.split()[1] for text in diffs]
+    assert names[:2] == ["sgm/schema.py", "sgm/memory/memory_batch.py"]
+    assert names[2:] == ["sgm/schema.py", "datamodules/features.py"]
 
 
 def follow(folder: Path, python: str, language: str, text: str) -> str:
