@@ -97,8 +97,8 @@ def _search(service: MemoryService, name: str, rng: Rng) -> None:
 
 
 def _list_marks(name: str) -> set[str]:
-    """List what of a name says which of several it is: sides and numbers, written on it, too."""
-    found = re.findall(r"\d+|\bleft\b|\bright\b", name.casefold().replace("_", " "))
+    """List sides and numbers of a name, of what is written together, too."""
+    found = re.findall(r"\d+|left|right", name.casefold().replace("_", " "))
     return {mark.lstrip("0") for mark in found}
 
 
