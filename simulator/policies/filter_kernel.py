@@ -22,9 +22,25 @@ TYPE_POSSIBLE = 2  # probability that class noise has left the place to the obje
 OWN_POSSIBLE = 3  # that instance noise has left it to the description, if it is left to the type
 UNSEEN = 4  # expected number of objects of the type that were never seen
 
-# The arrays of `simulator.policies.filter_looks.Chains`: number of each key's newest entry, number
-# of the oldest entry kept, then `at`, `value`, `share` and `previous` of the entries kept.
-ChainArrays = tuple[np.ndarray, int, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+class ChainArrays(NamedTuple):
+    """The arrays of `simulator.policies.filter_looks.Chains`; n entries are kept.
+
+    Attributes:
+        newest: number of each key's newest entry, or -1, (m,).
+        first: number of the oldest entry that is kept.
+        at: when, (n,).
+        value: what an entry says, (n,).
+        share: a number in [0, 1] that it says, (n,).
+        previous: number of the entry before it with the same key, or -1, (n,).
+    """
+
+    newest: np.ndarray
+    first: int
+    at: np.ndarray
+    value: np.ndarray
+    share: np.ndarray
+    previous: np.ndarray
 
 
 class Subjects(NamedTuple):
@@ -76,19 +92,19 @@ class Rules(NamedTuple):
 @kernel
 def list_entries(chain: ChainArrays, key: int, since: int) -> np.ndarray:
     """Return the rows of a key's entries with `at` >= since, oldest first; none for key -1."""
-    newest, first, at, _, _, previous = chain
+    first = chain.first
     count = 0
     if key >= 0:
-        entry = newest[key]
-        while entry >= first and at[entry - first] >= since:
+        entry = chain.newest[key]
+        while entry >= first and chain.at[entry - first] >= since:
             count += 1
-            entry = previous[entry - first]
+            entry = chain.previous[entry - first]
     rows = np.empty(count, dtype=np.int64)
     if count > 0:
-        entry = newest[key]
+        entry = chain.newest[key]
         for number in range(count - 1, -1, -1):
             rows[number] = entry - first
-            entry = previous[entry - first]
+            entry = chain.previous[entry - first]
     return rows
 
 
@@ -281,19 +297,19 @@ def follow(
         while True:
             first_look = next_look
             while next_look < len(look):
-                number = looks[2][look[next_look]]
+                number = looks.at[look[next_look]]
                 if round_time[number - first_round] != time:
                     break
-                is_seen = next_seen < len(seen) and sightings[2][seen[next_seen]] == number
+                is_seen = next_seen < len(seen) and sightings.at[seen[next_seen]] == number
                 next_seen += is_seen
                 was_seen |= is_seen
-                node = looks[3][look[next_look]]
-                out_of_view = 1 - looks[4][look[next_look]]
+                node = looks.value[look[next_look]]
+                out_of_view = 1 - looks.share[look[next_look]]
                 miss = miss_rate[query] + out_of_view * (1 - miss_rate[query])
                 if learns:
                     is_type_seen = (
                         next_type < len(type_seen)
-                        and type_sightings[2][type_seen[next_type]] == number
+                        and type_sightings.at[type_seen[next_type]] == number
                     )
                     next_type += is_type_seen
                     update_class_noise(for_type, of_type, groups, node, is_type_seen, miss)
@@ -307,7 +323,7 @@ def follow(
                 make_transitions(weights, for_type, for_own, rooms, transitions)
             time += 1
             rate = rules.move_rate[query]
-            if next_asked < len(asked) and questions[2][asked[next_asked]] == time:
+            if next_asked < len(asked) and questions.at[asked[next_asked]] == time:
                 rate = rules.asked_move_rate[query]
                 next_asked += 1
             kept, coming = 1 - rules.remove_rate[query], rules.add_rate[query]

@@ -28,10 +28,14 @@ class Chains:
     def arrays(self) -> ChainArrays:
         """What compiled functions read, see `simulator.policies.filter_kernel`."""
         entries = self._entries
-        return (
-            self._newest, self._first, entries["at"], entries["value"], entries["share"],
-            entries["previous"],
-        )  # fmt: skip
+        return ChainArrays(
+            newest=self._newest,
+            first=self._first,
+            at=entries["at"],
+            value=entries["value"],
+            share=entries["share"],
+            previous=entries["previous"],
+        )
 
     def fit(self, num_keys: int) -> None:
         """Make room for keys 0..num_keys - 1."""
@@ -125,10 +129,10 @@ class FilterLooks:
     def add_questions(self, time: int, objects: np.ndarray) -> None:
         """Note which objects (n,) are asked for; those of the same step count once."""
         self.questions.fit(int(objects.max(initial=-1)) + 1)
-        newest, first, at, *_ = self.questions.arrays
-        rows = newest[objects] - first
+        asked = self.questions.arrays
+        rows = asked.newest[objects] - asked.first
         is_new = rows < 0
-        is_new[~is_new] = at[rows[~is_new]] != time
+        is_new[~is_new] = asked.at[rows[~is_new]] != time
         self.questions.append(objects[is_new], time)
 
     def fit(self, num_objects: int) -> None:

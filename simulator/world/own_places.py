@@ -7,7 +7,11 @@ import numpy as np
 from simulator.kernel import kernel
 from simulator.world.sampled_state import SampledState
 
-NUM_OWN_PLACES = 4  # of an object: its usual place, a second one, two that may become usual
+# The own places of an object, in this order: its usual one, a second one, and others that may
+# become usual.
+USUAL, SECOND, FIRST_OTHER = range(3)
+NUM_OTHERS = 2
+NUM_OWN_PLACES = FIRST_OTHER + NUM_OTHERS
 
 
 def draw_own_places(
@@ -48,22 +52,23 @@ def _draw_places(
     """
     num_places = weights.shape[1]
     num_kept = np.zeros(num_places)
-    own = np.empty((len(weights), 4), dtype=np.int32)
+    own_places = np.empty((len(weights), NUM_OWN_PLACES), dtype=np.int32)
     for i in range(len(weights)):
-        for turn in range(4):
+        kept_at = own_places[i]
+        for turn in range(NUM_OWN_PLACES):
             total = 0.0
             for place in range(num_places):
-                if turn == 0 or place != own[i, 0]:
+                if turn == USUAL or place != kept_at[USUAL]:
                     total += weights[i, place] * (1 + gathering * num_kept[place])
-            own[i, turn] = own[i, 0]
+            kept_at[turn] = kept_at[USUAL]
             mark = uniform[i, turn] * total
             for place in range(num_places if total > 0 else 0):
-                if weights[i, place] > 0 and (turn == 0 or place != own[i, 0]):
-                    own[i, turn] = place
+                if weights[i, place] > 0 and (turn == USUAL or place != kept_at[USUAL]):
+                    kept_at[turn] = place
                     mark -= weights[i, place] * (1 + gathering * num_kept[place])
                     if mark < 0:
                         break
-        if uniform[i, 4] >= second_place_share:
-            own[i, 1] = own[i, 0]
-        num_kept[own[i, 0]] += 1
-    return own
+        if uniform[i, NUM_OWN_PLACES] >= second_place_share:
+            kept_at[SECOND] = kept_at[USUAL]
+        num_kept[kept_at[USUAL]] += 1
+    return own_places

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from simulator.world.own_places import NUM_OWN_PLACES, draw_own_places
+from simulator.world.own_places import NUM_OWN_PLACES, USUAL, draw_own_places
 from simulator.world.routine.activity_kinds import (
     compute_object_weights,
     compute_spot_weights,
@@ -51,7 +51,7 @@ class RoutineLife(TimedLife):
                 homes, home, float(rule.gathering), rule.second_place_share, "routine places"
             )
         homes.object_place[members] = np.where(
-            homes.object_place[members] >= 0, self.state.own_place[members, :, 0], -1
+            homes.object_place[members] >= 0, self.state.own_place[members, :, USUAL], -1
         )
         draw_habits(habits, self.state)
         self.habits = add_carried(homes, own, habits, self.state.num_residents)

@@ -6,10 +6,9 @@ n of resident r has the number r N + n) are drawn when it begins; what happens t
 when they begin and end, in the order of time. So a home's life does not depend on how long its
 time steps are: they only say when one looks.
 
-The arrays that the kernels read stand beside them: what is compiled is kept on disk for as long as
-this file is unchanged, and would not notice that their order has changed in another.
-
 Every home draws from a generator of its own, SplitMix64, which takes as many numbers as it needs.
+`_uniform` and `_normal` stand in `simulator.world.sessions.life_kernel`, too: a kernel calls
+functions of its own file alone (`simulator.kernel`).
 
 Source of the generator: Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators"
 (OOPSLA 2014), figure 14.
@@ -22,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from simulator.kernel import kernel
+from simulator.world.own_places import FIRST_OTHER, NUM_OTHERS, SECOND, USUAL
 from simulator.world.routine.rules import RoutineRules
 
 DAY = 86_400.0
@@ -86,7 +86,7 @@ class State(NamedTuple):
 
     Attributes:
         place: where every object is, -1 for an empty slot or one that is out, int32 (H, C).
-        own_place: of an object: its usual place, a second one, two others, int32 (H, C, 4).
+        own_place: of an object, in the order of `simulator.world.own_places`, int32 (H, C, 4).
         random: state of each home's generator, uint64 (H,).
         day_end: until when events are drawn, (H,).
         num_residents: int32 (H,).
@@ -144,7 +144,10 @@ def _normal(random: np.ndarray, home: int) -> float:
 
 @kernel
 def _draw(random: np.ndarray, home: int, summed: np.ndarray) -> int:
-    """Draw an index in proportion to weights that are summed up; -1 if all are zero."""
+    """Draw an index in proportion to weights that are summed up; -1 if all are zero.
+
+    The mark is rounded as the weights of routines are, float32; those of sessions are float64.
+    """
     total = summed[-1]
     if total <= 0:
         return -1
@@ -186,7 +189,8 @@ def draw_habits(habits: Habits, state: State) -> None:
                     is_apart = count > 0
                     for other in favourite[:count]:
                         is_apart &= (
-                            state.own_place[home, found, 0] != state.own_place[home, other, 0]
+                            state.own_place[home, found, USUAL]
+                            != state.own_place[home, other, USUAL]
                         )
                     if not is_apart or _uniform(random, home) >= rule.together:
                         favourite[count] = found
@@ -291,13 +295,13 @@ def _plan_day(habits: Habits, state: State, home: int) -> None:
 @kernel
 def _put_back(rule: Any, state: State, home: int, slot: int) -> None:
     """Put an object where it belongs: as a rule its usual place, seldom a new one for good."""
-    own = state.own_place[home, slot]
+    kept_at = state.own_place[home, slot]
     mark = _uniform(state.random, home)
     if mark < rule.new_share:
-        new = 2 + int(_uniform(state.random, home) * 2)
-        own[0], own[new] = own[new], own[0]
+        new = FIRST_OTHER + int(_uniform(state.random, home) * NUM_OTHERS)
+        kept_at[USUAL], kept_at[new] = kept_at[new], kept_at[USUAL]
     is_second = rule.new_share <= mark < rule.new_share + rule.second_share
-    state.place[home, slot] = own[1] if is_second else own[0]
+    state.place[home, slot] = kept_at[SECOND] if is_second else kept_at[USUAL]
     state.left_by[home, slot] = -1
 
 

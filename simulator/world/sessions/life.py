@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sgm.schema import PlaceCode
-from simulator.world.own_places import NUM_OWN_PLACES, draw_own_places
+from simulator.world.own_places import NUM_OWN_PLACES, USUAL, draw_own_places
 from simulator.world.routine.activity_kinds import (
     compute_object_weights,
     compute_spot_weights,
@@ -22,7 +22,7 @@ from simulator.world.sessions.life_kernel import (
     MINUTE,
     MOST_EVENTS,
     MOST_SESSIONS,
-    NEVER,
+    NO_RETURN,
     NUM_LATELY,
     NUM_NEXT,
     RULES,
@@ -75,8 +75,8 @@ def _make_state(homes: SampledState) -> SessionState:
     return SessionState(
         place=homes.object_place,
         own_place=np.full((num_homes, num_slots, NUM_OWN_PLACES), -1, dtype=np.int32),
-        back_at=np.full((num_homes, num_slots), NEVER),
-        next_back=np.full(num_homes, NEVER),
+        back_at=np.full((num_homes, num_slots), NO_RETURN),
+        next_back=np.full(num_homes, NO_RETURN),
         random=np.zeros(num_homes, dtype=np.uint64),
         day_end=np.zeros(num_homes),
         event_time=np.zeros((num_homes, MOST_EVENTS)),
@@ -124,10 +124,10 @@ def _make_habits(
             homes, home, rule.gathering, rule.second_place_share, "session places"
         )
         slots = np.flatnonzero(homes.object_place[home] >= 0)
-        homes.object_place[home, slots] = state.own_place[home, slots, 0]
+        homes.object_place[home, slots] = state.own_place[home, slots, USUAL]
         _draw_sessions(habits, home, rule, rng)
         _draw_uses(habits, home, rule, object_weights, homes, slots, rng)
-        furniture = PlaceCode.furniture(state.own_place[home, slots, 0])
+        furniture = PlaceCode.furniture(state.own_place[home, slots, USUAL])
         _draw_ways(habits, home, rule, homes, furniture, slots, rng)
         if homes.configs[home].dynamic_nodes:
             _draw_missing(state, home, rule, slots, rng)
@@ -221,4 +221,4 @@ def _draw_missing(
     state.place[home, missing] = -1
     later = state.day_end[home] + rng.exponential(rule.restock_days * DAY, len(missing))
     state.back_at[home, missing] = later
-    state.next_back[home] = later.min(initial=NEVER)
+    state.next_back[home] = later.min(initial=NO_RETURN)

@@ -3,8 +3,9 @@
 Times are seconds since the Monday, 00:00, before a home's first step. The events of a day, from
 four in the morning to four in the morning, are drawn when it begins; what they do, when they come.
 
-Every home draws from a generator of its own, SplitMix64, as in `simulator.world.routine`. Arrays
-that kernels read stand beside them: what is compiled is kept for as long as this file is unchanged.
+Every home draws from a generator of its own, SplitMix64, which takes as many numbers as it needs.
+`_uniform` and `_normal` stand in `simulator.world.routine.life_kernel`, too: a kernel calls
+functions of its own file alone (`simulator.kernel`).
 
 Source of the generator: Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators"
 (OOPSLA 2014), figure 14.
@@ -18,6 +19,7 @@ import numpy as np
 
 from sgm.schema import NUM_RELATIONS
 from simulator.kernel import kernel
+from simulator.world.own_places import FIRST_OTHER, NUM_OTHERS, SECOND, USUAL
 from simulator.world.sessions.rules import SessionRules
 
 DAY = 86_400.0
@@ -26,12 +28,13 @@ MINUTE = 60.0
 DAY_STARTS = 4 * HOUR
 NUM_NEXT = 3  # places that a way leads to from each
 NUM_LATELY = 16  # things of a session that are likely to be used again
+SECOND_SHARE = 0.2  # of the things that are put back, where there is a second place
 NUM_TRIES = 4  # to use something that was not used just before
 MOST_SESSIONS = 40  # a day
 MOST_EVENTS = 4000  # a day
 NUM_WORKDAYS = 5  # of a week that begins on Monday
 BACK, STAY, HANDED, RESETTLED = range(4)
-NEVER = np.inf
+NO_RETURN = np.inf  # when a thing is put back that stays where it is
 
 _NUMBERS = (row.name for row in fields(SessionRules) if isinstance(row.default, (int, float)))
 RULES = np.dtype([(name, np.float64) for name in (*_NUMBERS, "can_leave")])
@@ -79,7 +82,7 @@ class SessionState(NamedTuple):
 
     Attributes:
         place: where every thing is, -1 for an empty slot or one that is out, int32 (H, C).
-        own_place: of a thing: its usual place, a second one, two others, int32 (H, C, 4).
+        own_place: of a thing, in the order of `simulator.world.own_places`, int32 (H, C, 4).
         back_at: when a thing that is in use, or out, is put at its usual place, (H, C).
         next_back: the earliest of them, (H,).
         random: state of each home's generator, uint64 (H,).
@@ -146,7 +149,10 @@ def _count(random: np.ndarray, home: int, mean: float, most: int) -> int:
 
 @kernel
 def _draw(random: np.ndarray, home: int, summed: np.ndarray) -> int:
-    """Draw an index in proportion to weights that are summed up; -1 if all are zero."""
+    """Draw an index in proportion to weights that are summed up; -1 if all are zero.
+
+    The weights of sessions are float64; those of routines are float32, and the mark there, too.
+    """
     total = summed[-1]
     if total <= 0:
         return -1
@@ -233,15 +239,16 @@ def _put(state: SessionState, home: int, slot: int, place: int, back_at: float) 
 @kernel
 def _return(state: SessionState, home: int, slot: int) -> None:
     """Put a thing at its usual place, now and then at its second one."""
-    own = state.own_place[home, slot]
-    is_second = own[1] != own[0] and _uniform(state.random, home) < 0.2
-    _put(state, home, slot, own[1] if is_second else own[0], NEVER)
+    kept_at = state.own_place[home, slot]
+    has_second = kept_at[SECOND] != kept_at[USUAL]
+    is_second = has_second and _uniform(state.random, home) < SECOND_SHARE
+    _put(state, home, slot, kept_at[SECOND] if is_second else kept_at[USUAL], NO_RETURN)
 
 
 @kernel
 def _return_due(state: SessionState, home: int, now: float) -> None:
     """Put back what is due, and find out what is next."""
-    next_back = NEVER
+    next_back = NO_RETURN
     for slot in range(state.place.shape[1]):
         if state.back_at[home, slot] <= now:
             _return(state, home, slot)
@@ -259,9 +266,9 @@ def _choose(habits: SessionHabits, state: SessionState, home: int, session: int)
     if habits.tidies[kind]:
         chosen, seen = -1, 0
         for slot in range(state.place.shape[1]):
-            own = state.own_place[home, slot]
+            kept_at = state.own_place[home, slot]
             place = state.place[home, slot]
-            if place >= 0 and place != own[0] and place != own[1]:
+            if place >= 0 and place != kept_at[USUAL] and place != kept_at[SECOND]:
                 seen += 1
                 if _uniform(random, home) * seen < 1:
                     chosen = slot
@@ -322,32 +329,32 @@ def _use(habits: SessionHabits, state: SessionState, home: int, session: int, no
     if slot < 0 or state.place[home, slot] < 0:
         return
     before = state.place[home, slot]
-    own = state.own_place[home, slot]
-    is_away = before != own[0] and before != own[1]
+    kept_at = state.own_place[home, slot]
+    is_away = before != kept_at[USUAL] and before != kept_at[SECOND]
     if habits.tidies[kind]:
         _return(state, home, slot)
         return
     manner = _draw(random, home, habits.manner[home, slot])
     if manner == HANDED:
         if _uniform(random, home) < rule.consumed_share:
-            back = NEVER
+            back = NO_RETURN
             if _uniform(random, home) < rule.restocked_share:
                 back = now + _wait(random, home, rule.restock_days * DAY)
             _leave(habits, state, home, slot, back)
             return
         to = _go_on(habits, state, home, slot)
     elif manner == RESETTLED:
-        turn = 2 + int(_uniform(random, home) * 2)
-        own[0], own[turn] = own[turn], own[0]
-        to = own[0]
+        turn = FIRST_OTHER + int(_uniform(random, home) * NUM_OTHERS)
+        kept_at[USUAL], kept_at[turn] = kept_at[turn], kept_at[USUAL]
+        to = kept_at[USUAL]
     elif is_away and _uniform(random, home) < rule.return_share:
-        to = own[0]
+        to = kept_at[USUAL]
     elif _uniform(random, home) < rule.way_share:
         to = _go_on(habits, state, home, slot)
     else:
         to = state.spot[home, session]
-    back = NEVER
-    if manner == BACK and to != own[0]:
+    back = NO_RETURN
+    if manner == BACK and to != kept_at[USUAL]:
         back = now + _wait(random, home, rule.use_minutes * MINUTE)
     if to // NUM_RELATIONS == before // NUM_RELATIONS:
         to = before
