@@ -22,7 +22,7 @@ from nep.bench.paper.experiments import (
     list_full_models,
 )
 from nep.bench.paper.paper_tables import Provenance, load_table_1, make_table_1, make_table_2
-from nep.bench.paper.plan import TABLES, Plan
+from nep.bench.paper.plan import PAPER_TABLES, Plan
 from nep.bench.paper.weights import check_weights, export_weights
 from nep.bench.paper.work import (
     list_work_options,
@@ -54,7 +54,7 @@ _TINY_FIT = (
     "--online.steps=2",
 )
 _TINY_HOMES, _TINY_STEPS = 3, 4
-_CHOICES = (*TABLES, "all")
+_CHOICES = (*PAPER_TABLES, "all")
 # Most of it is importing torch in each of two processes, and some 150 small jobs.
 _TINY_COST = (
     "--tiny: about three minutes of two processors for all tables, a minute for --table figure "
@@ -206,7 +206,7 @@ def _make_plan(options: Namespace) -> Plan:
         fit_options += (f"--trainer.max_epochs={options.epochs}",)
     homes, steps = (_TINY_HOMES, _TINY_STEPS) if options.tiny else (100, 100)
     plan = Plan(
-        tables=TABLES if options.table == "all" else (options.table,),
+        tables=PAPER_TABLES if options.table == "all" else (options.table,),
         models=find_models(options.models),
         num_homes=homes if options.num_homes is None else options.num_homes,
         steps=steps if options.steps is None else options.steps,

@@ -10,7 +10,9 @@ from nep.layers.ensemble_linear import gelu, make_linear, split_members
 from nep.layers.segment import segment_max, segment_sum
 from sgm.evidence.columns import QUESTION_COLUMNS
 
-BELIEFS = tuple(name for name in QUESTION_COLUMNS if name.startswith("elsewhere.log_belief_"))
+ELSEWHERE_BELIEFS = tuple(
+    name for name in QUESTION_COLUMNS if name.startswith("elsewhere.log_belief_")
+)
 _FIRST_BELIEF = "elsewhere.log_belief_rule"  # what an untrained network answers, all but noise
 
 
@@ -38,10 +40,10 @@ class ElsewhereHead(nn.Module):
         self.places = make_linear(2 * units, units, members)
         self.question = nn.Linear(num_question, members * units, bias=False)
         self.last = make_linear(units, 1, members)
-        self.shortcut = nn.Linear(len(BELIEFS), members, bias=False)
+        self.shortcut = nn.Linear(len(ELSEWHERE_BELIEFS), members, bias=False)
         with torch.no_grad():
-            self.shortcut.weight.zero_()[:, BELIEFS.index(_FIRST_BELIEF)] = 1
-        beliefs = torch.tensor([QUESTION_COLUMNS.index(name) for name in BELIEFS])
+            self.shortcut.weight.zero_()[:, ELSEWHERE_BELIEFS.index(_FIRST_BELIEF)] = 1
+        beliefs = torch.tensor([QUESTION_COLUMNS.index(name) for name in ELSEWHERE_BELIEFS])
         self.register_buffer("belief_columns", beliefs, persistent=False)
 
     def forward(self, batch: Batch, places: Tensor, question: Tensor) -> Tensor:

@@ -16,7 +16,7 @@ from sgm.evidence.columns import CLOCK_GROUPS, PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.schema import EDGE_RELATIONS, EDGE_TYPES, NODE_TYPES
 
 _LEAST_VARIANCE = 4e-4  # of a column, so that one that hardly varies is not blown up
-BELIEFS = tuple(name for name in PLACE_COLUMNS if name.startswith("filters.log_belief_"))
+FILTER_BELIEFS = tuple(name for name in PLACE_COLUMNS if name.startswith("filters.log_belief_"))
 _FIRST_BELIEF = "filters.log_belief_asked"  # what an untrained network answers, all but noise
 MOST_DEVIATIONS = 8.0  # from the mean, of a column
 
@@ -147,10 +147,10 @@ class EvidenceEmbedding(nn.Module):
         self.place = nn.Linear(num_place, members * units)
         self.question = nn.Linear(num_question, members * units, bias=False)
         self.second = make_linear(units, units, members)
-        self.shortcut = nn.Linear(len(BELIEFS), members, bias=False)
+        self.shortcut = nn.Linear(len(FILTER_BELIEFS), members, bias=False)
         with torch.no_grad():
-            self.shortcut.weight.zero_()[:, BELIEFS.index(_FIRST_BELIEF)] = 1
-        beliefs = torch.tensor([PLACE_COLUMNS.index(name) for name in BELIEFS])
+            self.shortcut.weight.zero_()[:, FILTER_BELIEFS.index(_FIRST_BELIEF)] = 1
+        beliefs = torch.tensor([PLACE_COLUMNS.index(name) for name in FILTER_BELIEFS])
         self.register_buffer("belief_columns", beliefs, persistent=False)
         for name, columns, count in (
             ("place", PLACE_COLUMNS, num_place),

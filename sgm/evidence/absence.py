@@ -22,7 +22,7 @@ CARRIED = frozenset(
     sunglasses umbrella wallet""".split()
 )
 # Filters of `sgm.evidence.question` whose elsewhere is shown.
-BELIEFS = ("learnt", "asked", "left", "anywhere")
+SHOWN_FILTERS = ("learnt", "asked", "left", "anywhere")
 _LEAST = 0.02  # of a probability times the number of places, in logarithms
 _NEAR = 0.3  # weight of looks in the hour before and after
 _USUAL = 3.0  # looks that the share at all hours counts as, beside those of an hour
@@ -69,7 +69,7 @@ class Absence(NamedTuple):
 def compute_absence(asked: Question) -> dict[str, np.ndarray]:
     """What filters believe of elsewhere, what looks have missed, and what else tells of it."""
     absence, num_places = Absence.gather(asked), asked.arrays.num_places
-    beliefs = {name: asked.get_elsewhere(name) for name in BELIEFS}
+    beliefs = {name: asked.get_elsewhere(name) for name in SHOWN_FILTERS}
     beliefs["rule"] = compute_elsewhere_of(asked.memory, asked.queries, asked.counts, asked.rates)
     columns = {
         f"log_belief_{name}": np.log(belief * num_places + _LEAST)

@@ -29,7 +29,7 @@ from sgm.files import compute_checksum
 from sgm.messages import shorten
 from simulator.policies import POLICIES
 
-TABLES = ("1", "2", "figure")
+PAPER_TABLES = ("1", "2", "figure")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Plan(TrainedPlan):
     """What is trained and played.
 
     Attributes:
-        tables: some of `TABLES`.
+        tables: some of `PAPER_TABLES`.
         models: networks of Table 1 and the figure.
         homes, steps: test homes, and steps in each.
         seed: of the first training and of the test homes.

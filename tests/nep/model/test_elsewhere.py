@@ -7,7 +7,7 @@ import torch
 
 from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
 from nep.encoders import Sets
-from nep.model.elsewhere import BELIEFS
+from nep.model.elsewhere import ELSEWHERE_BELIEFS
 from nep.model.module import NEPModule
 
 NAN = torch.nan
@@ -67,7 +67,9 @@ def test_an_untrained_network_answers_what_the_filter_believes(module, batch):
     torch.nn.init.zeros_(head.last.weight)
     torch.nn.init.zeros_(head.last.bias)
     answer = module.predictor.eval().answer(batch).elsewhere
-    belief = batch.question[:, head.belief_columns[BELIEFS.index("elsewhere.log_belief_rule")]]
+    belief = batch.question[
+        :, head.belief_columns[ELSEWHERE_BELIEFS.index("elsewhere.log_belief_rule")]
+    ]
     torch.testing.assert_close(answer, belief)
 
 
