@@ -95,7 +95,7 @@ def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
                 f"{error.args[0]} at time step {line.time}. Mend the line, or take it out."
             ) from None
     looks = sorted(reader.looks, key=lambda look: look.time_s)
-    things = _Things(reader.descriptions)
+    things = _LoggedThings(reader.descriptions)
     for time_s, group in groupby(looks, key=lambda look: look.time_s):
         things.see(time_s, list(group))
     if not things.events:
@@ -316,7 +316,7 @@ class _LogReader:
         self.looks.append(LoggedLook(self._time_s, place, shares, seen, sought, hidden))
 
 
-class _Things:
+class _LoggedThings:
     """Follows every thing through the looks."""
 
     def __init__(self, descriptions: Mapping[Name, str]) -> None:
