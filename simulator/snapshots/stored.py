@@ -35,8 +35,6 @@ _TABLES = (
 _NO_CLOCK = np.full((1, 2), np.nan)
 _MAX_MAPPED = 1 << 28  # bytes of homes that were read, before their pages are given back
 
-Columns = dict[str, np.ndarray]
-
 
 class StoredSnapshots:
     """The snapshots of collections, from which any are taken as `Snapshots`.
@@ -254,9 +252,9 @@ class StoredSnapshots:
                 table.release()
 
 
-def _make_rows(shard: Mapping[str, np.ndarray]) -> dict[str, Columns]:
+def _make_rows(shard: Mapping[str, np.ndarray]) -> dict[str, dict[str, np.ndarray]]:
     """Share the arrays of a home out to the tables, and list the versions of its frames."""
-    tables: dict[str, Columns] = {name: {} for name in ("home", *_TABLES, "frame")}
+    tables: dict[str, dict[str, np.ndarray]] = {name: {} for name in ("home", *_TABLES, "frame")}
     for name, array in shard.items():
         owner = next((table for table in _TABLES if name.startswith(f"{table}_")), None)
         if owner is None:
@@ -278,7 +276,7 @@ def _make_rows(shard: Mapping[str, np.ndarray]) -> dict[str, Columns]:
 
 def _list_frames(
     valid_from: np.ndarray, valid_to: np.ndarray, num_frames: int
-) -> tuple[Columns, np.ndarray]:
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """List the versions (V,), from one snapshot to before another, of each frame of a home.
 
     Returns:
