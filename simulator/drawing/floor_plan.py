@@ -144,7 +144,7 @@ class FloorPlan:
         """Return a spot of its own for each object, (n,) -> (n, 2); crowded places squeeze.
 
         Args:
-            places: 2 * furniture index + relation, 0 "in", 1 "onTop", as in `Homes`.
+            places: codes of furniture and relation (`PlaceCode`), as in `Homes`, (n,).
         """
         places = np.asarray(places, dtype=np.int64)
         _, group, count = np.unique(places, return_inverse=True, return_counts=True)

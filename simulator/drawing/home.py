@@ -51,7 +51,7 @@ def draw_home(
         axes: where to draw.
         home: a floor plan; or a memory, which is drawn with what it holds.
         dots: by name in the legend: the place of each object as in `simulator.Homes`
-            (2 * furniture + relation, relation 0 "in", 1 "onTop"), and how to draw the dots; None
+            (a code of `sgm.schema.PlaceCode`), and how to draw the dots; None
             for what the memory holds.
         is_known: furniture drawn with a full outline, bool (F,); None for all, of a memory for what
             was looked at.

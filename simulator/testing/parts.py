@@ -7,6 +7,7 @@ import pickle
 
 import numpy as np
 
+from sgm.schema import PlaceCode
 from simulator.testing.homes import check_homes
 from simulator.testing.policies import SmallHomes
 from simulator.world.dynamics import DYNAMICS, Dynamics
@@ -83,7 +84,7 @@ def check_sensing(sensing: Sensing | str, *, num_steps: int = 60, seed: int = 0)
         _check_observation(homes, furniture, seen)
         is_right = np.array(
             [
-                ((homes.object_place[home] == 2 * furniture[home] + relation)
+                ((homes.object_place[home] == PlaceCode.of(furniture[home], relation))
                  & (homes.object_code[home] == code)).any()
                 for home, code, relation in zip(
                     seen.seen_home, seen.seen_code, seen.seen_relation, strict=True)
