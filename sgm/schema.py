@@ -6,7 +6,7 @@ It imports nothing of ours, and all that speaks of these imports it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeVar
 
@@ -79,11 +79,43 @@ Columns = Mapping[str, np.ndarray]  # of one table, by name
 
 
 @dataclass(frozen=True, slots=True)
+class Merge:
+    """How the value of rows that become one is made of theirs.
+
+    Furniture that is one was looked at as two: its looks add up. Nodes that are one thing were held
+    against the same looks, each under its own name (`sgm.memory.same_things`).
+
+    Attributes:
+        how: "own" of the row that stays; "sum", "max" or "min"; "first" for the least that is not
+            `NEVER`; "newest" for that of the row whose columns `by` are the highest, compared in
+            turn, of equal ones the last; "known" for the newest that is not the default; "mean" of
+            all, weighted by the column `by`.
+        by: names of columns.
+        same_looks: how it is for edges of nodes that are one; empty for the same.
+        most: name of a column declared before, which it is no more than.
+    """
+
+    how: str
+    by: tuple[str, ...] = ()
+    same_looks: str = ""
+    most: str = ""
+
+
+OWN, SUM, MAX, FIRST = Merge("own"), Merge("sum"), Merge("max"), Merge("first")
+LOOKS = Merge("sum", same_looks="max")  # what looks count
+MERGE_RULES = ("own", "sum", "max", "min", "first", "newest", "known", "mean")
+# What a thing has that is split off another: its own; that of the other, too; one of several; or
+# what is merged of a column of its edges, by the name of that.
+SPLIT_RULES = ("own", "both", "one")
+
+
+@dataclass(frozen=True, slots=True)
 class Column:
     """One column.
 
     Attributes:
         name: within its table.
+        text: what it holds, in a line for people.
         dtype: in memory; in files whole numbers are whole, and others are numbers.
         default: of new rows.
         low, high: what it may be; `NOW` for the time step of the memory.
@@ -95,9 +127,13 @@ class Column:
         is_counter: whether snapshots have it as it was at each moment: the paper's counters.
         is_fixed: whether snapshots have it as what does not change.
         is_derived: whether it is looked up: it is in no file.
+        merges: what it is of rows that become one; every column of a home's tables says that.
+        splits: what it is of a thing that is split off another (`SPLIT_RULES`), or a column of its
+            edges; every column of objects says that.
     """
 
     name: str
+    text: str = field(default="", kw_only=True)
     dtype: type = np.int32
     default: float = 0
     low: float = 0
@@ -107,6 +143,8 @@ class Column:
     is_counter: bool = False
     is_fixed: bool = False
     is_derived: bool = False
+    merges: Merge | None = None
+    splits: str = ""
 
     @property
     def is_whole(self) -> bool:
@@ -148,73 +186,243 @@ def _guess_absent(own: Columns, objects: Columns) -> np.ndarray:
     return np.where(own["is_true"], 0, own["num_observed"] - own["num_true"])
 
 
-# `Remembered` says what each column holds.
-FURNITURE = (_count("num_observed"), _stamp("last_observed", is_counter=True))
-OBJECTS = (
-    Column("home", is_derived=True),
-    _fixed("key", is_derived=True),
-    _fixed("label", refers_to="labels", is_derived=True),
-    Column("type", low=-1, is_derived=True),
-    _count("num_observed"),
-    _stamp("last_observed", is_counter=True),
-    _count("num_moved"),
-    _stamp("last_moved", is_counter=True),
-    Column("last_furniture", default=NEVER, low=NEVER, refers_to="furniture"),
-    _stamp("first_observed", guess=_guess_first_observed),
-    Column("num_at_once", guess=lambda own, _: np.minimum(own["num_observed"], 1)),
-    Column("num_sought"),
-    Column("num_still"),
-    _stamp("carried_since"),
-    Column("same_as", default=-1, low=-1, refers_to="objects"),
+FURNITURE = (
+    _count("num_observed", text="looks at it", merges=SUM),
+    _stamp(
+        "last_observed",
+        text="step of the last look at it, -1 for never",
+        is_counter=True,
+        merges=MAX,
+    ),
 )
-EDGES = (
-    Column("home", is_derived=True),
-    _fixed("object", refers_to="objects"),
-    _fixed("furniture", refers_to="furniture"),
-    _fixed("relation", high=NUM_RELATIONS - 1),
-    _fixed("prior", np.float32, is_derived=True),
-    _count("num_observed"),
-    _count("num_true"),
-    _count("num_changed"),
-    _stamp("last_observed", is_counter=True),
-    _stamp("last_changed", is_counter=True),
-    _stamp("last_true", is_counter=True),
-    _count("is_true", dtype=np.bool_, high=1, guess=_guess_true),
-    Column("num_absent", guess=_guess_absent),
-    Column("time_true", guess=_guess_time_true),
-    # All looks were whole ones, and all sightings sure.
-    Column("missed", np.float32, guess=lambda own, _: own["num_absent"].astype(float)),
+_LAST_SEEN = Merge("newest", by=("last_observed",))
+OBJECTS = (
+    Column("home", text="number of its home", is_derived=True, merges=OWN, splits="own"),
+    _fixed("key", text="number of its description", is_derived=True, merges=OWN, splits="own"),
+    _fixed(
+        "label",
+        text="label that it is of",
+        refers_to="labels",
+        is_derived=True,
+        merges=OWN,
+        splits="own",
+    ),
     Column(
+        "type",
+        text="object type of the prior, -1 for none",
+        low=-1,
+        is_derived=True,
+        merges=OWN,
+        splits="own",
+    ),
+    _count("num_observed", text="looks that saw it", merges=SUM, splits="num_true"),
+    _stamp(
+        "last_observed",
+        text="step of the last sighting",
+        is_counter=True,
+        merges=MAX,
+        splits="last_true",
+    ),
+    _count(
+        "num_moved",
+        text="how often it was seen at another place than before",
+        merges=SUM,
+        splits="own",
+    ),
+    _stamp(
+        "last_moved",
+        text="step of the last of these sightings",
+        is_counter=True,
+        merges=MAX,
+        splits="own",
+    ),
+    Column(
+        "last_furniture",
+        text="furniture where it was seen last, -1 for none",
+        default=NEVER,
+        low=NEVER,
+        refers_to="furniture",
+        merges=_LAST_SEEN,
+        splits="furniture",
+    ),
+    _stamp(
+        "first_observed",
+        text="step of the first sighting",
+        guess=_guess_first_observed,
+        merges=FIRST,
+        splits="both",
+    ),
+    Column(
+        "num_at_once",
+        text="most of this description that a robot saw in one look or step; 0 in simulated homes",
+        guess=lambda own, _: np.minimum(own["num_observed"], 1),
+        merges=MAX,
+        splits="one",
+    ),
+    Column(
+        "num_sought",
+        text="looks where it was seen last, while it was asked for",
+        merges=SUM,
+        splits="own",
+    ),
+    Column(
+        "num_still",
+        text="how many of these found it; both are 0 without a history",
+        merges=SUM,
+        splits="own",
+    ),
+    _stamp(
+        "carried_since",
+        text="step since which the robot carries it, -1 if it does not",
+        merges=MAX,
+        splits="own",
+    ),
+    Column(
+        "same_as",
+        text="object that it was merged with, -1 for none",
+        default=-1,
+        low=-1,
+        refers_to="objects",
+        merges=OWN,
+        splits="own",
+    ),
+)
+_BY_LOOK = ("last_observed", "last_true")
+_SINCE = Merge("newest", by=_BY_LOOK, same_looks="min")  # of looks since it was last true
+EDGES = (
+    Column("home", text="number of its home", is_derived=True, merges=OWN),
+    _fixed("object", text="the thing", refers_to="objects", merges=OWN),
+    _fixed("furniture", text="where it was seen or missed", refers_to="furniture", merges=OWN),
+    _fixed(
+        "relation", text='0 "in" the furniture, 1 "onTop" of it', high=NUM_RELATIONS - 1, merges=OWN
+    ),
+    _fixed("prior", np.float32, text="weight of the prior", is_derived=True, merges=OWN),
+    _count("num_observed", text="looks that showed it or missed it", merges=LOOKS),
+    _count("num_true", text="looks that showed it", merges=Merge("sum", most="num_observed")),
+    _count("num_changed", text="changes between the two", merges=LOOKS),
+    _stamp("last_observed", text="step of the last look", is_counter=True, merges=MAX),
+    _stamp("last_changed", text="step of the last change", is_counter=True, merges=MAX),
+    _stamp("last_true", text="step of the last sighting", is_counter=True, merges=MAX),
+    _count(
+        "is_true",
+        text="whether the last look showed it",
+        dtype=np.bool_,
+        high=1,
+        guess=_guess_true,
+        merges=Merge("newest", by=_BY_LOOK, same_looks="max"),
+    ),
+    Column(
+        "num_absent",
+        text="looks since the last sighting, all of them if there was none",
+        guess=_guess_absent,
+        merges=_SINCE,
+    ),
+    Column(
+        "time_true",
+        text="steps from looks that showed it to the next look each",
+        guess=_guess_time_true,
+        merges=LOOKS,
+    ),
+    Column(  # as guessed if all looks were whole ones
+        "missed",
+        np.float32,
+        text="looks since the last sighting, partial ones in part",
+        guess=lambda own, _: own["num_absent"].astype(float),
+        merges=_SINCE,
+    ),
+    Column(  # as guessed if all sightings were sure
         "confidence",
         np.float32,
+        text="confidence of the last sighting, 0 without one",
         high=1,
         guess=lambda own, _: (own["num_true"] > 0).astype(float),
+        merges=Merge("newest", by=("last_true", "confidence")),
     ),
-    Column("came_from", default=NEVER, low=NEVER, refers_to="furniture"),
+    Column(
+        "came_from",
+        text="other furniture at which it was seen before it came here last, -1 for none",
+        default=NEVER,
+        low=NEVER,
+        refers_to="furniture",
+        merges=Merge("known", by=("last_true",)),
+    ),
 )
+_LAST_SPOT, _USUAL_SPOT = Merge("newest", by=("time",)), Merge("mean", by=("num_seen",))
 _metres = partial(Column, dtype=np.float64, low=-MOST_METRES, high=MOST_METRES)
-# Where things were seen, in the frame of the map; `Remembered` says what each holds.
+# Where things were seen, in the frame of the map.
 POSITIONS = (
-    Column("object", refers_to="objects"),
-    Column("furniture", refers_to="furniture"),
-    Column("relation", high=NUM_RELATIONS - 1),
-    _stamp("time"),
-    Column("num_seen", default=1, low=1),
-    *(_metres(name) for name in ("x", "y", "z")),
-    Column("sd", np.float64, default=-1, low=-1, high=MOST_METRES),
-    *(_metres(f"usual_{name}") for name in ("x", "y", "z")),
-)
-# One row for each home; `HomeHistory` says what each holds.
-HOME = tuple(
-    Column(name, np.float64, high=np.inf)
-    for name in (
-        "num_asked", "num_found", "num_last_right", "num_common_right", "num_prior_right",
-        "num_moved", "time_followed", "num_missed", "num_refound",
-    )
+    Column("object", text="the thing", refers_to="objects", merges=OWN),
+    Column(
+        "furniture", text="where it was seen with a position", refers_to="furniture", merges=OWN
+    ),
+    Column("relation", text="as of edges", high=NUM_RELATIONS - 1, merges=OWN),
+    _stamp(
+        "time", text="step of the last position, -1 since the thing was said to be moved",
+        merges=MAX,
+    ),
+    Column("num_seen", text="how many positions there were", default=1, low=1, merges=SUM),
+    *(
+        _metres(name, text=f"{name} of the last position, metres in the map", merges=_LAST_SPOT)
+        for name in ("x", "y", "z")
+    ),
+    Column(
+        "sd", np.float64, text="standard deviation of the last position, metres, -1 for unknown",
+        default=-1, low=-1, high=MOST_METRES, merges=_LAST_SPOT,
+    ),
+    *(
+        _metres(f"usual_{name}", text=f"{name} of a robust mean of all positions",
+                merges=_USUAL_SPOT)
+        for name in ("x", "y", "z")
+    ),
 )  # fmt: skip
+# One row for each home, which is never merged.
+HOME = tuple(
+    Column(name, np.float64, text=text, high=np.inf, merges=OWN)
+    for name, text in (
+        ("num_asked", "questions asked"),
+        ("num_found", "sightings of what was asked for"),
+        ("num_last_right", "of these, where the thing was seen last"),
+        ("num_common_right", "of these, where it was seen the most often per look"),
+        ("num_prior_right", "of these, at the prior's first choice"),
+        ("num_moved", "sightings that found a thing moved"),
+        ("time_followed", "steps between the sightings of all things"),
+        ("num_missed", "looks that missed a thing which was found there again, discounted"),
+        ("num_refound", "looks that found it there again, discounted"),
+    )
+)
 TABLES = {  # of a home, by name
     "furniture": FURNITURE, "objects": OBJECTS, "edges": EDGES, "positions": POSITIONS,
 }  # fmt: skip
+
+
+def check_columns(tables: Mapping[str, tuple[Column, ...]]) -> None:
+    """Check that all columns say what they hold, and how they merge and split.
+
+    Raises:
+        ValueError: if a column does not.
+    """
+    for table, columns in tables.items():
+        for number, column in enumerate(columns):
+            rule, before = column.merges, [other.name for other in columns[:number]]
+            names = [other.name for other in columns]
+            splits = (*SPLIT_RULES, *(other.name for other in EDGES))
+            if not column.text:
+                _refuse(table, column, "have a text", column.text, "Say in a line what it holds")
+            if rule is None or {rule.how, rule.same_looks or "own"} - {*MERGE_RULES}:
+                _refuse(table, column, "say how it merges", rule, "Give merges, such as SUM or OWN")
+            elif {*rule.by} - {*names} or (rule.most and rule.most not in before):
+                _refuse(table, column, "merge by columns of its table", rule, "Check their names")
+            if table == "objects" and column.splits not in splits:
+                _refuse(table, column, "say how it splits", column.splits, 'Give splits, as "own"')
+
+
+def _refuse(table: str, column: Column, rule: str, value: object, remedy: str) -> None:
+    raise ValueError(
+        f"column {column.name} of {table} must {rule}, got {value!r}. {remedy} (sgm/schema.py)."
+    )
+
+
+check_columns({**TABLES, "home": HOME})
 
 # What snapshots know of the layout of homes; `Snapshots` says what each holds.
 ROOM_LAYOUT = (_fixed("label", refers_to="labels"),)

@@ -19,6 +19,7 @@ from sgm.arrays.week import (
     compute_week_seconds,
 )
 from sgm.memory.look_weights import RELATION_BITS, LookWeights
+from sgm.memory.merged_rows import Groups, join_hours
 from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
 from sgm.memory.week_hours import WeekHours
@@ -44,12 +45,9 @@ class HomeHistory:
             (H, F, NUM_LOOKS_KEPT); None as long as all were of both.
         moves: how often an object that was last seen at one furniture node was seen at another
             next, int32 (H, F, F); all zero in homes of more than `MOST_FURNITURE`.
-        counters: table of homes, (H,) each. Questions asked and how many the next looks answered;
-            of these, how often the place was where the object was last seen, where it was seen the
-            most often per look, and the prior's first choice. Sightings that found an object
-            moved, and the time steps between the sightings of all objects. Looks that missed an
-            object which later looks found at the same place, and those that found it there,
-            each discounted by how likely it had moved meanwhile.
+        counters: table of homes, (H,) each; `sgm.schema.HOME` says what each column holds. Looks
+            that missed what later looks found at the same place, and those that found it there,
+            are each discounted by how likely it had moved meanwhile.
         edge_hours: of each edge by hour of day, sightings, and looks that did not show what had
             been seen there, uint16 (2, E, NUM_HOURS); without edges if no home has a clock.
         week: looks and sightings by hour of the working day and of the weekend's.
@@ -110,6 +108,43 @@ class HomeHistory:
         kept.edge_hours = hours[:, edges[: hours.shape[1]]]
         kept.week = self.week.take(furniture, objects)
         return kept
+
+    def merge_furniture(self, here: int, there: int, num_looks: int, edges: Groups) -> None:
+        """Count for one furniture node of a home what was counted of another, by position.
+
+        The moves between the two were none.
+
+        Args:
+            here: the node that stays.
+            there: the other one, of which nothing is left.
+            num_looks: at both.
+            edges: which edges became one.
+        """
+        both = [here, there]
+        times = self.look_times[0, both].reshape(-1)
+        known = np.flatnonzero(times != NEVER)
+        latest = known[np.argsort(times[known], kind="stable")][-NUM_LOOKS_KEPT:]
+        # As if noted one after the other: the next look takes the place of the oldest.
+        column = (num_looks - len(latest) + np.arange(len(latest))) % NUM_LOOKS_KEPT
+        self.look_times[0, both] = NEVER
+        self.look_times[0, here, column] = times[latest]
+        if self.look_relations is not None:
+            relations = self.look_relations[0, both].reshape(-1)
+            self.look_relations[0, both] = ALL
+            self.look_relations[0, here, column] = relations[latest]
+        if self.counts_moves:
+            moves = self.moves[0]
+            num_stayed = moves[here, there] + moves[there, here]
+            for counts in (moves, moves.T):
+                counts[here] += counts[there]
+                counts[there] = 0
+            moves[here, here] = 0
+            moved = self.counters["num_moved"]
+            moved[0] = max(moved[0] - num_stayed, 0)
+        if self.edge_hours.shape[1]:
+            hours = self.get_edge_hours(np.arange(len(edges.of_row)))
+            self.edge_hours = join_hours(hours, edges)
+        self.week.merge_furniture(here, there)
 
     def compute_miss_rate(self) -> np.ndarray:
         """Return the share of looks that miss what is there, (H,).

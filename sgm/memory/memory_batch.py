@@ -135,7 +135,7 @@ class MemoryBatch(Remembered):
         history, hours = fused._history, None
         if history is not None and history.edge_hours.shape[1]:
             hours = history.get_edge_hours(np.arange(fused.edges.num_rows))
-        fused.edges, hours = fuse_edges(fused.edges, roots, fused.num_furniture, hours)
+        fused.edges, hours = fuse_edges(fused.edges, roots, hours)
         if history is not None and hours is not None:
             history.edge_hours = hours
         fused.look_up_prior()

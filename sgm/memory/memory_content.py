@@ -22,14 +22,14 @@ from sgm.memory.columns import (
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.log_writer import write_line
 from sgm.memory.look import StepLook
+from sgm.memory.same_furniture import merge_places
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.seen_positions import join_positions
 from sgm.memory.thing import Thing, read_things, write_things
 from sgm.memory.week_hours import WeekHours
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import read_words
-from sgm.schema import MAX_TIME, Columns
+from sgm.schema import MAX_TIME
 
 HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 
@@ -125,25 +125,20 @@ class MemoryContent:
 
     def merge_furniture(self, kept: int, other: int) -> MemoryContent:
         """Return the content with one furniture node instead of two, by id; `kept` stays."""
-        content = self.copy()
         ids = list(self.layout.furniture)
         here, there = ids.index(kept), ids.index(other)
-        edges, objects = content.tables["edges"], content.tables["objects"]
-        positions = content.tables["positions"]
-        positions["furniture"][positions["furniture"] == there] = here
-        tables = {**content.tables, "positions": join_positions(positions)}
-        last = objects["last_furniture"]
-        last[last == there] = here
-        pairs = zip(edges["object"].tolist(), edges["relation"].tolist(), strict=True)
-        found = {pair: edge for edge, pair in enumerate(pairs) if edges["furniture"][edge] == here}
-        for edge in np.flatnonzero(edges["furniture"] == there).tolist():
-            twin = found.get((int(edges["object"][edge]), int(edges["relation"][edge])))
-            if twin is None:
-                edges["furniture"][edge] = here
-            else:
-                _merge_rows(edges, twin, edge)
-        _merge_rows(content.tables["furniture"], here, there)
-        return replace(content, tables=tables).remove(furniture=[other])
+        tables, edges = merge_places(self.tables, here, there)
+        history = self.history.copy()
+        num_looks = int(tables["furniture"]["num_observed"][here])
+        history.merge_furniture(here, there, num_looks, edges)
+        sought: dict[tuple[str, int], tuple[float, int]] = {}
+        for (words, furniture), (count, time) in self.sought.items():
+            place = kept if furniture == other else furniture
+            before, last = sought.get((words, place), (0.0, time))
+            sought[words, place] = (before + count, max(last, time))
+        things = tuple(thing.redirect(other, kept) for thing in self.things)
+        content = replace(self, tables=tables, history=history, sought=sought, things=things)
+        return content.remove(furniture=[other])
 
     def rename(self, row: int, name: str) -> MemoryContent:
         """Call an object otherwise."""
@@ -269,18 +264,6 @@ def write_start(content: MemoryContent, *, is_new: bool = False, file: str = "")
         **({"file": file} if file else {}),
     }
     return write_line("start", content.time, clock, values)
-
-
-def _merge_rows(columns: Columns, row: int, other: int) -> None:
-    """Add what a row of a table counts to another: sums, the last times, else what is newer."""
-    is_newer = columns["last_observed"][other] > columns["last_observed"][row]
-    for name, values in columns.items():
-        if name.startswith(("num_", "time_")):
-            values[row] += values[other]
-        elif name.startswith("last_"):
-            values[row] = max(values[row], values[other])
-        elif name not in ("object", "furniture", "relation") and is_newer:
-            values[row] = values[other]
 
 
 def _check_between(what: str, values: Any, low: int, high: int) -> None:

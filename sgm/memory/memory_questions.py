@@ -119,7 +119,7 @@ class Asked:
 
 
 @dataclass(frozen=True, slots=True)
-class _Things:
+class _AskedThings:
     """K things that are asked for, as a memory of F furniture nodes knows them.
 
     Attributes:
@@ -268,7 +268,7 @@ def _ask(
     found = join_groups(asked, current.edges["object"], num_objects + 1)
     edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice
     members = [state.list_members(row) for row in known.tolist()]
-    things = _Things(current, places.position, known, names, members, last_said, *found)
+    things = _AskedThings(current, places.position, known, names, members, last_said, *found)
     sightings: list[SeenAt] = []
     for row, own in zip(known.tolist(), said, strict=True):
         if own is not None:
@@ -322,7 +322,7 @@ def _find_asked(
 
 
 def _list_looks(
-    state: MemoryState, batch: MemoryBatch, queries: Queries, things: _Things, question: str
+    state: MemoryState, batch: MemoryBatch, queries: Queries, things: _AskedThings, question: str
 ) -> Looks:
     """List what all looks say about K things.
 
@@ -347,7 +347,7 @@ def _list_looks(
     return Looks(negative, sought, sought_ago, seen, num_seen)
 
 
-def _list_seen(things: _Things) -> np.ndarray:
+def _list_seen(things: _AskedThings) -> np.ndarray:
     """Return how sure the looks of this step saw each thing at each place, 0 where not, (K, F)."""
     now, position, edges = things.memory.time, things.position, things.memory.edges
     said_now = np.full(len(things.rows), _NOTHING_SAID)  # in this step: not where it was before
@@ -365,7 +365,7 @@ def _list_seen(things: _Things) -> np.ndarray:
     return seen
 
 
-def _count_seen(state: MemoryState, things: _Things, num_seen: np.ndarray) -> None:
+def _count_seen(state: MemoryState, things: _AskedThings, num_seen: np.ndarray) -> None:
     """Count how many of each thing the looks of this step saw, where they saw any, (K, F)."""
     for number, members in enumerate(things.members):
         for member in members:
@@ -375,7 +375,7 @@ def _count_seen(state: MemoryState, things: _Things, num_seen: np.ndarray) -> No
 
 
 def _sum_negative(
-    state: MemoryState, things: _Things, share: np.ndarray | None, negative: np.ndarray
+    state: MemoryState, things: _AskedThings, share: np.ndarray | None, negative: np.ndarray
 ) -> None:
     """Sum the looks of this step that did not show each thing, by place, (K, F)."""
     position = things.position
@@ -390,7 +390,7 @@ def _sum_negative(
 
 
 def _list_sought(
-    state: MemoryState, things: _Things, question: str
+    state: MemoryState, things: _AskedThings, question: str
 ) -> Iterator[tuple[tuple[int, int], float, int]]:
     """List looks for single things that did not find them, or what the question means.
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sgm.memory.memory_state import MemoryState
+from sgm.memory.same_things import split_counts
 from sgm.memory.seen_positions import forget_positions
 from sgm.memory.sighting import read_relation
 from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence
@@ -231,15 +232,7 @@ class MemoryStatements:
         other = state.ensure_object(Name.read(name))
         for table in (edges, batch.positions):
             table["object"][(table["object"] == row) & (table["furniture"] == at)] = other
-        for number in (row, other):
-            true = np.flatnonzero((edges["object"] == number) & (edges["num_true"] > 0))
-            seen = true[np.argsort(edges["last_true"][true], kind="stable")]
-            objects["num_observed"][number] = max(int(edges["num_true"][true].sum()), 1)
-            objects["last_observed"][number] = edges["last_true"][seen[-1]]
-            objects["last_furniture"][number] = edges["furniture"][seen[-1]]
-        objects["first_observed"][other] = objects["first_observed"][row]
-        objects["num_at_once"][other] = 1
-        objects["num_at_once"][row] = max(int(objects["num_at_once"][row]) - 1, 1)
+        split_counts(objects, edges, row, other)
         said = state.things[row].statements
         there = tuple(one for one in said if one.furniture == place)
         elsewhere = tuple(one for one in said if one.furniture != place)

@@ -23,24 +23,13 @@ class Remembered:
         home_num_rooms, home_num_furniture: rooms and furniture nodes of each home, the first
             columns of its rows, (H,).
         num_homes, num_furniture: H, and F.
-        furniture: table of furniture nodes, looks so far and the last one, (H, F); the columns of
-            this and of the next two are `FURNITURE`, `OBJECTS` and `EDGES`.
-        objects: table of object nodes; `key` is the description, `type` the prior's object type or
-            -1; `num_at_once` is the most things of this description that a robot has seen in one
-            time step (0 in simulated homes); `num_sought` counts the looks for it where it was last
-            seen, while it was asked for, `num_still` those that found it (0 without `history`);
-            `carried_since` is when the robot took it up, -1 for what it does not carry; `same_as`
-            the row of what it was merged with, -1 for none (`sgm.memory.same_things`).
-        edges: table of object-furniture edges; relation 0 "in", 1 "onTop"; `num_absent` is the
-            number of looks at the furniture since the edge was last true, all of them if it never
-            was, `missed` the sum of their parts; `time_true` the time steps from looks that found
-            it true to the next one each; `confidence` that of the last sighting, 0 without one;
-            `came_from` the furniture at which the object was seen before it came here last, -1
-            where it never came from another.
+        furniture: table of furniture nodes, (H, F). What each column of this table and of the
+            others holds is said where it is declared: `sgm.schema`.FURNITURE, `OBJECTS`, `EDGES`
+            and `POSITIONS`.
+        objects: table of object nodes, (O,).
+        edges: table of object-furniture edges, (E,).
         positions: table of where objects were seen, in metres in the frame of the map, of one home;
             a row for each object, furniture node and relation that had a sighting with a position.
-            `x`, `y`, `z` and `sd` are of the last one, -1 where that was not told, at `time`, -1
-            since it was said to be moved; `usual_x` and so on a robust mean of all `num_seen`.
         place_prior: the prior for these layouts.
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.

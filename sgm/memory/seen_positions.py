@@ -12,10 +12,11 @@ from sgm.arrays.table import Table
 from sgm.layout.box import Box
 from sgm.layout.turns import turn_flat
 from sgm.memory.look_weights import SURE
+from sgm.memory.merged_rows import group_places, merge_rows
 from sgm.memory.remembered import Remembered
 from sgm.memory.sighting import Point, Sighting
 from sgm.messages import shorten
-from sgm.schema import MOST_METRES, NEVER, RELATIONS, Columns, PlaceCode
+from sgm.schema import MOST_METRES, NEVER, POSITIONS, RELATIONS, Columns, PlaceCode
 
 # Position, its standard deviation, and the usual position.
 Told: TypeAlias = tuple[Point | None, float | None, Point | None]
@@ -128,22 +129,7 @@ def join_positions(columns: Columns) -> dict[str, np.ndarray]:
 
     The last position is the latest; usual ones are the mean, by how often each was seen.
     """
-    keys = np.stack([columns[name] for name in ("object", "furniture", "relation")])
-    _, first, group = np.unique(keys, axis=1, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    place = np.empty(len(order), dtype=np.int64)
-    place[order] = np.arange(len(order))
-    group, first = place[group.reshape(-1)], first[order]
-    latest = first.copy()
-    for row in np.argsort(columns["time"], kind="stable").tolist():
-        latest[group[row]] = row
-    joined = {name: values[latest] for name, values in columns.items()}
-    count = columns["num_seen"].astype(float)
-    total = np.bincount(group, count, len(first))
-    for name in _USUAL:
-        joined[name] = np.bincount(group, count * columns[name], len(first)) / total
-    joined["num_seen"] = total.astype(np.int64)
-    return joined
+    return merge_rows(POSITIONS, columns, group_places(columns))
 
 
 def find_positions(memory: Remembered, edges: np.ndarray) -> list[int]:

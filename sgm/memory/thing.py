@@ -49,6 +49,12 @@ class Statement:
     was_at: tuple[int, ...] = ()
     num_observed: int = 0
 
+    def redirect(self, furniture: int, other: int) -> Statement:
+        """Return the statement in a home in which furniture turned out to be another piece."""
+        place = other if self.furniture == furniture else self.furniture
+        was_at = dict.fromkeys(other if at == furniture else at for at in self.was_at)
+        return replace(self, furniture=place, was_at=tuple(was_at))
+
     def leave_out(self, furniture: Collection[int]) -> Statement | None:
         """Return the statement in a home without some furniture; None if it was about that."""
         if self.furniture is not None and self.furniture in furniture:
@@ -141,6 +147,13 @@ class Thing:
     def order_places(self) -> dict[tuple[int, int | None], int]:
         """Return the number of the last statement, the oldest is 0, of each time step and place."""
         return {(one.time, one.furniture): at for at, one in enumerate(self.statements)}
+
+    def redirect(self, furniture: int, other: int) -> Thing:
+        """Return it in a home in which furniture turned out to be another piece."""
+        if not self.statements:
+            return self
+        said = (statement.redirect(furniture, other) for statement in self.statements)
+        return replace(self, statements=tuple(said))
 
     def leave_out(self, furniture: Collection[int]) -> Thing:
         """Return it in a home without some furniture."""

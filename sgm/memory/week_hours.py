@@ -58,6 +58,12 @@ class WeekHours:
         kept.seen = self.seen[:num_known][objects[:num_known]]
         return kept
 
+    def merge_furniture(self, here: int, there: int) -> None:
+        """Count for one furniture node of a home what was counted of another, by position."""
+        if self.is_counted:
+            total = self.looks[0, here].astype(np.int64) + self.looks[0, there]
+            self.looks[0, here], self.looks[0, there] = np.minimum(total, _MOST), 0
+
     def note_look(
         self,
         hour: np.ndarray,

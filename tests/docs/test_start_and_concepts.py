@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from sgm.schema import EDGES, FURNITURE, OBJECTS
+from sgm.schema import HOME, TABLES
 from tests.guides import DOCS, list_commands, read_page, run_page, write_files
 
 ROOT = DOCS.parent
@@ -51,7 +51,12 @@ def test_the_commands_run(page, num_commands, tmp_path, python):
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_the_formats_name_every_column_of_a_memory_file():
+def test_the_formats_say_of_every_column_of_a_memory_file_what_the_schema_says():
     text = read_page("reference/files.md")
-    stored = [column for column in (*FURNITURE, *OBJECTS, *EDGES) if not column.is_derived]
-    assert [column.name for column in stored if f"`{column.name}`" not in text] == []
+    rows = [
+        f"| `{table}` | `{column.name}` | {column.text} |"
+        for table, columns in {**TABLES, "home": HOME}.items()
+        for column in columns
+        if not column.is_derived
+    ]
+    assert "\n".join(["| table | column | is |", "| --- | --- | --- |", *rows, ""]) in text
