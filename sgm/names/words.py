@@ -25,9 +25,9 @@ _PLAIN = re.compile(r"[a-z0-9]+(?: [a-z0-9]+)*")
 _APOSTROPHES = "'\u2019"
 _WORD = re.compile(rf"[^\W_]+(?:[{_APOSTROPHES}][^\W_]+)*[{_APOSTROPHES}]?")
 _POSSESSIVE = re.compile(rf"(?:[{_APOSTROPHES}]s|(?<=s)[{_APOSTROPHES}])$")
-_ARTICLES = frozenset(
-    "a an the my your his her its our their this that these those some any".split()
-)
+_ARTICLES = frozenset("a an the my your its our this that these those some any".split())
+# Whose it is, as "dad's" says it: "his pillow" is not "her pillow". Who says "my" is not known.
+_OWNERS = frozenset(("his", "her", "their"))
 DETERMINERS = _ARTICLES | {"one", "another", "all", "both", "of"}
 SKIPPED = _ARTICLES | {"where", "is", "are"}  # at the beginning
 WITH = frozenset(("with", "without", "containing", "having", "w"))
@@ -305,7 +305,7 @@ def split_words(name: str) -> tuple[str, ...]:
 def split_possessives(name: str) -> list[tuple[str, bool]]:
     """Return the words as `split_words` does, and whether each of them is a possessive."""
     words = [
-        (word, False)
+        (word, word in _OWNERS)
         if word.isalnum()  # most of them
         else (_POSSESSIVE.sub("", word), bool(_POSSESSIVE.search(word)))
         for word in _find_words(name)

@@ -34,6 +34,7 @@ DOUBTFUL = [*ONE_OF_SEVERAL, *OTHER_PROPERTIES, *HOLDERS]
 # Known, and asked for: two of one kind, for other people, seasons or uses, or of other make.
 OTHERS = [
     ("women's raincoat", "men's raincoat"), ("girl's skates", "boy's skates"),
+    ("her duvet", "his duvet"),
     ("adult life vest", "kids life vest"), ("winter gloves", "summer gloves"),
     ("bowl with dots", "bowl with stripes"), ("jug with lid", "jug without lid"),
     ("leather belt", "canvas belt"), ("plastic cup", "paper cup"),
@@ -47,6 +48,7 @@ OTHERS = [
 # Known, and asked for: the known name says less, and nothing else.
 SAYS_LESS = [
     ("ladle", "red ladle"), ("kettle", "anna's kettle"), ("cell phone", "iphone"),
+    ("duvet", "her duvet"),
     ("red scarf", "long red scarf"), ("bowl", "small bowl"), ("bowl", "bowl with stripes"),
     ("raincoat", "men's raincoat"), ("guitar", "acoustic guitar"),
 ]  # fmt: skip
