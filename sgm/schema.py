@@ -83,7 +83,7 @@ class Merge:
     """How the value of rows that become one is made of theirs.
 
     Furniture that is one was looked at as two: its looks add up. Nodes that are one thing were held
-    against the same looks, each under its own name (`sgm.memory.same_things`).
+    against the same looks, each under its own name (`sgm.memory.merged_things`).
 
     Attributes:
         how: "own" of the row that stays; "sum", "max" or "min"; "first" for the least that is not

@@ -28,7 +28,7 @@ sys.modules["sgm.schema"] = sgm.schema = schema
 exec(compile(source, "sgm/schema.py", "exec"), schema.__dict__)
 
 from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.replay.replay import replay
 from simulator.snapshots.graph import Pairs, join_nodes, propose_edges
 from simulator.snapshots.taken import take_snapshots

@@ -15,7 +15,7 @@ from nep.view.document import save_page
 from nep.view.page_state import Judges, Stage
 from nep.view.server import DEFAULT_PORT, PageServer
 from sgm.checks import check_at_least
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.prior.prior_graph import load_prior

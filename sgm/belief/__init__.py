@@ -1,6 +1,6 @@
 """Where things may be: one algebra of beliefs, and what looks say about them."""
 
-from sgm.belief.detector import SEEN_NOW, Detector, compute_miss, compute_miss_over_steps
+from sgm.belief.detector_rates import SEEN_NOW, Detector, compute_miss, compute_miss_over_steps
 from sgm.belief.posterior import Belief, Posterior, compute_posterior
 from sgm.belief.stay import compute_stay
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sgm.arrays.grouped import join_groups
-from sgm.belief.detector import Detector
+from sgm.belief.detector_rates import Detector
 from sgm.belief.same_spot import compute_same
 from sgm.belief.stay import compute_stay
 from sgm.memory.memory_batch import MemoryBatch

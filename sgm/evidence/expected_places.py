@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sgm.arrays.both_relations import sum_relations
 from sgm.arrays.grouped import sum_rows
-from sgm.arrays.relations import sum_relations
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 

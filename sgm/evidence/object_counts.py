@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sgm.arrays.both_relations import choose_relations
 from sgm.arrays.grouped import join_groups
-from sgm.arrays.relations import choose_relations
 from sgm.memory.home_history import NUM_HOURS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries

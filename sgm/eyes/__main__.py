@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from sgm.files import read_file, write_whole
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.replay.replay import replay

@@ -10,7 +10,7 @@ import numpy as np
 
 from sgm.checks import MOST_COST, is_number
 from sgm.finder.ranking import Place, tell_point
-from sgm.finder.tour import (
+from sgm.finder.tour_optimiser import (
     compute_expected_cost,
     compute_prob_needed,
     improve_begin,

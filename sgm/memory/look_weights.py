@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from sgm.arrays.both_relations import share_relations, sum_relations
 from sgm.arrays.grouped import mark_rows
-from sgm.arrays.relations import share_relations, sum_relations
 from sgm.arrays.table import Table
 from sgm.schema import NUM_RELATIONS
 

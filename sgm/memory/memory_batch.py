@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from sgm.arrays.both_relations import share_relations
 from sgm.arrays.grouped import join_groups
-from sgm.arrays.relations import share_relations
 from sgm.arrays.table import clone, make_table
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.look_weights import LookWeights
+from sgm.memory.merged_things import find_roots, fuse_edges, fuse_objects
 from sgm.memory.queries import Change, Queries, propose_places
 from sgm.memory.remembered import Remembered
-from sgm.memory.same_things import find_roots, fuse_edges, fuse_objects
 from sgm.memory.seen_positions import join_positions
 from sgm.schema import NEVER, NUM_RELATIONS, POSITIONS
 
@@ -127,7 +127,7 @@ class MemoryBatch(Remembered):
     def fuse(self) -> MemoryBatch:
         """Return a copy of the memory of one home in which nodes that are one thing are one.
 
-        The merged nodes stay in it, without edges. See `sgm.memory.same_things`.
+        The merged nodes stay in it, without edges. See `sgm.memory.merged_things`.
         """
         fused = self.copy()
         roots = find_roots(fused.objects["same_as"])

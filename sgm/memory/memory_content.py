@@ -11,7 +11,14 @@ import numpy as np
 from sgm.files import VERSION
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
-from sgm.memory.columns import (
+from sgm.memory.home_history import HomeHistory
+from sgm.memory.look import StepLook
+from sgm.memory.look_log import write_line
+from sgm.memory.same_furniture import merge_places
+from sgm.memory.score_calibration import ScoreCalibration
+from sgm.memory.thing import Thing, read_things, write_things
+from sgm.memory.week_hours import WeekHours
+from sgm.memory.written_tables import (
     Tables,
     check_tables,
     keep_rows,
@@ -19,13 +26,6 @@ from sgm.memory.columns import (
     read_tables,
     write_tables,
 )
-from sgm.memory.home_history import HomeHistory
-from sgm.memory.log_writer import write_line
-from sgm.memory.look import StepLook
-from sgm.memory.same_furniture import merge_places
-from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.thing import Thing, read_things, write_things
-from sgm.memory.week_hours import WeekHours
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import read_words

@@ -26,8 +26,8 @@ from sgm.files import (
 from sgm.layout.layout import read_map_id
 from sgm.memory.clock import Clock
 from sgm.memory.locks import SaveLock
-from sgm.memory.log_writer import LookLog, read_checksum
-from sgm.memory.look_log import read_lines
+from sgm.memory.log_reader import read_lines
+from sgm.memory.look_log import LookLog, read_checksum
 from sgm.memory.memory_content import MemoryContent, write_start
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.score_calibration import ScoreCalibration

@@ -15,16 +15,16 @@ from sgm.arrays.table import clone
 from sgm.layout.called import CalledFurniture
 from sgm.layout.layout import FurnitureNames
 from sgm.memory.clock import make_clock_rows
-from sgm.memory.columns import fill_tables, view_tables
-from sgm.memory.log_writer import LookLog, read_checksum
 from sgm.memory.look import MOST_LOOKS, StepLog, StepLook
+from sgm.memory.look_log import LookLog, read_checksum
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent, write_start
+from sgm.memory.merged_things import find_roots
 from sgm.memory.queries import Queries
-from sgm.memory.same_things import find_roots
 from sgm.memory.seen_positions import note_positions
 from sgm.memory.thing import Said, Thing, ThingName, ThingRows
+from sgm.memory.written_tables import fill_tables, view_tables
 from sgm.messages import warn_caller
 from sgm.names.aliases import AliasTable
 from sgm.names.name import Name

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sgm.memory.memory_state import MemoryState
-from sgm.memory.same_things import split_counts
+from sgm.memory.merged_things import split_counts
 from sgm.memory.seen_positions import forget_positions
 from sgm.memory.sighting import read_relation
 from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence

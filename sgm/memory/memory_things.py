@@ -10,11 +10,17 @@ import numpy as np
 
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
+from sgm.memory.noticed_changes import (
+    ThingChange,
+    ThingEvent,
+    list_changes,
+    list_events,
+    read_since,
+)
 from sgm.memory.seen_places import SeenRows, list_home, list_places, list_rows, list_said_by
 from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing import ThingName
-from sgm.memory.thing_changes import ThingChange, ThingEvent, list_changes, list_events, read_since
 from sgm.messages import shorten
 from sgm.schema import NEVER
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.memory.columns import Tables, list_written
 from sgm.memory.merged_rows import Groups, group_places, merge_rows
+from sgm.memory.written_tables import Tables, list_written
 
 
 def merge_places(tables: Tables, here: int, there: int) -> tuple[Tables, Groups]:

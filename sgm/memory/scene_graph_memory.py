@@ -23,11 +23,11 @@ from sgm.memory.memory_questions import Asked, MemoryQuestions, Scorer
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.memory_statements import MemoryStatements
 from sgm.memory.memory_things import MemoryThings
+from sgm.memory.noticed_changes import ThingChange, ThingEvent
 from sgm.memory.queries import Queries
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import SeenAt, Sighting
 from sgm.memory.thing import ROBOT, Statement, ThingName
-from sgm.memory.thing_changes import ThingChange, ThingEvent
 from sgm.names.aliases import Aliases, AliasTable
 from sgm.names.name import Name
 from sgm.names.name_encoder import Encode, NameEncoder

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.score_calibration import FEWEST_SCORES, ScoreCalibration
 from sgm.names.words import read_words
 from sgm.replay.replay import replay

@@ -12,7 +12,7 @@ from pathlib import Path
 from sgm.files import compute_checksum
 from sgm.memory.clock import Clock
 from sgm.memory.locks import LogLock
-from sgm.memory.look_log import LogLine, read_log
+from sgm.memory.log_reader import LogLine, read_log
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_files import load_content
 from sgm.memory.scene_graph_memory import SceneGraphMemory

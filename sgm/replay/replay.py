@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from sgm.memory.clock import Clock
-from sgm.memory.look_log import LogLine
+from sgm.memory.log_reader import LogLine
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting

@@ -13,7 +13,7 @@ import numpy as np
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.look_builder import LookBuilder
 from sgm.messages import shorten
-from sgm.ros.readings import (
+from sgm.ros.message_readings import (
     ClassNames,
     list_frames,
     read_camera_info,

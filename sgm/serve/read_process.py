@@ -15,7 +15,7 @@ from pathlib import Path
 
 from sgm.finder.answers import write_json
 from sgm.finder.read_calls import ReadCalls
-from sgm.memory.look_log import read_line
+from sgm.memory.log_reader import read_line
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.replay.replay import Replayer
 from sgm.serve.caller import NUM_READERS, Turns

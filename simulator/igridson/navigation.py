@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import shortest_path
 
-from sgm.finder.tour import plan_tour
+from sgm.finder.tour_optimiser import plan_tour
 from sgm.policies.policy import ScoreKind, compute_probabilities
 from simulator.igridson.layout import GridLayout, find_beside
 from simulator.tasks.search import SearchOrder

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.memory.look_log import LogLine
+from sgm.memory.log_reader import LogLine
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.thing import ThingName
 from sgm.names.words import read_name

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.files import VERSION
-from sgm.memory.look_log import LogLine
+from sgm.memory.log_reader import LogLine
 from sgm.memory.memory_content import MemoryContent
 from sgm.schema import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan

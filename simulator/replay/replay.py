@@ -10,7 +10,7 @@ from pathlib import Path
 from threading import RLock
 
 from sgm.memory.clock import Clock
-from sgm.memory.look_log import LogLine
+from sgm.memory.log_reader import LogLine
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.thing import STATEMENTS, ThingName
 from sgm.prior.prior_graph import PriorGraph

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from sgm.checks import check_at_least
 from sgm.files import write_whole
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.prior.prior_graph import PRIOR_HELP, SHIPPED, load_prior
 from simulator.command_line import choose, make_parser, parse, pick
 from simulator.home_options import HomeOptions

@@ -14,8 +14,8 @@ from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
 from sgm.layout.turns import turn_flat
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
+from sgm.memory.log_reader import LogLine
 from sgm.memory.look import Coverage, split_coverage
-from sgm.memory.look_log import LogLine
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import Point, read_relation
 from sgm.names.words import read_name, read_words

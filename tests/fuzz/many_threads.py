@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay
 

@@ -12,7 +12,7 @@ import numpy as np
 import targets
 
 from nep.view.texts import tell_furniture, tell_step
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator import Clock, SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay
 from simulator.trace.from_log import make_trace

@@ -15,7 +15,7 @@ import numpy as np
 
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.policies.heuristics import Frequentist, Priors
 from sgm.replay.replay import replay
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting

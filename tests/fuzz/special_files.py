@@ -16,7 +16,7 @@ from nep import ObjectFinder
 from nep.importers.homer import read_homer
 from nep.players.checkpoints import save_exported
 from nep.report.results import Results
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.prior.prior_graph import load_prior
 from simulator import PriorGraph, SceneGraphMemory
 from simulator.igridson.layout_file import load_layout

@@ -27,7 +27,7 @@ from nep.report.results import Results, ScoreSummary
 from sgm.files import compute_checksum
 from sgm.layout.box import Box
 from sgm.memory import memory_files
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.prior.prior_graph import load_prior
 from simulator import (
     Bayesian,

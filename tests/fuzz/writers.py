@@ -22,7 +22,7 @@ from nep.callbacks.resume import WholeCheckpoints
 from nep.encoders import MLP
 from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, load_trained, save_exported
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator import SceneGraphMemory, Sighting
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig

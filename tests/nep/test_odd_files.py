@@ -18,7 +18,7 @@ from nep.model.module import NEPModule
 from nep.players.checkpoints import TrainedModel, checksum_trained, load_trained, save_exported
 from nep.players.contestants import Checkpoint
 from nep.players.stored_network import import_encoders
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator import Clock, SceneGraphMemory
 from simulator.policies import find_policy
 from tools.priors.procthor_houses import count_procthor_houses

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import sgm
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.replay.kept_home import KeptHome

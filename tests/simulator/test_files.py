@@ -13,7 +13,7 @@ import pytest
 
 from nep.players.checkpoints import load_trained
 from sgm.files import compute_checksum, read_file, read_json, write_whole
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.prior.prior_graph import PriorGraph
 from simulator import SceneGraphMemory
 from simulator.igridson.layout_file import load_layout

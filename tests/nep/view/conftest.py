@@ -8,7 +8,7 @@ import pytest
 from nep.view.answers import Desk
 from nep.view.page_state import Judges, Stage
 from nep.view.server import PageServer
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from simulator.replay.replay import Replay

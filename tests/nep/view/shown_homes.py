@@ -9,7 +9,7 @@ from nep.view.page_state import Judges, Stage
 from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator import SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay
 

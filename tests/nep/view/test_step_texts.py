@@ -5,7 +5,7 @@ import pytest
 from nep.view.__main__ import open_source
 from nep.view.answers import tell_history
 from nep.view.texts import tell_furniture, tell_step
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator import SceneGraphMemory, Sighting
 from simulator.home_options import HomeOptions
 from simulator.replay.replay import Replay, StillMemory

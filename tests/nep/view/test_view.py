@@ -22,7 +22,7 @@ from nep.view.texts import tell_furniture, tell_step
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay, StillMemory
 

@@ -6,7 +6,7 @@ from sgm.eyes.camera_view import CameraView, DepthImage
 from sgm.eyes.look_builder import MOST_DETECTIONS
 from sgm.eyes.scene import Scene
 from sgm.layout.outline import contains_points, read_outline
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from tests.sgm.eyes.scenes import (
     CAMERA,

@@ -9,8 +9,8 @@ from sgm.belief import Detector
 from sgm.evidence.elsewhere import ELSEWHERE
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.search_plan import EXACT_PLACES, Look, SearchPlan
+from sgm.memory.noticed_changes import ThingChange, ThingEvent
 from sgm.memory.sighting import SeenAt, Sighting
-from sgm.memory.thing_changes import ThingChange, ThingEvent
 from tests.guides import BLOCK, DOCS, run_page
 
 GUIDES = [DOCS / "robot.md", *sorted((DOCS / "robot").glob("*.md"))]

@@ -6,7 +6,7 @@ import pytest
 
 from sgm import Sighting
 from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.replay.replay import replay
 

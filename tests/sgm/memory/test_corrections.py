@@ -6,7 +6,7 @@ from datetime import datetime
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.replay.replay import replay
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import dump

@@ -7,8 +7,8 @@ import pytest
 
 from sgm.evidence.adaptive_filter import list_look_times
 from sgm.finder.finder import Finder
+from sgm.memory.log_reader import read_log
 from sgm.memory.look import parse_coverage, read_coverage
-from sgm.memory.look_log import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies import Adaptive, Bayesian

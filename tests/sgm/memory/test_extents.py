@@ -5,7 +5,7 @@ import json
 import pytest
 
 from sgm.layout.box import Box
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.replay.replay import replay

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.replay.replay import replay
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.trace.from_log import make_trace

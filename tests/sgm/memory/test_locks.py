@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from sgm.finder.object_finder import ObjectFinder
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 
 SAVE = """

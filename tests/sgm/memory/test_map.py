@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sgm.layout.box import Box
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.replay.replay import replay
 from simulator import SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import dump

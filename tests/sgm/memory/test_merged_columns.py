@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from sgm.arrays.table import make_table
-from sgm.memory.columns import list_written
 from sgm.memory.merged_rows import Groups, merge_rows
+from sgm.memory.merged_things import fuse_edges, fuse_objects
 from sgm.memory.same_furniture import merge_places
-from sgm.memory.same_things import fuse_edges, fuse_objects
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.memory.written_tables import list_written
 from sgm.schema import (
     EDGES,
     HOME,

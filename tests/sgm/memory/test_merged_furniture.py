@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sgm import SceneGraphMemory
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.sighting import Sighting
 from sgm.replay.replay import replay
 from simulator.trace.from_log import make_trace

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.policies import Bayesian
 from sgm.replay.confirmed_scores import fit_from_log

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sgm.layout.box import Box
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.replay.replay import replay
 from simulator import SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import dump

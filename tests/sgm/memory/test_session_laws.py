@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.replay.replay import replay
 from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import CALLS, FURNITURE, THINGS, call, dump

@@ -16,7 +16,7 @@ import pytest
 from sgm.belief import Detector
 from sgm.files import write_whole
 from sgm.finder.finder import Finder
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.names.name import Name
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
 

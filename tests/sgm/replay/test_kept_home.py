@@ -10,9 +10,9 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from sgm.memory import log_writer, memory_files
+from sgm.memory import look_log, memory_files
 from sgm.memory.clock import Clock
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.replay import kept_home
@@ -103,7 +103,7 @@ def test_a_full_disk_leaves_log_and_memory_as_they_were(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("sgm.memory.log_writer._append", refuse)
+        patch.setattr("sgm.memory.look_log._append", refuse)
         with pytest.raises(OSError, match="No space"):
             home.snapshot()
     assert home.log.read_bytes() == content
@@ -246,7 +246,7 @@ def test_another_process_is_refused(tmp_path):
     code = """
 import sys
 from sgm.replay.kept_home import KeptHome
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 path, log = sys.argv[1:]
 for open_it in (lambda: KeptHome.open(path), lambda: SceneGraphMemory.load(path, log=log)):
@@ -265,7 +265,7 @@ for open_it in (lambda: KeptHome.open(path), lambda: SceneGraphMemory.load(path,
 def test_a_sync_finds_the_log_while_it_is_begun_anew(tmp_path, monkeypatch):
     """Between the old log and the new one there is none: a sync waits for it."""
     home = KeptHome.open(tmp_path / "home.sgm", is_new=True)
-    append, failed, threads = log_writer._append, [], []
+    append, failed, threads = look_log._append, [], []
 
     def sync():
         try:
@@ -279,7 +279,7 @@ def test_a_sync_finds_the_log_while_it_is_begun_anew(tmp_path, monkeypatch):
         threads[-1].join(0.05)
         append(path, content)
 
-    monkeypatch.setattr(log_writer, "_append", append_late)
+    monkeypatch.setattr(look_log, "_append", append_late)
     home.snapshot()
     for thread in threads:
         thread.join(20)

@@ -7,7 +7,7 @@ from contextlib import suppress
 import pytest
 
 from sgm.layout.box import Box
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.sighting import Sighting
 from sgm.replay.replay import replay
 from simulator import SceneGraphMemory

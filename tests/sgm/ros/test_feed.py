@@ -6,7 +6,7 @@ import pytest
 from sgm import Bayesian, Finder, SceneGraphMemory
 from sgm.eyes import Box, LookBuilder, Pose
 from sgm.ros import CameraFeed, HomeMap, LiveMemory
-from sgm.ros.readings import (
+from sgm.ros.message_readings import (
     list_frames,
     read_depth_image,
     read_detections,

@@ -311,7 +311,7 @@ def test_a_full_disk_is_answered_and_nothing_was_changed(served, monkeypatch):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("sgm.memory.log_writer._append", refuse)
+        patch.setattr("sgm.memory.look_log._append", refuse)
         body = json.dumps({"place": "desk", "seen": []})
         answer = served.client.send("POST", "/v1/observe", body)
     assert answer.status == 507

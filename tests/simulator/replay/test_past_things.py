@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay, StillMemory
 

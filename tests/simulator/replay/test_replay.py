@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.look_log import LogLine, read_log
+from sgm.memory.log_reader import LogLine, read_log
 from sgm.memory.memory_content import MemoryContent
 from sgm.replay.replay import replay as make_again
 from simulator import (

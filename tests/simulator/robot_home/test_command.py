@@ -1,7 +1,7 @@
 import pytest
 
 from sgm import SceneGraphMemory
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator.robot_home.__main__ import main
 
 SMALL = (

@@ -7,7 +7,7 @@ import pytest
 
 from sgm import Bayesian, Finder, SceneGraphMemory
 from sgm.eyes.__main__ import main as draw_main
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from simulator.trace.__main__ import main
 from simulator.trace.importers.bag import BagOptions, load_home_map, read_bag
 from simulator.trace.importers.bag_messages import DEFINITIONS

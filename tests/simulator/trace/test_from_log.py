@@ -8,7 +8,7 @@ import pytest
 
 from sgm.layout.box import Box
 from sgm.memory.clock import Clock
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from simulator.trace.__main__ import main

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.look_log import read_log
-from sgm.memory.same_things import find_roots
+from sgm.memory.log_reader import read_log
+from sgm.memory.merged_things import find_roots
 from sgm.memory.thing import Thing, ThingRows
 from sgm.replay.replay import replay
 from simulator import Bayesian, SceneGraphMemory, Sighting

@@ -8,7 +8,7 @@ import pytest
 
 from sgm.finder.finder import Finder
 from sgm.memory.clock import Clock
-from sgm.memory.look_log import read_log
+from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies.heuristics import Bayesian

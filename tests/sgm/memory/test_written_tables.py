@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sgm.memory.columns import (
+from sgm.memory.written_tables import (
     check_tables,
     keep_rows,
     list_written,

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from sgm.finder.tour import compute_tour_costs, plan_tour
+from sgm.finder.tour_optimiser import compute_tour_costs, plan_tour
 
 
 def compute_expected_cost(prob, first_leg, legs, order) -> float:
