@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sgm.evidence import (
-    absence,
+    away_from_home,
     copies,
     expected_columns,
     home_columns,
@@ -53,10 +53,10 @@ QUESTION_GROUPS: Mapping[str, ComputeColumns] = {
     "words": question_columns.compute_words,
     "object": question_columns.compute_object,
     "lately": lately_columns.compute_in_home,
-    "elsewhere": absence.compute_absence,
+    "elsewhere": away_from_home.compute_absence,
     "copies": copies.compute_copies,
     "hour": question_columns.compute_hour,
-    "week": absence.compute_week,
+    "week": away_from_home.compute_week,
 }
 
 

@@ -204,7 +204,7 @@ class MemoryLayout:
             self._state.take(self._state.get_content().remove(rooms=[room]))
 
     def forget_furniture(self, furniture: int, by: str) -> None:
-        """Remove a furniture node that is gone, as somebody says."""
+        """Remove a furniture node that a person says is gone."""
         read_words("by", by)
         self.remove_furniture(furniture, by)
 

@@ -1,4 +1,4 @@
-"""The part of a memory that is told what was seen, and that warns of what cannot be looks."""
+"""The part of a memory that takes what was seen, and warns of what cannot be looks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The part of a memory that is told: people correct it, and the robot says what it did."""
+"""The part of a memory for statements: people correct it, and the robot says what it did."""
 
 from __future__ import annotations
 

@@ -36,9 +36,9 @@ def fuse_edges(
 ) -> tuple[Table, np.ndarray | None]:
     """Return the edges of nodes that are one, those at one place as one.
 
-    A look there was one look for all of them, so that they are not added up: it was looked at as
-    often as for the node that was looked for most often, and seen as often as all were together,
-    but not more often.
+    A look there was one look for all of them, so that looks are not added up. The place was looked
+    at as often as for the node with most looks. It was seen as often as all nodes together, and no
+    more often than looked at.
 
     Args:
         edges: of all nodes.

@@ -89,7 +89,7 @@ def read_detections(
         names: what class ids of the detector mean; None if they are names.
         to_map: gives the matrix (4, 4) to the map from a frame of coordinates by its name, None
             where it is unknown; a box in space in such a frame is left out.
-        on_drop: is told of every detection that is left out, for what.
+        on_drop: called for every detection that is left out, with the reason.
 
     Raises:
         ValueError: if there are more than `MOST_DETECTIONS`.
