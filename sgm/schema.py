@@ -16,6 +16,7 @@ NODE_TYPES = ("house", "floor", "room", "furniture", "object")
 # How a thing lies at furniture, by number.
 RELATIONS = ("in", "onTop")
 NUM_RELATIONS = len(RELATIONS)
+INSIDE, ON_TOP = map(RELATIONS.index, ("in", "onTop"))
 USUAL_RELATION = "onTop"  # where nothing is said or known
 # What an edge says of its two nodes, in either direction.
 EDGE_RELATIONS = ("in", "contains", "onTop", "under")

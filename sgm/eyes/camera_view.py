@@ -10,6 +10,7 @@ import numpy as np
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.viewpoint import Viewpoint
+from sgm.schema import INSIDE, PlaceCode
 
 _FARTHEST_METRES = 200.0  # no depth camera of a home measures more: these are other units
 # Of the four pixels around a point, that measured: one of them, where it is between all four.
@@ -240,7 +241,8 @@ class CameraView:
         entry, leave, axis = compute_entries(scene, origin, points - origin, places)
         in_the_way = (np.maximum(entry, 0) < leave) & (entry < 1 - 1e-9) & (leave > 0)
         # Into a box that is open one looks through its front alone.
-        is_own = (volumes[:, None] // 2 == places) & (volumes % 2 == 0)[:, None]
+        is_own = PlaceCode.furniture(volumes)[:, None] == places
+        is_own &= (PlaceCode.relation(volumes) == INSIDE)[:, None]
         start = scene.to_own(origin[None], places)[0, :, 0]
         is_front = (axis == 0) & (start > scene.half[places, 0])
         in_the_way &= ~(is_own & (is_front | (entry <= 0)))

@@ -28,6 +28,7 @@ from sgm.eyes.visits import Visit, Visits
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture
 from sgm.messages import shorten
+from sgm.schema import PlaceCode
 
 MOST_DETECTIONS = 1000  # of a frame; detectors give 300 at most
 _SURE = 0.5  # confidence from which on a thing has a spot
@@ -205,7 +206,7 @@ class LookBuilder:
         for detection, volume, at in self._placing.place(self._scene, time, view, things):
             if volume != NOWHERE:
                 self._tracks.add(detection, self._frame, volume, at)
-                shown.add(volume // 2)
+                shown.add(PlaceCode.furniture(volume))
             elif self._mapper is not None and np.isfinite(at.center).all():
                 self._loose.add(detection, self._frame, volume, at)
         self._loose.note_view(view, self._frame, self._rules.through_margin)
@@ -263,7 +264,7 @@ class LookBuilder:
             self.set_furniture(mapper.memory.layout.furniture)
             for track, (furniture, relation) in zip(tracks, volumes, strict=True):
                 place = self._scene.index[furniture]
-                self._tracks.take_over(track, 2 * place + relation)
+                self._tracks.take_over(track, PlaceCode.of(place, relation))
                 self._visits.begin(place, self._time, self._eye)
 
     def _follow_merge(self, look: BuiltLook) -> BuiltLook | None:

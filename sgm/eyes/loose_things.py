@@ -12,6 +12,7 @@ from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.placing import NOWHERE, assign
 from sgm.eyes.scene import Scene
 from sgm.eyes.tracks import Track
+from sgm.schema import ON_TOP, PlaceCode
 
 
 def settle_things(
@@ -55,6 +56,8 @@ def _assign(
     )
     found = assign(scene, located, dilation).tolist()
     return [
-        (NOWHERE, 1) if volume == NOWHERE else (scene.ids[volume // 2], volume % 2)
+        (NOWHERE, ON_TOP)
+        if volume == NOWHERE
+        else (scene.ids[PlaceCode.furniture(volume)], PlaceCode.relation(volume))
         for volume in found
     ]

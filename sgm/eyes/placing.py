@@ -15,7 +15,7 @@ from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP
 from sgm.layout.outline import compute_outline_distance
 from sgm.names.ignored import IgnoredNames
-from sgm.schema import RELATIONS, PlaceCode
+from sgm.schema import ON_TOP, RELATIONS, PlaceCode
 
 NOWHERE = -1
 _IN_SIGHT = 2.0  # standard deviations of the pose by which volumes are dilated
@@ -132,7 +132,8 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
     volumes = scene.list_volumes()
     if not len(volumes) or not len(located.center):
         return np.full(len(located.center), NOWHERE)
-    places, is_top = volumes // 2, volumes % 2 == 1
+    places, relations = PlaceCode.split(volumes)
+    is_top = relations == ON_TOP
     offset = located.center[:, None] - scene.volume_center[volumes]
     own = np.einsum("kvi,vij->kvj", offset, scene.rotation[places])
     outside = np.maximum(np.abs(own) - scene.volume_half[volumes], 0)
@@ -189,7 +190,7 @@ def assign_by_ray(
 
     upper = scene.center[place, 2] + scene.half[place, 2]
     if foot[2] > upper - BELOW_TOP - dilation - _IN_SIGHT * sd:
-        return 2 * place + 1, at
+        return PlaceCode.of(place, ON_TOP), at
     start = scene.to_own(view.pose.position[None], np.array([place]))[0, 0, 0]
     is_front = axis[place] == 0 and start > scene.half[place, 0]
     if scene.has_inside[place] and scene.is_open[place] and is_front:

@@ -17,9 +17,9 @@ _TOUCHING = 0.005  # metres: points of one box on the surface of another one are
 
 
 class Scene:
-    """P places, which are boxes by furniture id, with two volumes each and n points in each volume.
+    """P places, which are boxes by furniture id, with V volumes and n points in each volume.
 
-    Volume 2 p is "in" place p, volume 2 p + 1 is on top of it.
+    A volume is what lies at a place in one relation, by its `PlaceCode`.
 
     Attributes:
         ids: furniture ids, (P,).
@@ -29,11 +29,11 @@ class Scene:
         radius: half the diagonal of each box, (P,).
         has_inside, has_door, is_open: of each place, bool (P,); doors are shut until `set_open`.
         outlines: footprints of those that are no rectangles, in their own axes, by place.
-        points: of the volumes in the map, (2 P, n, 3).
-        is_free: which of them are inside no other box, bool (2 P, n).
-        num_free: how many those are, (2 P,).
-        volume_center, volume_half: middles and half sides of the volumes, (2 P, 3).
-        volume_radius: half their diagonals, (2 P,).
+        points: of the volumes in the map, (V, n, 3).
+        is_free: which of them are inside no other box, bool (V, n).
+        num_free: how many those are, (V,).
+        volume_center, volume_half: middles and half sides of the volumes, (V, 3).
+        volume_radius: half their diagonals, (V,).
     """
 
     def __init__(self, furniture: Mapping[int, Furniture | Box], num_points: int = 128) -> None:
@@ -67,7 +67,7 @@ class Scene:
         self._sample(num_points)
 
     def _sample(self, num_points: int) -> None:
-        num_volumes = 2 * len(self.boxes)
+        num_volumes = PlaceCode.count(len(self.boxes))
         self.points = np.zeros((num_volumes, num_points, 3))
         self.is_free = np.zeros((num_volumes, num_points), dtype=bool)
         self.volume_center, self.volume_half = np.zeros((2, num_volumes, 3))
@@ -86,7 +86,7 @@ class Scene:
         for place, box in enumerate(self.boxes):
             distance = np.linalg.norm(self.volume_center - box.center, axis=1)
             near = np.flatnonzero(distance < self.volume_radius + box.radius)
-            near = near[near // 2 != place]
+            near = near[PlaceCode.furniture(near) != place]
             self.is_free[near] &= ~box.holds(self.points[near], _TOUCHING)
         self.num_free = self.is_free.sum(axis=1)
 

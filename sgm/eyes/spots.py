@@ -11,6 +11,7 @@ from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import compute_half_chord
 from sgm.eyes.tracks import Track
 from sgm.names.words import read_name
+from sgm.schema import ON_TOP, PlaceCode
 
 _VOTES = 2  # frames that must show that a ray went through
 _STANDS = 0.03  # metres above a surface at which a thing still stands on it
@@ -98,7 +99,8 @@ class Spots:
             spot.num_through = spot.num_in_front = 0
         for track in certain:
             center = track.center.copy()
-            if track.volume % 2 == 1:  # it stands on the upper side, if not on another thing
+            # It stands on the upper side, if not on another thing.
+            if PlaceCode.relation(track.volume) == ON_TOP:
                 low = top + track.height / 2
                 if center[2] < low + _STANDS + 2 * track.sd:
                     center[2] = low
@@ -112,7 +114,7 @@ class Spots:
         self._spots = [spot for spot in self._spots if places[spot.place] >= 0]
         for spot in self._spots:
             spot.place = places[spot.place]
-            spot.volume = 2 * spot.place + spot.volume % 2
+            spot.volume = PlaceCode.of(spot.place, PlaceCode.relation(spot.volume))
 
 
 def _is_near(spot: Spot, tracks: list[Track]) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection, Measured
 from sgm.names.words import read_name
+from sgm.schema import PlaceCode
 
 _SAME_THING = 0.15  # metres from one frame to the next; things are smaller, and do not run
 _SAME_SPOT = 0.10  # metres within which two names are of one thing, if never said at once
@@ -178,8 +179,10 @@ class Tracks:
 
     def take(self, place: int) -> list[Track]:
         """Take out the things at a place; of two names for one thing the more frequent is kept."""
-        here = [track for track in self._tracks if track.volume // 2 == place]
-        self._tracks = [track for track in self._tracks if track.volume // 2 != place]
+        here = [track for track in self._tracks if PlaceCode.furniture(track.volume) == place]
+        self._tracks = [
+            track for track in self._tracks if PlaceCode.furniture(track.volume) != place
+        ]
         here.sort(key=lambda track: -len(track.frames))
         center = np.array([track.center for track in here]).reshape(-1, 3)
         sd = np.array([track.sd for track in here])

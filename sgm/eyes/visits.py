@@ -10,6 +10,7 @@ import numpy as np
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.scene import Scene
 from sgm.layout.viewpoint import Viewpoint
+from sgm.schema import INSIDE, NUM_RELATIONS, ON_TOP, PlaceCode
 
 _SURE = 1 - 1e-6  # of all four pixels around a point
 _ONE_STAND = 0.1  # metres within which frames are from one stand, beside the pose's uncertainty
@@ -25,12 +26,12 @@ class SeenPoints:
     between both decides.
 
     Attributes:
-        is_sure: which points a frame had in view by all pixels around them, bool (2, n).
+        is_sure: which points a frame had in view by all pixels around them, bool (R, n).
     """
 
     def __init__(self, num_points: int, at: np.ndarray) -> None:
         """Begin where the camera is, (3,)."""
-        shape = 2, num_points
+        shape = NUM_RELATIONS, num_points
         self.is_sure = np.zeros(shape, dtype=bool)
         self._stand = at
         self._share, self._sum_mean, self._best = np.zeros((3, *shape))  # share: of this stand
@@ -51,7 +52,7 @@ class SeenPoints:
         self._num_frames[side] += is_doubtful
 
     def find_seen(self) -> np.ndarray:
-        """Return which points were in view, bool (2, n)."""
+        """Return which points were in view, bool (R, n)."""
         self._leave_stand()
         mean = self._sum_mean / np.maximum(self._num_stands, 1)
         return self.is_sure | (mean + self._best >= 1)
@@ -61,11 +62,12 @@ class SeenPoints:
 
         Where there is no inside, that is the share of the upper side: nothing else is to be seen.
         """
-        num_free = np.maximum(scene.num_free[2 * place : 2 * place + 2], 1)
-        inside, on_top = (self.find_seen().sum(axis=1) / num_free).tolist()
+        num_free = scene.num_free[PlaceCode.count(place) : PlaceCode.count(place + 1)]
+        shares = (self.find_seen().sum(axis=1) / np.maximum(num_free, 1)).tolist()
+        inside, on_top = shares[INSIDE], shares[ON_TOP]
         if not scene.has_inside[place]:
             inside = on_top
-        elif not scene.num_free[2 * place + 1]:  # up to the ceiling, or below another box
+        elif not num_free[ON_TOP]:  # up to the ceiling, or below another box
             on_top = inside
         return {"in": min(inside, most), "onTop": min(on_top, most)}
 
@@ -125,9 +127,9 @@ class Visits:
         """
         known = np.zeros((len(volumes), self._scene.points.shape[1]), dtype=bool)
         for row, volume in enumerate(volumes.tolist()):
-            visit = self._open.get(volume // 2)
+            visit = self._open.get(PlaceCode.furniture(volume))
             if visit is not None:
-                known[row, _ALWAYS:] = visit.points.is_sure[volume % 2, _ALWAYS:]
+                known[row, _ALWAYS:] = visit.points.is_sure[PlaceCode.relation(volume), _ALWAYS:]
         return known
 
     def note_points(
@@ -142,12 +144,13 @@ class Visits:
         num_shown = np.count_nonzero(share[:, :_ALWAYS] >= 0.5, axis=1)
         for row in np.flatnonzero((share >= 0.5).any(axis=1)):
             volume = int(volumes[row])
-            visit = self._continue(volume // 2, time, view)
-            visit.points.add(volume % 2, share[row])
+            place, relation = PlaceCode.split(volume)
+            visit = self._continue(place, time, view)
+            visit.points.add(relation, share[row])
             visit.has_depth &= view.has_depth
             if num_shown[row] > visit.num_best:
                 visit.num_best, visit.viewpoint = int(num_shown[row]), view.make_viewpoint()
-            shown.add(volume // 2)
+            shown.add(place)
         return shown
 
     def note_frame(self, time: float, places: set[int], view: CameraView) -> None:
