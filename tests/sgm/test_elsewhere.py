@@ -20,7 +20,7 @@ POSIX = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios",
 EVERYWHERE = {
     "os": {
         "PathLike", "SEEK_END", "cpu_count", "environ", "fstat", "fsync", "getpid", "listdir",
-        "name", "open", "path", "stat", "stat_result",
+        "name", "open", "path", "sep", "stat", "stat_result",
     },
     "signal": {"SIGINT", "SIGTERM", "SIG_IGN", "signal"},
     "socket": {"SOCK_STREAM", "SOL_SOCKET", "SO_REUSEADDR", "getaddrinfo", "socket"},
