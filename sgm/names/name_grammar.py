@@ -135,7 +135,7 @@ class Reading(NamedTuple):
 
     def number(self, instance: str) -> Reading:
         """Return the reading of the name with a number; what follows from its words is shared."""
-        return Reading._make((*self[:-1], instance))
+        return self._replace(instance=instance)
 
     def with_said(self, said: frozenset[str]) -> Reading:
         """Return the reading of a name that says other words, too."""
@@ -356,9 +356,23 @@ class NameReader:
         most = min(_LONGEST_ENDING, len(own))
         endings = tuple([make_key(own[-length:]) for length in range(most, 0, -1)])
         return Reading(
-            things, own, ending, head.words, properties, kinds, sorts, stem, stem_sorts, head.key,
-            endings, owner, head.is_sort, head.main_words, is_content, head.before,
-        )  # fmt: skip
+            things=things,
+            words=own,
+            head=ending,
+            head_words=head.words,
+            properties=properties,
+            kinds=kinds,
+            sorts=sorts,
+            stem=stem,
+            stem_sorts=stem_sorts,
+            key=head.key,
+            endings=endings,
+            owner=owner,
+            is_sort=head.is_sort,
+            main_words=head.main_words,
+            is_content=is_content,
+            head_before=head.before,
+        )
 
     def _read_head_of(self, ending: tuple[str, ...], things: tuple[int, ...]) -> _Head:
         """Read the words that say what a thing is, and the names of the things that it may be."""
@@ -370,7 +384,15 @@ class NameReader:
             is_sort = " " not in name and make_key([name]) == make_key(ending[-1:])
         main_words = frozenset(spell(word) for name in names for word in name)
         own = frozenset((key, *map(make_key, names)))
-        return _Head(words, last, key, own, main_words, is_sort, words - {last})
+        return _Head(
+            words=words,
+            last=last,
+            key=key,
+            names=own,
+            main_words=main_words,
+            is_sort=is_sort,
+            before=words - {last},
+        )
 
     def _split_modifiers(
         self, words: list[str], heads: tuple[str, ...], repeated: frozenset[str] | set[str]

@@ -135,10 +135,12 @@ class Pairs(NamedTuple):
         _, first_floor, first_room, first_furniture, first_object, _ = first_node.tolist()
         num_of_relation = np.bincount(edges["relation"], minlength=NUM_RELATIONS)
         return cls(
-            first_node,
-            np.cumsum([0, *np.diff(first_node)[1:OBJECT], *num_of_relation]),
-            np.concatenate([np.arange(first_floor, first_object), first_object + edges["object"]]),
-            np.concatenate(
+            first_node=first_node,
+            first=np.cumsum([0, *np.diff(first_node)[1:OBJECT], *num_of_relation]),
+            child=np.concatenate(
+                [np.arange(first_floor, first_object), first_object + edges["object"]]
+            ),
+            parent=np.concatenate(
                 [
                     np.arange(first_floor),
                     first_floor + rooms["snapshot"],
