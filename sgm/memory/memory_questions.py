@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from sgm.arrays.grouped import join_groups
+from sgm.layout.furniture import Furniture
 from sgm.memory.clock import Clock, count_steps
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
@@ -166,9 +167,17 @@ class MemoryQuestions:
         """Return the ids of the furniture that a name means, such as "the fridge"."""
         with self._state.lock:
             furniture = dict(self._state.layout.furniture)
+        return self._find_likely(name, furniture)[1]
+
+    def _find_likely(
+        self, name: str, furniture: Mapping[int, Furniture]
+    ) -> tuple[Resolution, tuple[int, ...]]:
+        """Say what a name means among furniture, and return the ids of it."""
         names = [node.description for node in furniture.values()]
-        matches = self._state.resolve(name, among=names).matches
-        return tuple(number for number, node in furniture.items() if node.description in matches)
+        resolution = self._state.resolve(name, among=names)
+        return resolution, tuple(
+            number for number, node in furniture.items() if node.description in resolution.matches
+        )
 
     def find_places(
         self, name: str, resolution: Resolution | None = None
@@ -181,15 +190,13 @@ class MemoryQuestions:
         asked = Name.read(strip_question(name) or name)
         with self._state.lock:
             layout = self._state.layout.copy()
-            found = self._state.called.find(asked)
+            found = tuple(self._state.called.find(asked))
         if not found and not resolution.matches:
-            names = [node.description for node in layout.furniture.values()]
-            likely = self._state.resolve(name, among=names)
-            if likely.is_sure and not likely.says_less:
-                found = [n for n, node in layout.furniture.items()
-                         if node.description in likely.matches]  # fmt: skip
+            resolved, likely = self._find_likely(name, layout.furniture)
+            if resolved.is_sure and not resolved.says_less:
+                found = likely
         if found:
-            return "place", tuple(found)
+            return "place", found
         rooms = [n for n, room in layout.rooms.items() if Name.read(room.label).is_same(asked)]
         within = tuple(n for n, node in layout.furniture.items() if node.room in rooms)
         return ("room", within) if within and not resolution.matches else ("thing", ())

@@ -9,8 +9,6 @@ import numpy as np
 
 from sgm.schema import NEVER, Column, Columns, PlaceCode
 
-_HIGHEST_HOURS = 2**16 - 1  # of `HomeHistory.edge_hours`
-
 
 @dataclass(frozen=True, slots=True)
 class Groups:
@@ -116,7 +114,7 @@ def join_hours(hours: np.ndarray, groups: Groups) -> np.ndarray:
     """
     num_groups = len(groups.kept)
     summed = np.stack([_sum(counts, groups.of_row, num_groups) for counts in hours])
-    return np.minimum(summed, _HIGHEST_HOURS).astype(np.uint16)
+    return np.minimum(summed, np.iinfo(hours.dtype).max).astype(hours.dtype)
 
 
 def _sum(values: np.ndarray, group: np.ndarray, num_groups: int) -> np.ndarray:

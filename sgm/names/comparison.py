@@ -42,12 +42,12 @@ def compare(asked: Reading, said: Reading) -> int | None:
     missing_features = asked.features - said.features - said.said
     if missing_features and said.features - asked.features:
         return OTHER_SAID  # a mug "with dots", and one "with stripes"
-    if not (asked.properties - said.said or missing_features) and is_owned:
+    missing_properties = asked.properties - said.said
+    if not (missing_properties or missing_features) and is_owned:
         return ALL_SAID
-    missing = asked.properties - said.said
-    if any(map(picks, missing)):
+    if any(map(picks, missing_properties)):
         return DOUBTFUL  # a "left slipper" and a "slipper"
-    return OTHER_SAID if _has_other_property(missing, asked, said) else LESS_SAID
+    return OTHER_SAID if _has_other_property(missing_properties, asked, said) else LESS_SAID
 
 
 def _has_other_property(missing: frozenset[str], asked: Reading, said: Reading) -> bool:

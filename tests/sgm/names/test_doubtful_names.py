@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sgm import Bayesian, Finder, SceneGraphMemory, Sighting
-from sgm.finder.service import MemoryService
+from sgm import SceneGraphMemory, Sighting
 
 # Known, and asked for: one of several, of which the known name says nothing, or another one.
 ONE_OF_SEVERAL = [
@@ -52,20 +51,6 @@ SAYS_LESS = [
     ("red scarf", "long red scarf"), ("bowl", "small bowl"), ("bowl", "bowl with stripes"),
     ("raincoat", "men's raincoat"), ("guitar", "acoustic guitar"),
 ]  # fmt: skip
-
-
-@pytest.fixture
-def make_service():
-    def make(*seen):
-        memory = SceneGraphMemory()
-        kitchen = memory.add_room("kitchen")
-        memory.add_furniture("counter", kitchen)
-        memory.add_furniture("basket", kitchen)
-        service = MemoryService(memory, Finder(Bayesian()), None)
-        service.observe("counter", [Sighting(name) for name in seen])
-        return service
-
-    return make
 
 
 @pytest.mark.parametrize(("known", "asked"), [*ONE_OF_SEVERAL, *OTHER_PROPERTIES])
@@ -125,8 +110,8 @@ def test_no_call_that_writes_acts_on_it(make_service, known, asked):
         lambda one: one.forget(asked, by="anna"),
         lambda one: one.rename(asked, "thing of mine"),
         lambda one: one.picked_up(asked),
-        lambda one: one.note_moved(asked, "basket", "anna"),
-        lambda one: one.observe("basket", [Sighting(asked)]),
+        lambda one: one.note_moved(asked, "drawer", "anna"),
+        lambda one: one.observe("drawer", [Sighting(asked)]),
     ):
         service = make_service(known)
         before = service.memory.history(known)
