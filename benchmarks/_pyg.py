@@ -26,14 +26,23 @@ class PyGLayer(torch.nn.Module):
         _, in_units, out_units = ours.node_weight.shape
         edge_type_units, attribute = ours.edge_type.shape[1], ours.edge_attribute
         self.theirs = theirs = PyGHEATConv(
-            in_units, out_units, len(NODE_TYPES), len(EDGE_TYPES), edge_type_units,
-            attribute.in_features, attribute.out_features, heads=ours.heads,
+            in_units,
+            out_units,
+            len(NODE_TYPES),
+            len(EDGE_TYPES),
+            edge_type_units,
+            attribute.in_features,
+            attribute.out_features,
+            heads=ours.heads,
             root_weight=ours.root_weight,
-        )  # fmt: skip
+        )
         theirs.hetero_lin.is_sorted = True  # nodes lie type after type: saves it a sort
         attend = (
-            ours.attend_dst, ours.attend_src, ours.attend_edge_type, ours.attend_edge_attribute
-        )  # fmt: skip
+            ours.attend_dst,
+            ours.attend_src,
+            ours.attend_edge_type,
+            ours.attend_edge_attribute,
+        )
         message_edge = ours.message_edge.transpose(0, 1).flatten(1)  # (A, out_units)
         with torch.no_grad():
             theirs.hetero_lin.weight.copy_(ours.node_weight)

@@ -42,10 +42,14 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         eye = np.array([-7.5 + aside, -5.5, 1.8])
         pose = Pose.look_at(eye, eye + np.array([np.cos(angle), np.sin(angle), -0.3]))
         depth, owner, _ = cast_rays(
-            solids, pose.position, np.ascontiguousarray(pose.rotation),
-            (_CAMERA.fx, _CAMERA.fy), (_CAMERA.cx, _CAMERA.cy),
-            (_CAMERA.height, _CAMERA.width), len(boxes),
-        )  # fmt: skip
+            solids,
+            pose.position,
+            np.ascontiguousarray(pose.rotation),
+            (_CAMERA.fx, _CAMERA.fy),
+            (_CAMERA.cx, _CAMERA.cy),
+            (_CAMERA.height, _CAMERA.width),
+            len(boxes),
+        )
         poses.append(pose)
         corner = rng.uniform((0, 0), (560, 400), (20, 2))
         things = [

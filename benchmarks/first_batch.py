@@ -40,17 +40,23 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     options = [f"--data.{name}={count}" for name, count in size.items()]
     options += ["--online.num_homes=1", "--online.steps=2"] * tiny
     command = [
-        sys.executable, "-c", _CODE, "--config", "heat.yaml", *options,
-        "--data.data_dir", folder.name, "--trainer.logger.init_args.save_dir", folder.name,
-    ]  # fmt: skip
+        sys.executable,
+        "-c",
+        _CODE,
+        "--config",
+        "heat.yaml",
+        *options,
+        "--data.data_dir",
+        folder.name,
+        "--trainer.logger.init_args.save_dir",
+        folder.name,
+    ]
 
     def measure() -> tuple[float, dict[str, float]]:
         seconds = {
             name: _time([sys.executable, "-c", f"import {modules}"])
-            for name, modules in (
-                ("libraries", "torch, lightning.pytorch"), ("imports", "nep.fit")
-            )
-        }  # fmt: skip
+            for name, modules in (("libraries", "torch, lightning.pytorch"), ("imports", "nep.fit"))
+        }
         figure = _time(command)
         folder.cleanup()
         return figure, seconds

@@ -35,15 +35,23 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     def measure() -> tuple[float, dict[str, float]]:
         with tempfile.TemporaryDirectory() as folder:
             options = {
-                "--config": "heat.yaml", "--data.data_dir": folder, "--data.num_homes": homes,
-                "--data.steps": steps, "--data.workers": 1, "--data.num_val_homes": min(homes, 20),
-                "--trainer.max_epochs": 1, "--trainer.limit_train_batches": batches,
-                "--trainer.limit_val_batches": batches, "--trainer.logger": "false",
+                "--config": "heat.yaml",
+                "--data.data_dir": folder,
+                "--data.num_homes": homes,
+                "--data.steps": steps,
+                "--data.workers": 1,
+                "--data.num_val_homes": min(homes, 20),
+                "--trainer.max_epochs": 1,
+                "--trainer.limit_train_batches": batches,
+                "--trainer.limit_val_batches": batches,
+                "--trainer.logger": "false",
                 "--trainer.enable_checkpointing": "false",
                 "--trainer.enable_progress_bar": "false",
-                "--trainer.enable_model_summary": "false", "--trainer.default_root_dir": folder,
-                "--online.num_homes": min(homes, 20), "--online.steps": min(steps, 10),
-            }  # fmt: skip
+                "--trainer.enable_model_summary": "false",
+                "--trainer.default_root_dir": folder,
+                "--online.num_homes": min(homes, 20),
+                "--online.steps": min(steps, 10),
+            }
             command = [sys.executable, "-c", _CODE]
             for name, value in options.items():
                 command += [name, str(value)]

@@ -65,10 +65,16 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     def measure() -> tuple[float, dict[str, float]]:
         timer = EpochTimer()
         trainer = pl.Trainer(
-            accelerator="cpu", max_epochs=1, limit_val_batches=0, num_sanity_val_steps=0,
-            callbacks=[timer], logger=False, enable_checkpointing=False,
-            enable_progress_bar=False, enable_model_summary=False,
-        )  # fmt: skip
+            accelerator="cpu",
+            max_epochs=1,
+            limit_val_batches=0,
+            num_sanity_val_steps=0,
+            callbacks=[timer],
+            logger=False,
+            enable_checkpointing=False,
+            enable_progress_bar=False,
+            enable_model_summary=False,
+        )
         trainer.fit(module, datamodule=data)
         return timer.seconds[0] * 10_000 / (homes * steps), {}
 

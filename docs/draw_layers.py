@@ -16,9 +16,12 @@ PICTURE = Path(__file__).parent / "images" / "layers.png"
 # Columns from the left: each imports those left of it. A column may hold two packages.
 COLUMNS = (("sgm",), ("simulator",), ("datamodules", "nep", "tools"))
 COLOURS = {
-    "sgm": "#f6dcdc", "simulator": "#dcebdc", "datamodules": "#dfe6f5", "nep": "#f7e3cd",
+    "sgm": "#f6dcdc",
+    "simulator": "#dcebdc",
+    "datamodules": "#dfe6f5",
+    "nep": "#f7e3cd",
     "tools": "#e8e8e8",
-}  # fmt: skip
+}
 _BESIDE = 3  # boxes in a line of a column
 
 

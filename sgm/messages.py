@@ -65,10 +65,13 @@ def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
     """
     frame = _find_caller(sys._getframe(1))
     warnings.warn_explicit(
-        message, category, frame.f_code.co_filename, frame.f_lineno,
+        message,
+        category,
+        frame.f_code.co_filename,
+        frame.f_lineno,
         module=frame.f_globals.get("__name__"),
         registry=frame.f_globals.setdefault("__warningregistry__", {}),
-    )  # fmt: skip
+    )
 
 
 def _find_caller(frame: FrameType) -> FrameType:

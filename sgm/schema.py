@@ -358,7 +358,8 @@ POSITIONS = (
     ),
     Column("relation", text="as of edges", high=NUM_RELATIONS - 1, merges=OWN),
     _stamp(
-        "time", text="step of the last position, -1 since the thing was said to be moved",
+        "time",
+        text="step of the last position, -1 since the thing was said to be moved",
         merges=MAX,
     ),
     Column("num_seen", text="how many positions there were", default=1, low=1, merges=SUM),
@@ -367,15 +368,21 @@ POSITIONS = (
         for name in ("x", "y", "z")
     ),
     Column(
-        "sd", np.float64, text="standard deviation of the last position, metres, -1 for unknown",
-        default=-1, low=-1, high=MOST_METRES, merges=_LAST_SPOT,
+        "sd",
+        np.float64,
+        text="standard deviation of the last position, metres, -1 for unknown",
+        default=-1,
+        low=-1,
+        high=MOST_METRES,
+        merges=_LAST_SPOT,
     ),
     *(
-        _metres(f"usual_{name}", text=f"{name} of a robust mean of all positions",
-                merges=_USUAL_SPOT)
+        _metres(
+            f"usual_{name}", text=f"{name} of a robust mean of all positions", merges=_USUAL_SPOT
+        )
         for name in ("x", "y", "z")
     ),
-)  # fmt: skip
+)
 # One row for each home, which is never merged.
 HOME = tuple(
     Column(name, np.float64, text=text, high=np.inf, merges=OWN)
@@ -392,8 +399,11 @@ HOME = tuple(
     )
 )
 TABLES = {  # of a home, by name
-    "furniture": FURNITURE, "objects": OBJECTS, "edges": EDGES, "positions": POSITIONS,
-}  # fmt: skip
+    "furniture": FURNITURE,
+    "objects": OBJECTS,
+    "edges": EDGES,
+    "positions": POSITIONS,
+}
 
 
 def check_columns(tables: Mapping[str, tuple[Column, ...]]) -> None:

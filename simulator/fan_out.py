@@ -18,9 +18,11 @@ Result = TypeVar("Result")
 
 
 def fan_out(
-    function: Callable[..., Result], jobs: Sequence[tuple[Any, ...]], workers: int,
+    function: Callable[..., Result],
+    jobs: Sequence[tuple[Any, ...]],
+    workers: int,
     backend: str = "processes",
-) -> Iterator[tuple[int, Result]]:  # fmt: skip
+) -> Iterator[tuple[int, Result]]:
     """Call a function once per job, several at a time.
 
     What had not returned when a worker was killed is done once more, by new processes.

@@ -85,9 +85,12 @@ def _start_server(folder: Path, session: int) -> None:
         command = [sys.executable, str(code / "server.py"), str(session), str(launcher)]
         files = ((listener, 0), (log, 1), (log, 2))
         os.posix_spawn(
-            command[0], command, os.environ | {"OMP_NUM_THREADS": "1"}, setsid=True,
+            command[0],
+            command,
+            os.environ | {"OMP_NUM_THREADS": "1"},
+            setsid=True,
             file_actions=[(os.POSIX_SPAWN_DUP2, file.fileno(), number) for file, number in files],
-        )  # fmt: skip
+        )
     words = (sys.executable, "-IS", code / "client.py", folder / "python.socket", sys.executable)
     launcher.write_text(f'#!/bin/sh\nexec {shlex.join(map(str, words))} "$@"\n')
     launcher.chmod(0o755)

@@ -85,8 +85,11 @@ def test_every_page_that_is_named_exists():
 def test_the_figures_are_those_that_the_script_prints():
     done = subprocess.run(
         [sys.executable, "-m", "tools.measure_design"],
-        cwd=ROOT, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     lines = dict(line.split(": ", 1) for line in done.stdout.splitlines())
     assert lines.keys() == {"moves", "class noise", "prior feature", "scaled times"}
     page = " ".join(PAGE.replace(" %", "%").split())

@@ -15,9 +15,13 @@ SMALL = "--num_homes 5 --steps 6 --home.furniture_per_room 2 --home.objects_per_
 def run(folder: Path, python: str, arguments: list[str]) -> str:
     path = os.pathsep.join([str(folder), str(ROOT)])
     done = subprocess.run(
-        [python, *arguments], cwd=folder, capture_output=True, text=True, check=False,
+        [python, *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
         env={**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1"},
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 

@@ -73,9 +73,18 @@ SGM_OPTIONAL = {
 }
 # Names of files and folders that say nothing from outside.
 NO_NAMES = (
-    "base", "common", "expected", "helpers", "kinds", "misc", "others", "stage", "still", "utils",
+    "base",
+    "common",
+    "expected",
+    "helpers",
+    "kinds",
+    "misc",
+    "others",
+    "stage",
+    "still",
+    "utils",
     "ways",
-)  # fmt: skip
+)
 HEAVY = LEARNING | {"matplotlib", "minigrid", "rich", "spacy", "tensorboard"}
 
 

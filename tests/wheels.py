@@ -31,9 +31,18 @@ FILES = ("tests", "docs", "README.md", "setup.cfg", "CONTRIBUTING.md")
 # Homes of the tests come from the simulator, which needs numba, scipy, joblib and tqdm.
 # Maps need PyYAML, depth images Pillow.
 TEST_PACKAGES = (
-    "pytest", "pytest-xdist", "hypothesis", "filelock", "packaging", "numba", "scipy", "joblib",
-    "pyyaml", "pillow", "tqdm",
-)  # fmt: skip
+    "pytest",
+    "pytest-xdist",
+    "hypothesis",
+    "filelock",
+    "packaging",
+    "numba",
+    "scipy",
+    "joblib",
+    "pyyaml",
+    "pillow",
+    "tqdm",
+)
 HEAVY = ("torch", "dgl", "lightning", "spacy", "scipy", "numba")
 LIGHT = ("-m", "not slow", "tests/sgm", "tests/simulator/world", "tests/simulator/snapshots")
 FAST = ("-m", "not slow", "tests/datamodules", "tests/nep/model", "tests/nep/layers")
@@ -196,8 +205,11 @@ def check_types(environment: Environment) -> None:
     mypy = [sys.executable, "-m", "mypy", "--strict", "--config-file", os.devnull]
     done = subprocess.run(
         [*mypy, "--python-executable", environment.python, "lines.py"],
-        cwd=environment.work, env=environment.variables, capture_output=True, text=True,
-    )  # fmt: skip
+        cwd=environment.work,
+        env=environment.variables,
+        capture_output=True,
+        text=True,
+    )
     print(done.stdout, done.stderr)
     if done.returncode or not all(name in done.stdout for name in REVEALED):
         raise SystemExit("mypy must find no error and no Any in README's lines.")

@@ -54,8 +54,9 @@ def fill_building(num_places: int, num_things: int, num_looks: int) -> SceneGrap
     """
     rng, prior = np.random.default_rng(0), PriorGraph.household()
     memory = SceneGraphMemory(prior, Clock(datetime(2026, 11, 2)))
-    by_room = {room: [row.label for row in prior.furniture if row.room == room]
-               for room in prior.rooms}  # fmt: skip
+    by_room = {
+        room: [row.label for row in prior.furniture if row.room == room] for room in prior.rooms
+    }
     num_rooms = -(-num_places // PLACES_PER_ROOM)
     width = int(np.ceil(np.sqrt(num_rooms)))
     for number in range(num_places):

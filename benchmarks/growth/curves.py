@@ -169,8 +169,10 @@ def measure_reading(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
             collect(config, Path(folder), progress=False)
             done = subprocess.run(
                 [sys.executable, __file__, folder, str(repeats)],
-                capture_output=True, text=True, check=True,
-            )  # fmt: skip
+                capture_output=True,
+                text=True,
+                check=True,
+            )
         opening, reading, gigabytes = (float(part) for part in done.stdout.split())
         yield Point("opening the data, by snapshots", size, opening)
         yield Point("batches of an epoch, by snapshots", size, reading)

@@ -64,9 +64,14 @@ def follow(
     for start in range(0, len(rate), _BLOCK):
         block = slice(start, start + _BLOCK)
         after[:, block] = _follow_block(
-            belief[:, block], goes.take(block), where[:, block], detection[:, block],
-            hours[:, block], rate[block], crossing[block],
-        )  # fmt: skip
+            belief[:, block],
+            goes.take(block),
+            where[:, block],
+            detection[:, block],
+            hours[:, block],
+            rate[block],
+            crossing[block],
+        )
     return after
 
 

@@ -56,9 +56,14 @@ def follow_looks(
     steps = since.count_steps(since.start(last_place, last_time, now), now)
     filters, number = _find_twins(rate, crossing)
     before = follow(
-        _start(goes.place, last_place), goes, since.where, since.compute_detection(miss),
-        steps * hours, rate[:, filters], crossing[:, filters],
-    )  # fmt: skip
+        _start(goes.place, last_place),
+        goes,
+        since.where,
+        since.compute_detection(miss),
+        steps * hours,
+        rate[:, filters],
+        crossing[:, filters],
+    )
     # Nothing moved since it was seen in this step.
     was_seen_now = (last_place >= 0) & (last_time == now)
     moved = np.where(was_seen_now[:, None], 0.0, moved)

@@ -31,9 +31,11 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True)
     drawn = commands.add_parser("map", help="write rooms and furniture as YAML")
     drawn.add_argument(
-        "looks", type=Path, nargs="+",
+        "looks",
+        type=Path,
+        nargs="+",
         help=f"a memory file, or logs of looks of one home in their order ({_LOG})",
-    )  # fmt: skip
+    )
     drawn.add_argument("--out", type=Path, required=True, help="file for the map, map.yaml")
     drawn.add_argument("--frame", default="map", help="name of the frame of coordinates")
     mend = commands.add_parser("correct", help="take a corrected map into a memory")

@@ -352,10 +352,15 @@ class LookBuilder:
         for one in seen:  # what showed a thing showed something of the place
             coverage[one.relation] = max(coverage[one.relation], 1 / self._rules.num_points)
         return BuiltLook(
-            furniture=self._scene.ids[visit.place], seen=seen, coverage=coverage, hidden=hidden,
-            start=visit.start, end=visit.last, num_frames=visit.num_frames,
+            furniture=self._scene.ids[visit.place],
+            seen=seen,
+            coverage=coverage,
+            hidden=hidden,
+            start=visit.start,
+            end=visit.last,
+            num_frames=visit.num_frames,
             viewpoint=visit.viewpoint,
-        )  # fmt: skip
+        )
 
 
 def _read_frame(

@@ -41,10 +41,15 @@ class Gate:
     def __post_init__(self) -> None:
         """Raise ValueError for what is negative, or a farthest distance within the nearest."""
         check_at_least(
-            0, most_position_sd=self.most_position_sd, most_angle_sd=self.most_angle_sd,
-            most_speed=self.most_speed, most_turn=self.most_turn, most_age=self.most_age,
-            nearest=self.nearest, farthest=self.farthest,
-        )  # fmt: skip
+            0,
+            most_position_sd=self.most_position_sd,
+            most_angle_sd=self.most_angle_sd,
+            most_speed=self.most_speed,
+            most_turn=self.most_turn,
+            most_age=self.most_age,
+            nearest=self.nearest,
+            farthest=self.farthest,
+        )
         check_shares(least_score=self.least_score)
         if not self.farthest > self.nearest:
             raise ValueError(
@@ -111,9 +116,13 @@ class LookRules:
     def __post_init__(self) -> None:
         """Raise ValueError for a number that is out of range."""
         check_at_least(
-            0, margin=self.margin, through_margin=self.through_margin, dilation=self.dilation,
-            pause=self.pause, longest=self.longest,
-        )  # fmt: skip
+            0,
+            margin=self.margin,
+            through_margin=self.through_margin,
+            dilation=self.dilation,
+            pause=self.pause,
+            longest=self.longest,
+        )
         check_at_least(1, num_points=self.num_points)
         check_shares(
             least_coverage=self.least_coverage,

@@ -41,7 +41,11 @@ class MapRules:
         """Raise ValueError for a number that is out of range."""
         check_at_least(1, least_frames=self.least_frames, most_frames=self.most_frames)
         check_at_least(
-            0, least_apart=self.least_apart, least_change=self.least_change,
-            most_change=self.most_change, settle=self.settle, longest_doubt=self.longest_doubt,
-        )  # fmt: skip
+            0,
+            least_apart=self.least_apart,
+            least_change=self.least_change,
+            most_change=self.most_change,
+            settle=self.settle,
+            longest_doubt=self.longest_doubt,
+        )
         check_shares(least_overlap=self.least_overlap, least_likeness=self.least_likeness)

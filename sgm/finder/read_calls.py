@@ -120,8 +120,9 @@ class ReadCalls:
         names = [node.description for node in layout.furniture.values()]
         likely = self.memory.resolve(thing, among=list(dict.fromkeys(names)))
         near = likely.matches or likely.doubtful
-        told = [layout.describe(n) for n, node in layout.furniture.items()
-                if node.description in near]  # fmt: skip
+        told = [
+            layout.describe(n) for n, node in layout.furniture.items() if node.description in near
+        ]
         return ask_which(list(dict.fromkeys(told)), thing) if told else unclear
 
     def list_places(self, room: str | None = None, k: int = DEFAULT_ROWS) -> PlaceList:
@@ -270,9 +271,14 @@ class ReadCalls:
         return ChangeList("ok", rows, max(len(changes) - k, 0), self._tell_time(now, now))
 
     def _cut(
-        self, kind: type[_List], rows: Sequence[object], k: int, now: int,
-        unclear: Unclear | None = None, num_all: int | None = None,
-    ) -> _List:  # fmt: skip
+        self,
+        kind: type[_List],
+        rows: Sequence[object],
+        k: int,
+        now: int,
+        unclear: Unclear | None = None,
+        num_all: int | None = None,
+    ) -> _List:
         """Return a list of k rows at most, of `num_all` or of those given, or what to ask."""
         return kind(
             rows=tuple(rows[:k]),  # type: ignore[arg-type]

@@ -271,9 +271,15 @@ class ObjectSearch:
     def _choose_first(self, places: Sequence[Place]) -> Look | None:
         miss_again = self._finder.detector.miss_again
         plan = plan_search(
-            self.description, places, self._at, self._ways, self._rules.look_cost, miss_again,
-            self._opened, most=1,
-        )  # fmt: skip
+            self.description,
+            places,
+            self._at,
+            self._ways,
+            self._rules.look_cost,
+            miss_again,
+            self._opened,
+            most=1,
+        )
         return next(iter(plan), None)
 
     def _list_affordable(self, places: Sequence[Place]) -> list[Place]:

@@ -163,11 +163,13 @@ def plan_search(
     before = [opened, *(places[place].furniture for place in at[order])]
     looks = [
         Look(
-            places[place], float(leg), float(needed),
+            places[place],
+            float(leg),
+            float(needed),
             places[place].open_cost is not None and places[place].furniture != last,
         )
         for place, leg, needed, last in zip(at[order], cost, prob_needed, before, strict=False)
-    ]  # fmt: skip
+    ]
     return SearchPlan(description, tuple(looks), float(cost @ prob_needed), float(own.sum()))
 
 
@@ -298,9 +300,11 @@ def _order_well(
     likely = np.argsort(-promise, kind="stable")
     few = likely if len(likely) <= EXACT_PLACES else likely[:_EXACT_BEGIN]
     (tour,) = plan_tour(
-        weight[None, few], first_leg[None, few], legs[np.ix_(few, few)][None],
+        weight[None, few],
+        first_leg[None, few],
+        legs[np.ix_(few, few)][None],
         np.ones((1, len(few)), dtype=bool),
-    )  # fmt: skip
+    )
     orders = [
         order_greedily(prob, first_leg, legs),
         order_greedily(prob, first_leg, legs, few[tour].tolist()),

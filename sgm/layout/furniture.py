@@ -98,9 +98,13 @@ class Furniture:
     ) -> Furniture:
         """Read JSON values; raises ValueError for a position, box or cost that is none."""
         return cls(
-            label, room, description, position=read_position(position),
-            box=None if box is None else Box.from_json(box), open_cost=read_open_cost(open_cost),
-        )  # fmt: skip
+            label,
+            room,
+            description,
+            position=read_position(position),
+            box=None if box is None else Box.from_json(box),
+            open_cost=read_open_cost(open_cost),
+        )
 
 
 def read_position(position: Any = None) -> tuple[float, float] | None:

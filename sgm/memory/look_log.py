@@ -128,10 +128,12 @@ def write_line(kind: str, time: int, clock: Clock | None, values: Mapping[str, A
     """Return a line of a log, of a change and the time step after it."""
     at = {} if clock is None else {"at": clock.get_time(time).isoformat()}
     text = json.dumps(
-        {"kind": kind, "time": time, **at, **values}, ensure_ascii=False, separators=(",", ":"),
+        {"kind": kind, "time": time, **at, **values},
+        ensure_ascii=False,
+        separators=(",", ":"),
         # Boxes and viewpoints; or numbers of numpy, as ids and positions may be.
         default=lambda value: value.to_json() if hasattr(value, "to_json") else value.item(),
-    )  # fmt: skip
+    )
     return f"{text}\n".encode()
 
 

@@ -177,9 +177,12 @@ class MemoryBatch(Remembered):
             pairs = home[is_new].astype(np.int64) * self._row_of_key.shape[1] + key[is_new]
             is_new = is_new[np.unique(pairs, return_index=True)[1]]
             self._row_of_key[home[is_new], key[is_new]] = self.objects.append(
-                len(is_new), home=home[is_new], key=key[is_new], label=label[is_new],
+                len(is_new),
+                home=home[is_new],
+                key=key[is_new],
+                label=label[is_new],
                 type=object_type[is_new],
-            )  # fmt: skip
+            )
         return self._row_of_key[home, key]
 
     def set_type(self, row: int, label: int, object_type: int) -> None:
@@ -323,9 +326,13 @@ class MemoryBatch(Remembered):
         has_changed = is_seen_object.copy()
         has_changed[edges["object"][added]] = True
         return Change(
-            home, furniture, np.flatnonzero(has_changed), np.concatenate([touched, added]),
-            np.concatenate([is_seen, np.arange(len(added)) < len(true)]), look.coverage[home],
-        )  # fmt: skip
+            home,
+            furniture,
+            np.flatnonzero(has_changed),
+            np.concatenate([touched, added]),
+            np.concatenate([is_seen, np.arange(len(added)) < len(true)]),
+            look.coverage[home],
+        )
 
     def note_place(self, row: int, furniture: int, relation: int, confidence: float) -> None:
         """Take over that an object is somewhere now, which no look has shown.
@@ -335,9 +342,14 @@ class MemoryBatch(Remembered):
         """
         self.objects["carried_since"][row] = NEVER
         self.observe(
-            self.objects["home"][[row]], np.array([furniture]), np.array([row]),
-            np.array([relation]), np.zeros(1), np.array([confidence]), is_look=False,
-        )  # fmt: skip
+            self.objects["home"][[row]],
+            np.array([furniture]),
+            np.array([row]),
+            np.array([relation]),
+            np.zeros(1),
+            np.array([confidence]),
+            is_look=False,
+        )
 
     def note_left(self, edges: np.ndarray, confidence: float) -> None:
         """Take over that edges (n,) are true no longer, as of looks that miss the objects."""
@@ -403,13 +415,19 @@ class MemoryBatch(Remembered):
         home = self.objects["home"][rows]
         is_true = np.arange(len(rows)) < len(true[0])
         return self.edges.append(
-            len(rows), home=home, object=rows, furniture=looked[home], relation=relation,
-            prior=self._get_prior(rows, looked[home], relation), num_observed=1, num_true=is_true,
-            last_observed=self.time, last_true=np.where(is_true, self.time, NEVER), is_true=is_true,
-            num_absent=np.where(
-                is_true, 0, self.furniture_num_observed[home, looked[home]] + 1
-            ),
-        )  # fmt: skip
+            len(rows),
+            home=home,
+            object=rows,
+            furniture=looked[home],
+            relation=relation,
+            prior=self._get_prior(rows, looked[home], relation),
+            num_observed=1,
+            num_true=is_true,
+            last_observed=self.time,
+            last_true=np.where(is_true, self.time, NEVER),
+            is_true=is_true,
+            num_absent=np.where(is_true, 0, self.furniture_num_observed[home, looked[home]] + 1),
+        )
 
     def _note_origin(self, edges: np.ndarray) -> None:
         """Keep from which furniture objects came that were found at others, for edges (n,)."""

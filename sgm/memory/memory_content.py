@@ -218,10 +218,11 @@ class MemoryContent:
         layout = self.layout
         num_furniture, num_objects = len(layout.furniture), len(self.things)
         num_rows = {
-            "furniture": num_furniture, "objects": num_objects,
+            "furniture": num_furniture,
+            "objects": num_objects,
             "edges": len(self.tables["edges"]["object"]),
             "positions": len(self.tables["positions"]["object"]),
-        }  # fmt: skip
+        }
         check_tables(self.tables, num_rows, self.time)
         _check_between("room ids", list(layout.rooms), 0, layout.num_rooms_ever - 1)
         _check_between("furniture ids", list(layout.furniture), 0, layout.num_furniture_ever - 1)

@@ -79,14 +79,23 @@ class MemoryLayout:
             layout, furniture = self._state.layout, self._state.layout.num_furniture_ever
             layout.check_room(room)
             node = Furniture(
-                label, RoomId(room), description, position=read_position(position),
-                box=read_box(box), open_cost=read_open_cost(open_cost),
-            )  # fmt: skip
+                label,
+                RoomId(room),
+                description,
+                position=read_position(position),
+                box=read_box(box),
+                open_cost=read_open_cost(open_cost),
+            )
             self._state.write(
-                "furniture", furniture=furniture, label=label, room=node.room,
-                description=description, position=node.position, box=node.box,
+                "furniture",
+                furniture=furniture,
+                label=label,
+                room=node.room,
+                description=description,
+                position=node.position,
+                box=node.box,
                 open_cost=node.open_cost,
-            )  # fmt: skip
+            )
             layout.furniture[furniture] = node
             layout.num_furniture_ever += 1
             self._state.note_new(label)

@@ -132,10 +132,13 @@ class MemoryLooks:
             self.watch.note(look, place, num_in_step, state.clock, calibration is not None)
             if state.log is not None:
                 self._state.write(
-                    "look", furniture=look.furniture, coverage=share,
+                    "look",
+                    furniture=look.furniture,
+                    coverage=share,
                     seen=[sighting.to_row() for sighting in sightings],
-                    hidden=tuple(name.text for name in names), viewpoint=viewpoint,
-                )  # fmt: skip
+                    hidden=tuple(name.text for name in names),
+                    viewpoint=viewpoint,
+                )
             if calibration is not None:
                 sure = [replace(one, confidence=calibration(one.confidence)) for one in sightings]
                 look = replace(look, seen=tuple(sure))

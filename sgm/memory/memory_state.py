@@ -232,8 +232,10 @@ class MemoryState:
             return self.get_content()
         return replace(
             self.get_content(before.batch),
-            asked=before.asked, looks=tuple(step.looks), queries=tuple(step.queries),
-        )  # fmt: skip
+            asked=before.asked,
+            looks=tuple(step.looks),
+            queries=tuple(step.queries),
+        )
 
     @property
     def batch(self) -> MemoryBatch:
@@ -296,10 +298,14 @@ class MemoryState:
             self._ensure_rows(num_known)
         hidden = self.find_rows(*look.hidden) if look.hidden else []
         batch.observe(
-            _HOME, np.array([place]), np.array(rows, dtype=np.int64),
-            np.array(relations, dtype=np.int64), np.array([look.coverage], dtype=float),
-            np.array(confidences, dtype=float), np.array(hidden, dtype=np.int64),
-        )  # fmt: skip
+            _HOME,
+            np.array([place]),
+            np.array(rows, dtype=np.int64),
+            np.array(relations, dtype=np.int64),
+            np.array([look.coverage], dtype=float),
+            np.array(confidences, dtype=float),
+            np.array(hidden, dtype=np.int64),
+        )
         if has_position:
             note_positions(batch.positions, place, rows, seen, batch.time)
         step.add(look, Counter(rows))

@@ -197,10 +197,14 @@ class MemoryStatements:
         """Log a statement about a node, and take it over."""
         with self._state.lock:
             self._state.write(
-                statement.kind, **name.to_json(), furniture=statement.furniture,
-                relation=statement.relation, by=statement.by, confidence=statement.confidence,
+                statement.kind,
+                **name.to_json(),
+                furniture=statement.furniture,
+                relation=statement.relation,
+                by=statement.by,
+                confidence=statement.confidence,
                 was_at=was_at,
-            )  # fmt: skip
+            )
             _take_statement(self._state, name, statement, was_at)
 
     def remove_object(self, description: str, id: str = "", by: str | None = None) -> None:

@@ -120,9 +120,12 @@ class MemoryThings:
             state = self._state
             first = read_since(since, state.clock)
             return list_changes(
-                state.fuse_batch(), state.get_thing, state.list_spoken_of(),
-                state.furniture.ids, first,
-            )  # fmt: skip
+                state.fuse_batch(),
+                state.get_thing,
+                state.list_spoken_of(),
+                state.furniture.ids,
+                first,
+            )
 
     def to_dict(self) -> dict[str, Any]:
         """Return rooms > furniture > objects as JSON values."""

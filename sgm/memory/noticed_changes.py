@@ -226,8 +226,11 @@ def list_events(
         ThingEvent(one.time, one.kind, one.furniture, one.relation, one.confidence, one.by)
         for one in reversed(thing.statements)  # of one time step, the latest first, too
     ]
-    events += [ThingEvent(one.time, "seen", None, None, 1.0)
-               for one in places if one.furniture is None and not one.by]  # fmt: skip
+    events += [
+        ThingEvent(one.time, "seen", None, None, 1.0)
+        for one in places
+        if one.furniture is None and not one.by
+    ]
     told = {(one.time, one.furniture) for one in thing.statements}
     for edge in np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0)):
         furniture = ids[edges["furniture"][edge]]

@@ -51,9 +51,11 @@ class Remembered:
     def tables(self) -> dict[str, Table]:
         """The tables of what was observed, by the names of their declarations (`TABLES`)."""
         return {
-            "furniture": self.furniture, "objects": self.objects, "edges": self.edges,
+            "furniture": self.furniture,
+            "objects": self.objects,
+            "edges": self.edges,
             "positions": self.positions,
-        }  # fmt: skip
+        }
 
     @property
     def furniture_num_observed(self) -> np.ndarray:

@@ -129,9 +129,13 @@ class SeenRows:
             for row, at in zip(has_edge.tolist(), positions, strict=True):
                 told[row] = at
         columns = (
-            self.furniture, self.relation, self.is_there, self.time, self.times_seen,
+            self.furniture,
+            self.relation,
+            self.is_there,
+            self.time,
+            self.times_seen,
             self.times_looked,
-        )  # fmt: skip
+        )
         return zip(*(column.tolist() for column in columns), told, strict=True)
 
 

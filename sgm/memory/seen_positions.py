@@ -61,9 +61,19 @@ def note_positions(
         x, y, z = one.position
         if at is None:
             table.append(
-                1, object=row, furniture=furniture, relation=relation, time=time, x=x, y=y, z=z,
-                sd=sd, usual_x=x, usual_y=y, usual_z=z,
-            )  # fmt: skip
+                1,
+                object=row,
+                furniture=furniture,
+                relation=relation,
+                time=time,
+                x=x,
+                y=y,
+                z=z,
+                sd=sd,
+                usual_x=x,
+                usual_y=y,
+                usual_z=z,
+            )
             continue
         number = int(table["num_seen"][at]) + 1
         offset = np.array(one.position) - _get_point(table, at, _USUAL)

@@ -21,8 +21,9 @@ SPELLINGS = {
     **{"inside": "in", "on": "onTop", "on top": "onTop"},
 }
 _BY_LETTERS = {
-    "": USUAL_RELATION, **{name.casefold().replace(" ", ""): own for name, own in SPELLINGS.items()}
-}  # fmt: skip
+    "": USUAL_RELATION,
+    **{name.casefold().replace(" ", ""): own for name, own in SPELLINGS.items()},
+}
 MOST_NUMBERS = 4096  # of an embedding
 Point: TypeAlias = tuple[float, float, float]  # x, y, z in the map, metres
 

@@ -71,12 +71,14 @@ class Statement:
         said, kind, place, relation, by, confidence, was_at, num_observed = data
         is_held = kind == "picked_up"
         if (
-            not isinstance(said, int) or not 0 <= said <= time
+            not isinstance(said, int)
+            or not 0 <= said <= time
             or kind not in STATEMENTS
             or (place is not None or relation is not None if is_held else place not in furniture)
             or (not is_held and relation not in RELATIONS)
-            or not set(was_at) <= set(furniture) or not isinstance(num_observed, int)
-        ):  # fmt: skip
+            or not set(was_at) <= set(furniture)
+            or not isinstance(num_observed, int)
+        ):
             raise ValueError(f"no statement like {shorten(data)}")
         read_words("by", by)
         sure = read_confidence(confidence, by)

@@ -55,9 +55,18 @@ _PACKAGES = frozenset(
 )
 _ALWAYS_PACKAGES = frozenset(("carton", "packet", "sachet"))
 _CONSUMED_KINDS = (
-    "fruit", "vegetable", "meat", "bread", "drink", "medicine", "snack", "pasta", "cake", "makeup",
+    "fruit",
+    "vegetable",
+    "meat",
+    "bread",
+    "drink",
+    "medicine",
+    "snack",
+    "pasta",
+    "cake",
+    "makeup",
     "pet food",
-)  # fmt: skip
+)
 _CONSUMED = frozenset(
     "cereal tissue rice flour sugar salt pepper coffee tea milk juice soda beer wine "
     "water soup cookie biscuit chip crisp candy chocolate nut egg butter cheese yogurt "
@@ -331,8 +340,11 @@ class NameReader:
             return True
         if last not in _PACKAGES or word in _VESSELS_OF.get(last, ()):
             return False
-        kinds = {self._table.names[n] for thing in inner.things
-                 for n in (thing, *self._table.list_above(thing))}  # fmt: skip
+        kinds = {
+            self._table.names[n]
+            for thing in inner.things
+            for n in (thing, *self._table.list_above(thing))
+        }
         return word in _CONSUMED or not kinds.isdisjoint(_CONSUMED_KINDS)
 
     def _make(
@@ -462,9 +474,11 @@ def _drop_equal(readings: list[Reading]) -> list[Reading]:
 def _add_kinds(reading: Reading, words: frozenset[str]) -> Reading:
     """Return a reading of a thing of a kind that more words say."""
     return reading._replace(
-        kinds=reading.kinds | words, sorts=reading.sorts | words,
-        stem=reading.stem | words, stem_sorts=reading.stem_sorts | words,
-    )  # fmt: skip
+        kinds=reading.kinds | words,
+        sorts=reading.sorts | words,
+        stem=reading.stem | words,
+        stem_sorts=reading.stem_sorts | words,
+    )
 
 
 def _is_name(remark: str) -> bool:

@@ -200,9 +200,13 @@ class NameIndex:
         spelled = self._find_spelled(asked)
         names = (*taken.matches, *taken.doubtful, *self._name([*spelled, *near]))
         return Resolution(
-            name, (), "unknown", taken.alternatives, owner=taken.owner,
+            name,
+            (),
+            "unknown",
+            taken.alternatives,
+            owner=taken.owner,
             doubtful=tuple(dict.fromkeys(names)),
-        )  # fmt: skip
+        )
 
     def resolve(self, question: str, similarity: Similarity | None = None) -> Resolution:
         """Say what a question means, such as "the red mugs"; see `SceneGraphMemory.resolve`."""
@@ -283,8 +287,9 @@ class NameIndex:
         own = [self._readings[number][0] for number in numbers]
         if all(
             (reading.said, reading.instance) == (other.said, other.instance)
-            for other in own for reading in readings
-        ):  # fmt: skip
+            for other in own
+            for reading in readings
+        ):
             return "same words"
         things = {thing for reading in readings for thing in reading.things}
         below = self._list_kinds(things)
@@ -292,8 +297,9 @@ class NameIndex:
             others = self._readings[number]
             has_words = any(
                 reading.key in other.endings or reading.head_words <= other.said
-                for reading in readings for other in others
-            )  # fmt: skip
+                for reading in readings
+                for other in others
+            )
             if not has_words and not any(below & set(other.things) for other in others):
                 return "synonym"
         return "any of the kind"

@@ -7,8 +7,13 @@ from dataclasses import dataclass
 
 MOST_ALTERNATIVES = 3
 _UNSURE = (
-    "another property", "typo", "part of the name", "what it holds", "similar meaning", "unknown",
-)  # fmt: skip
+    "another property",
+    "typo",
+    "part of the name",
+    "what it holds",
+    "similar meaning",
+    "unknown",
+)
 _SAYS_LESS = ("fewer words", "more general name")
 
 

@@ -85,11 +85,18 @@ class Persistence(Policy):
         self._left_time = np.zeros((num_homes, memory.num_furniture))
         kinds = (num_kinds,)
         pair = np.dtype(
-            [("home", np.int64), ("time", np.float64), ("prior", np.float64),
-             ("was_seen", np.bool_), ("arrivals", np.float64), ("time_absent", np.float64),
-             ("presence", np.float64, kinds), ("log_likelihood", np.float64, kinds),
-             ("share", np.float64, kinds)]
-        )  # fmt: skip
+            [
+                ("home", np.int64),
+                ("time", np.float64),
+                ("prior", np.float64),
+                ("was_seen", np.bool_),
+                ("arrivals", np.float64),
+                ("time_absent", np.float64),
+                ("presence", np.float64, kinds),
+                ("log_likelihood", np.float64, kinds),
+                ("share", np.float64, kinds),
+            ]
+        )
         self._pairs = Table({"pair": pair})
         self._pair_of_place: dict[tuple[int, int], int] = {}  # by object row and furniture
         self._pair_of_edge = np.empty(0, dtype=np.int64)
@@ -179,10 +186,13 @@ class Persistence(Policy):
         miss = miss_rate[home]
         steps = time - pairs["time"]
         found = follow_interval(
-            pairs["presence"], leave, come, steps[:, None],
+            pairs["presence"],
+            leave,
+            come,
+            steps[:, None],
             np.where(is_seen, 1 - miss, miss)[:, None],
             np.where(is_seen, self._false_rate, 1 - self._false_rate)[:, None],
-        )  # fmt: skip
+        )
         pairs["presence"] = found.presence
         pairs["time"] = time
         pairs["log_likelihood"] += np.log(found.evidence)

@@ -33,11 +33,14 @@ def build_household() -> dict[str, Any]:
             things.append(thing)
             placements += (
                 {
-                    "room": room, "furniture": name, "object": thing,
-                    "relation": relation[meanings[name][0]], "prob": round(weight / total, 6),
+                    "room": room,
+                    "furniture": name,
+                    "object": thing,
+                    "relation": relation[meanings[name][0]],
+                    "prob": round(weight / total, 6),
                 }
                 for (room, name), weight in places.items()
-            )  # fmt: skip
+            )
     return {
         "version": VERSION,
         "metadata": {
@@ -48,20 +51,27 @@ def build_household() -> dict[str, Any]:
         "rooms": list(ROOMS),
         "furniture": [
             {
-                "label": name, "room": room, "prob": float(name in own_names), "max_count": 2,
+                "label": name,
+                "room": room,
+                "prob": float(name in own_names),
+                "max_count": 2,
                 "adjectives": [],
             }
             for room, name in nodes
         ],
         "objects": [
             {
-                "label": thing, "sample_prob": 1.0, "max_count": 2, "move_freq": 0.5,
-                "add_remove_prob": 0.001, "adjectives": [],
+                "label": thing,
+                "sample_prob": 1.0,
+                "max_count": 2,
+                "move_freq": 0.5,
+                "add_remove_prob": 0.001,
+                "adjectives": [],
             }
             for thing in things
         ],
         "placements": placements,
-    }  # fmt: skip
+    }
 
 
 def _read_furniture() -> tuple[dict[str, str], Mapping[str, list[str]]]:

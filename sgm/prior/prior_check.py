@@ -41,9 +41,7 @@ def _count_descriptions(adjectives: Sequence[Sequence[str]]) -> int:
 
 
 NAME: Rule = (_is_name, "be a non-empty text")
-NAME_OR_NONE: Rule = (
-    lambda value: value is None or _is_name(value), "be a non-empty text or null"
-)  # fmt: skip
+NAME_OR_NONE: Rule = (lambda value: value is None or _is_name(value), "be a non-empty text or null")
 WEIGHT: Rule = (_is_weight, "be a finite number >= 0")
 PROBABILITY: Rule = (lambda value: _is_weight(value) and value <= 1, "be a number from 0 to 1")
 COUNT: Rule = (
@@ -59,17 +57,30 @@ WEIGHT_OR_NONE: Rule = (lambda value: value is None or _is_weight(value), "be nu
 
 FIELDS: dict[str, dict[str, Rule]] = {
     "furniture": {
-        "label": NAME, "room": NAME, "prob": WEIGHT, "max_count": COUNT, "adjectives": ADJECTIVES,
+        "label": NAME,
+        "room": NAME,
+        "prob": WEIGHT,
+        "max_count": COUNT,
+        "adjectives": ADJECTIVES,
     },
     "objects": {
-        "label": NAME, "sample_prob": PROBABILITY, "max_count": COUNT, "move_freq": PROBABILITY,
-        "add_remove_prob": PROBABILITY, "adjectives": ADJECTIVES,
+        "label": NAME,
+        "sample_prob": PROBABILITY,
+        "max_count": COUNT,
+        "move_freq": PROBABILITY,
+        "add_remove_prob": PROBABILITY,
+        "adjectives": ADJECTIVES,
     },
     "placements": {
-        "room": NAME_OR_NONE, "furniture": NAME, "object": NAME, "relation": RELATION,
-        "prob": WEIGHT, "count": WEIGHT_OR_NONE, "source": NAME_OR_NONE,
+        "room": NAME_OR_NONE,
+        "furniture": NAME,
+        "object": NAME,
+        "relation": RELATION,
+        "prob": WEIGHT,
+        "count": WEIGHT_OR_NONE,
+        "source": NAME_OR_NONE,
     },
-}  # fmt: skip
+}
 OPTIONAL = {"placements": frozenset({"count", "source"})}
 PARTS = frozenset({"version", "metadata", "rooms", *FIELDS})
 

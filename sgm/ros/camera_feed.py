@@ -110,9 +110,13 @@ class CameraFeed:
             with self._count("transforms"):
                 time = read_time(one.header)
                 self.transforms.add(
-                    str(one.header.frame_id), str(one.child_frame_id), time,
-                    (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w), is_still=is_still,
-                )  # fmt: skip
+                    str(one.header.frame_id),
+                    str(one.child_frame_id),
+                    time,
+                    (at.x, at.y, at.z),
+                    (turn.x, turn.y, turn.z, turn.w),
+                    is_still=is_still,
+                )
                 if not is_still:
                     self._now = max(self._now, time)
         self._show_ready()

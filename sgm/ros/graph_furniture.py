@@ -96,9 +96,10 @@ class GraphFurniture:
         for node, kept in merged.items():
             memory.merge_furniture(self._ids[kept], self._ids.pop(node))
         for what, nodes in (
-            ("furniture found", taken), ("furniture drawn anew", redrawn),
+            ("furniture found", taken),
+            ("furniture drawn anew", redrawn),
             ("furniture merged", merged),
-        ):  # fmt: skip
+        ):
             if nodes:
                 self._counts[what] += len(nodes)
         if builder is not None:

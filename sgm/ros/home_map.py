@@ -20,9 +20,18 @@ _MOST_ROOMS, _MOST_FURNITURE = 1000, 10_000
 _ROOM_FIELDS = ("name", "label", "floor", "id")
 _BOX, _POLYGON = ("center", "size"), ("polygon", "bottom", "top")  # one or the other
 _FURNITURE_FIELDS = (
-    "name", "label", "room", *_BOX, *_POLYGON, "yaw", "interior", "position", "open_cost",
-    "is_open", "id",
-)  # fmt: skip
+    "name",
+    "label",
+    "room",
+    *_BOX,
+    *_POLYGON,
+    "yaw",
+    "interior",
+    "position",
+    "open_cost",
+    "is_open",
+    "id",
+)
 
 
 @dataclass(frozen=True, slots=True)

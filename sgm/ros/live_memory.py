@@ -156,10 +156,14 @@ class LiveMemory:
         where = "" if target is None else f", at {tell_point(target)}"
         (x, y), yaw = self.find_stand(furniture, target)
         return NextPose(
-            furniture, look.place.name, (x, y), yaw, look.place.probability,
+            furniture,
+            look.place.name,
+            (x, y),
+            yaw,
+            look.place.probability,
             f"look at {look.place.name}, {look.place.probability:.0%}{where}",
             target,
-        )  # fmt: skip
+        )
 
     def find_stand(
         self, furniture: int, target: tuple[float, float, float] | None = None
@@ -181,12 +185,14 @@ class LiveMemory:
         boxes = self.memory.boxes
         return [
             BeliefMarker(
-                place.furniture, boxes[place.furniture], place.probability,
+                place.furniture,
+                boxes[place.furniture],
+                place.probability,
                 f"{place.name} {place.probability:.0%}",
             )
             for place in self.rank(description, _MOST_SHOWN)
             if place.furniture in boxes
-        ]  # fmt: skip
+        ]
 
     def _tell(self, look: BuiltLook) -> None:
         """Let time pass until a look, and fold it in."""

@@ -30,8 +30,13 @@ def write_map(layout: Layout, frame: str = "map") -> str:
     for number, node in layout.furniture.items():
         if node.box is None:
             continue
-        row = {"id": number, "name": node.description, "label": node.label,
-               "room": rooms[node.room], **_list_extents(node.box)}  # fmt: skip
+        row = {
+            "id": number,
+            "name": node.description,
+            "label": node.label,
+            "room": rooms[node.room],
+            **_list_extents(node.box),
+        }
         if node.position is not None:
             row["position"] = _round(node.position)
         if node.open_cost is not None:
@@ -43,12 +48,18 @@ def write_map(layout: Layout, frame: str = "map") -> str:
 def _list_extents(box: Box) -> dict[str, Any]:
     if box.outline is not None:
         corners = [_round(corner) for corner in box.corners.tolist()]
-        return {"polygon": corners, "bottom": round(box.bottom, 3), "top": round(box.top, 3),
-                "yaw": round(box.yaw, 4)}  # fmt: skip
+        return {
+            "polygon": corners,
+            "bottom": round(box.bottom, 3),
+            "top": round(box.top, 3),
+            "yaw": round(box.yaw, 4),
+        }
     return {
-        "center": _round(box.center), "size": _round(box.size),
-        "yaw": round(math.remainder(box.yaw, 2 * math.pi), 4), "interior": box.interior,
-    }  # fmt: skip
+        "center": _round(box.center),
+        "size": _round(box.size),
+        "yaw": round(math.remainder(box.yaw, 2 * math.pi), 4),
+        "interior": box.interior,
+    }
 
 
 def _round(values: Any) -> list[float]:

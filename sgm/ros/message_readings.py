@@ -22,8 +22,10 @@ ClassNames = Sequence[str] | Mapping[str, str] | None
 ToMap = Callable[[str], np.ndarray | None]
 # Encodings of depth images: type of the numbers, and how many of them are a metre.
 _ENCODINGS: Mapping[str, tuple[str, float]] = {
-    "16UC1": ("u2", 1000.0), "mono16": ("u2", 1000.0), "32FC1": ("f4", 1.0),
-}  # fmt: skip
+    "16UC1": ("u2", 1000.0),
+    "mono16": ("u2", 1000.0),
+    "32FC1": ("f4", 1.0),
+}
 MOST_DETECTIONS = 1000  # of a frame
 
 

@@ -43,17 +43,30 @@ def make_parser() -> argparse.ArgumentParser:
     add("--token_file", type=Path, help=f"file of the token; or the variable {TOKEN_VARIABLE}")
     add("--finder", default="any_home", help="any_home, bayesian, adaptive, or an exported folder")
     add("--aliases", type=Path, help="CSV file of what things are called besides")
-    add("--ignore", nargs="+", default=[], metavar="NAME",
-        help="names of what is no thing, such as person: observe leaves it out")  # fmt: skip
+    add(
+        "--ignore",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help="names of what is no thing, such as person: observe leaves it out",
+    )
     add("--step_seconds", type=float, default=600.0, help="of a clock, for a home without one")
     add("--accept_jump", action="store_true", help="the time is right, however long it was off")
-    add("--sync", choices=("answer", "second", "never"), default="second",
+    add(
+        "--sync",
+        choices=("answer", "second", "never"),
+        default="second",
         help="when the disk has what was written: before it is answered, within a second, or "
-        "when the system likes")  # fmt: skip
+        "when the system likes",
+    )
     add("--snapshot_seconds", type=float, default=300.0, help="time between snapshots")
-    add("--processes", type=int, choices=_PROCESSES,
+    add(
+        "--processes",
+        type=int,
+        choices=_PROCESSES,
         default=min(os.cpu_count() or 1, _PROCESSES[-1]),
-        help="2: another one, with a copy of the memory, answers what only reads")  # fmt: skip
+        help="2: another one, with a copy of the memory, answers what only reads",
+    )
     add("--timeout", type=float, default=DEFAULT_TIMEOUT, help="seconds for a call")
     add("--rate", type=float, default=DEFAULT_RATE, help="requests of one address in a second")
     return parser
@@ -68,8 +81,10 @@ def main(argv: list[str] | None = None) -> int:
             warnings.showwarning = _tell  # of a line that a crash cut off, of looks at every frame
             _run(options)
     except (OSError, ValueError, TypeError, KeyError) as error:
-        print(f"error: {' '.join(str(error.args[-1] if error.args else error).split())}",
-              file=sys.stderr)  # fmt: skip
+        print(
+            f"error: {' '.join(str(error.args[-1] if error.args else error).split())}",
+            file=sys.stderr,
+        )
         return 2
     return 0
 

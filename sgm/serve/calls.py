@@ -169,11 +169,16 @@ CALLS: Final[tuple[Call, ...]] = (
         (
             _THING,
             Argument(
-                "from", START, "where you are: a place, or [x, y] in metres; in homes with "
-                "positions", None, "start",
+                "from",
+                START,
+                "where you are: a place, or [x, y] in metres; in homes with positions",
+                None,
+                "start",
             ),
             Argument(
-                "budget", make_number_rule(0, 1e6), "most that all looks together may cost: metres "
+                "budget",
+                make_number_rule(0, 1e6),
+                "most that all looks together may cost: metres "
                 "and 1 for each; without from, the number of looks",
             ),
         ),
@@ -184,18 +189,22 @@ CALLS: Final[tuple[Call, ...]] = (
         (
             Argument("search_id", make_text_rule(40), "from search_start", REQUIRED),
             Argument(
-                "result", make_choice_rule("found", "not_found", "seen"),
-                "found or not_found, of the thing alone; seen, with all that was seen", REQUIRED,
+                "result",
+                make_choice_rule("found", "not_found", "seen"),
+                "found or not_found, of the thing alone; seen, with all that was seen",
+                REQUIRED,
             ),
             Argument("seen", SEEN, "everything that was seen there, if the result is seen"),
             _COVERAGE,
         ),
-        MemoryService.search_next, is_write=True,
+        MemoryService.search_next,
+        is_write=True,
     ),
     Call(
         "Note everything that was seen in one look at a place. What is not named was not there.",
         (_PLACE, _SEEN, _COVERAGE),
-        MemoryService.observe, is_write=True,
+        MemoryService.observe,
+        is_write=True,
     ),
     Call(
         "Note where a thing is now, as a person says: I put the keys in the drawer. It is "
@@ -208,17 +217,20 @@ CALLS: Final[tuple[Call, ...]] = (
             Argument("confidence", SHARE, "that it is right, 0.5 or more; else 0.9"),
             _WAS_AT,
         ),
-        MemoryService.note_moved, is_write=True,
+        MemoryService.note_moved,
+        is_write=True,
     ),
     Call(
         "Note that the robot has taken a thing, and carries it until it is put down.",
         (_THING, _WAS_AT),
-        MemoryService.picked_up, is_write=True,
+        MemoryService.picked_up,
+        is_write=True,
     ),
     Call(
         "Note that the robot has put down what it carried.",
         (_THING, _PLACE, Argument("relation", RELATION, "how it lies there", "onTop")),
-        MemoryService.put_down, is_write=True,
+        MemoryService.put_down,
+        is_write=True,
     ),
     Call(
         "Forget a thing that is not there at all (there is no vase), or a place that is gone.",
@@ -227,17 +239,20 @@ CALLS: Final[tuple[Call, ...]] = (
             Argument("place", PLACE, "id or name; left out for a thing"),
             _BY,
         ),
-        MemoryService.forget, is_write=True,
+        MemoryService.forget,
+        is_write=True,
     ),
     Call(
         "Call a thing otherwise: that is no cup, it is a bowl.",
         (_THING, Argument("name", TEXT, "what it is called from now on", REQUIRED), _BY),
-        MemoryService.rename, is_write=True,
+        MemoryService.rename,
+        is_write=True,
     ),
     Call(
         "Note that two things are one (this is the same mug), called as the first; see split.",
         (_THING, Argument("other", TEXT, "in words, or its id", REQUIRED), _BY),
-        MemoryService.merge, is_write=True,
+        MemoryService.merge,
+        is_write=True,
     ),
     Call(
         "Note that what was held to be one thing is two; merge undoes it.",
@@ -249,7 +264,8 @@ CALLS: Final[tuple[Call, ...]] = (
             Argument("name", TEXT, "of that other thing, with a place"),
             _BY,
         ),
-        MemoryService.split, is_write=True,
+        MemoryService.split,
+        is_write=True,
     ),
     Call(
         "List the places where things may be.",
@@ -282,7 +298,8 @@ CALLS: Final[tuple[Call, ...]] = (
     Call(
         "Add a room.",
         (Argument("label", TEXT, "such as kitchen", REQUIRED),),
-        MemoryService.add_room, is_write=True,
+        MemoryService.add_room,
+        is_write=True,
     ),
     Call(
         "Add a place where things may be, such as a fridge or a desk.",
@@ -292,7 +309,8 @@ CALLS: Final[tuple[Call, ...]] = (
             Argument("name", TEXT, "for people, such as white fridge; else the label"),
             Argument("position", POSITION, "where one stands to look at it, metres"),
         ),
-        MemoryService.add_place, is_write=True,
+        MemoryService.add_place,
+        is_write=True,
     ),
-)  # fmt: skip
+)
 BY_NAME: Final[Mapping[str, Call]] = {call.name: call for call in CALLS}

@@ -73,8 +73,10 @@ class Feed:
     def _hand_on(self, happened: Happened) -> None:
         """Called by the thread that made the change."""
         event = b"id: %d\nevent: %s\ndata: %s\n\n" % (
-            happened.number, happened.call.encode(), write_json(happened),
-        )  # fmt: skip
+            happened.number,
+            happened.call.encode(),
+            write_json(happened),
+        )
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._put, event)
 

@@ -104,9 +104,10 @@ class Guard:
             given = headers.get("authorization", "")
             if not hmac.compare_digest(given.encode(), f"Bearer {self._token}".encode()):
                 raise Refused(
-                    401, "Authorization must be Bearer and the token of this server. Send both.",
+                    401,
+                    "Authorization must be Bearer and the token of this server. Send both.",
                     [(b"www-authenticate", b"Bearer")],
-                )  # fmt: skip
+                )
 
     def _check_rate(self, client: str) -> None:
         """Take one of the requests that an address has left; they come back with time."""

@@ -63,9 +63,13 @@ class Reader:
             "from sgm.serve.read_process import main; sys.exit(main(sys.argv[1:]))"
         )
         process = self._process = await asyncio.create_subprocess_exec(
-            sys.executable, "-c", code, *self._arguments,
-            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
-        )  # fmt: skip
+            sys.executable,
+            "-c",
+            code,
+            *self._arguments,
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+        )
         loop = asyncio.get_running_loop()
 
         def listen(line: bytes) -> None:

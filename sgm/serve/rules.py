@@ -157,9 +157,11 @@ TEXT = make_text_rule()
 SHARE = make_number_rule(0, 1)
 # "in" or "onTop" of a place, spelled as `read_relation` reads it.
 RELATION = Rule(
-    {"type": "string", "enum": list(SPELLINGS)}, f"be one of {', '.join(SPELLINGS)}",
-    _read_relation, is_text=True,
-)  # fmt: skip
+    {"type": "string", "enum": list(SPELLINGS)},
+    f"be one of {', '.join(SPELLINGS)}",
+    _read_relation,
+    is_text=True,
+)
 TIME = Rule(
     {"anyOf": [{"type": "string", "minLength": 1, "maxLength": 40}, _STEP]},
     "be local time such as 2026-11-16T18:30 without a zone, or a time step",
@@ -194,7 +196,9 @@ _SIGHTING: Mapping[str, Rule] = {
     ),
     "position": Rule(
         {
-            "type": "array", "minItems": 3, "maxItems": 3,
+            "type": "array",
+            "minItems": 3,
+            "maxItems": 3,
             "items": {"type": "number", "minimum": -MOST_METRES, "maximum": MOST_METRES},
         },
         f"be x, y, z in the map, three numbers of metres within {MOST_METRES:g}",
@@ -205,7 +209,7 @@ _SIGHTING: Mapping[str, Rule] = {
         f"be a number of metres from 0 to {MOST_METRES:g}",
         lambda _, value: float(value) if is_finite(value) and 0 <= value <= MOST_METRES else None,
     ),
-}  # fmt: skip
+}
 # A name, or an object with `thing`, and perhaps more about it.
 _THING = Rule(
     {

@@ -204,13 +204,21 @@ def make_server(application: Application, listening: BoundedSocket) -> Server:
     protocol = type("Protocol", (BoundedProtocol,), {"bound": connections})
     logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)  # errors are answered in a line
     config = uvicorn.Config(
-        application, http=protocol, ws="none", loop="asyncio", lifespan="on",
-        access_log=False, log_config=None,
-        server_header=False, date_header=False, proxy_headers=False,
-        timeout_keep_alive=KEEP_ALIVE_SECONDS, timeout_graceful_shutdown=GRACE_SECONDS,
+        application,
+        http=protocol,
+        ws="none",
+        loop="asyncio",
+        lifespan="on",
+        access_log=False,
+        log_config=None,
+        server_header=False,
+        date_header=False,
+        proxy_headers=False,
+        timeout_keep_alive=KEEP_ALIVE_SECONDS,
+        timeout_graceful_shutdown=GRACE_SECONDS,
         # Windows accepts connections without the socket: those that are too many are answered 503.
         limit_concurrency=None if IS_POSIX else most + 1,
-    )  # fmt: skip
+    )
     return Server(config, application, listening)
 
 

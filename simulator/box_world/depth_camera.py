@@ -60,10 +60,14 @@ class DepthCamera:
         """Take a picture from a true pose; the first owners of the solids are things, C."""
         camera = self.intrinsics
         depth, owner, num_alone = cast_rays(
-            solids, np.ascontiguousarray(pose.position), np.ascontiguousarray(pose.rotation),
-            (camera.fx, camera.fy), (camera.cx, camera.cy), (camera.height, camera.width),
+            solids,
+            np.ascontiguousarray(pose.position),
+            np.ascontiguousarray(pose.rotation),
+            (camera.fx, camera.fy),
+            (camera.cx, camera.cy),
+            (camera.height, camera.width),
             num_things,
-        )  # fmt: skip
+        )
         noise = rng.standard_normal(depth.shape, dtype=np.float32)
         is_hole = rng.random(depth.shape, dtype=np.float32) < self.hole_share
         measured = np.where(

@@ -150,9 +150,16 @@ def cast_rays(
                     continue
                 u = (column - middle[0]) / focal[0]
                 enter = _enter(
-                    ox, oy, oz, own[0, 0] * u + rx, own[1, 0] * u + ry, own[2, 0] * u + rz,
-                    hx, hy, hz,
-                )  # fmt: skip
+                    ox,
+                    oy,
+                    oz,
+                    own[0, 0] * u + rx,
+                    own[1, 0] * u + ry,
+                    own[2, 0] * u + rz,
+                    hx,
+                    hy,
+                    hz,
+                )
                 if enter < _NEAR or enter == math.inf:
                     continue
                 if is_counted:
@@ -165,9 +172,16 @@ def cast_rays(
 
 @kernel
 def _enter(
-    ox: float, oy: float, oz: float, dx: float, dy: float, dz: float,
-    hx: float, hy: float, hz: float,
-) -> float:  # fmt: skip
+    ox: float,
+    oy: float,
+    oz: float,
+    dx: float,
+    dy: float,
+    dz: float,
+    hx: float,
+    hy: float,
+    hz: float,
+) -> float:
     """Return where a ray enters a box around 0, in lengths of its direction; inf for nowhere."""
     # A direction along a side is one that is hardly across it: no side is as far as that away.
     dx, dy, dz = 1 / (dx or _FLAT), 1 / (dy or _FLAT), 1 / (dz or _FLAT)

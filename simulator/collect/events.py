@@ -38,9 +38,14 @@ def write_events(
         raise ValueError(f"output folder must be empty, got files in {out}. Choose another one.")
     with tqdm(total=config.num_homes, desc=f"{config.split} events", unit="home") as bar:
         table = collect_events(
-            config.homes, Streams(config.seed, config.split, range(config.num_homes)), config.steps,
-            policy=config.policy, task=config.task, workers=workers, backend=backend,
+            config.homes,
+            Streams(config.seed, config.split, range(config.num_homes)),
+            config.steps,
+            policy=config.policy,
+            task=config.task,
+            workers=workers,
+            backend=backend,
             on_homes=bar.update,
-        )  # fmt: skip
+        )
     names = save_events(table, out, settings)
     print(f"{out}: {', '.join(names)}; {len(table.events.home):,} events")

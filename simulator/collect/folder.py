@@ -27,9 +27,12 @@ _MANIFEST_SHARE = 0.02  # the manifest is written when so many more homes are fi
 
 
 def collect(
-    config: CollectConfig, out: Path, workers: int = 1, progress: bool = True,
+    config: CollectConfig,
+    out: Path,
+    workers: int = 1,
+    progress: bool = True,
     backend: str = "processes",
-) -> None:  # fmt: skip
+) -> None:
     """Collect snapshots into a folder, or finish an interrupted collection there.
 
     The same config gives the same bytes, for any number of workers and however often the
@@ -58,9 +61,13 @@ def collect(
 
 
 def _collect_missing(
-    config: CollectConfig, settings: dict[str, Any], out: Path, workers: int, progress: bool,
+    config: CollectConfig,
+    settings: dict[str, Any],
+    out: Path,
+    workers: int,
+    progress: bool,
     backend: str,
-) -> None:  # fmt: skip
+) -> None:
     shards = _open_folder(out, settings)  # checksums of the finished ones
     missing = [home for home in range(config.num_homes) if get_shard_name(home) not in shards]
     groups = config.homes.list_groups(missing)

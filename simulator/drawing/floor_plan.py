@@ -85,9 +85,17 @@ class FloorPlan:
             at = np.asarray(positions, float)
             boxes, corner, size = _place(len(rooms), furniture_room, at, footprints)
         return cls(
-            tuple(rooms), tuple(furniture), tuple(ids), furniture_room, boxes, corner, size,
-            positions is not None, footprints, stands,
-        )  # fmt: skip
+            tuple(rooms),
+            tuple(furniture),
+            tuple(ids),
+            furniture_room,
+            boxes,
+            corner,
+            size,
+            positions is not None,
+            footprints,
+            stands,
+        )
 
     @classmethod
     def of_memory(cls, memory: SceneGraphMemory) -> FloorPlan:

@@ -74,9 +74,14 @@ def draw_history(axes: Axes, history: History) -> Axes:
         axes.pcolormesh(history.edges, np.arange(num_places + 1) - 0.5, image, zorder=0)
     for number, (place, begin, end) in enumerate(history.list_stays()):
         axes.plot(
-            [begin, end], [place, place], color=TRUE_PLACE, linewidth=3, solid_capstyle="butt",
-            label="truly there" if number == 0 else None, zorder=2,
-        )  # fmt: skip
+            [begin, end],
+            [place, place],
+            color=TRUE_PLACE,
+            linewidth=3,
+            solid_capstyle="butt",
+            label="truly there" if number == 0 else None,
+            zorder=2,
+        )
     found = np.asarray(history.is_found, dtype=bool)
     at, where = history.look_hour, history.look_place
     for name, hours, places, marker, colour in (
@@ -86,9 +91,15 @@ def draw_history(axes: Axes, history: History) -> Axes:
     ):
         if len(hours):
             axes.scatter(
-                hours, places + 0.25, label=name, s=22, marker=marker, color=colour,
-                linewidths=1.2, zorder=3,
-            )  # fmt: skip
+                hours,
+                places + 0.25,
+                label=name,
+                s=22,
+                marker=marker,
+                color=colour,
+                linewidths=1.2,
+                zorder=3,
+            )
     axes.set_yticks(np.arange(num_places), history.places)
     axes.set_ylim(max(num_places, 1) - 0.5, -0.5)
     axes.set_xlabel(history.unit)

@@ -87,19 +87,30 @@ def draw_plan(
         pad = 0.08 * plan.size
         axes.add_patch(
             FancyBboxPatch(
-                (x, y), width, height, boxstyle=f"round,pad={pad}", facecolor=colour, alpha=0.14,
-                edgecolor="none", zorder=0,
+                (x, y),
+                width,
+                height,
+                boxstyle=f"round,pad={pad}",
+                facecolor=colour,
+                alpha=0.14,
+                edgecolor="none",
+                zorder=0,
             )
-        )  # fmt: skip
+        )
     for node, (x, y, width, height) in enumerate(plan.furniture_box):
         known = is_known is None or is_known[node]
         axes.add_patch(
             Rectangle(
-                (x, y), width, height, linewidth=0.9, zorder=1,
+                (x, y),
+                width,
+                height,
+                linewidth=0.9,
+                zorder=1,
                 facecolor="white" if colours is None else colours[node],
-                edgecolor="#555555" if known else "#bbbbbb", linestyle="-" if known else ":",
+                edgecolor="#555555" if known else "#bbbbbb",
+                linestyle="-" if known else ":",
             )
-        )  # fmt: skip
+        )
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
@@ -142,17 +153,27 @@ def _write_names(axes: Axes, plan: FloorPlan) -> None:
         size = min(10.0, 0.35 * scale * plan.size)
         if size >= _SMALLEST_TEXT:
             axes.text(
-                x, y + height + 0.1 * plan.size, name, color=get_room_colour(name), weight="bold",
-                va="bottom", fontsize=size,
-            )  # fmt: skip
+                x,
+                y + height + 0.1 * plan.size,
+                name,
+                color=get_room_colour(name),
+                weight="bold",
+                va="bottom",
+                fontsize=size,
+            )
     for name, (x, y) in zip(plan.furniture, plan.corner, strict=True):
         # A letter is about 0.55 of its height wide.
         size = min(_LARGEST_TEXT, scale * plan.size / max(0.55 * len(name), 1.0))
         if size >= _SMALLEST_TEXT:
             axes.text(
-                x + 0.5 * plan.size, y + 0.1 * plan.size, name, ha="center", va="center",
-                fontsize=size, zorder=4,
-            )  # fmt: skip
+                x + 0.5 * plan.size,
+                y + 0.1 * plan.size,
+                name,
+                ha="center",
+                va="center",
+                fontsize=size,
+                zorder=4,
+            )
 
 
 def draw_belief(
@@ -191,17 +212,29 @@ def draw_belief(
     for node in np.flatnonzero(probability >= SMALLEST_SHOWN):
         x, y, width, height = box[node]
         axes.text(
-            x + 0.5 * width, y + 0.5 * height, f"{probability[node]:.0%}", ha="center",
-            va="center", fontsize=8, zorder=5,
-        )  # fmt: skip
+            x + 0.5 * width,
+            y + 0.5 * height,
+            f"{probability[node]:.0%}",
+            ha="center",
+            va="center",
+            fontsize=8,
+            zorder=5,
+        )
     way = np.array([plan.centre[at[number]] for number in order]).reshape(-1, 2)
     way[:, 1] += 0.4 * plan.size  # above the boxes, whose numbers can be read
     axes.plot(way[:, 0], way[:, 1], color=ROUTE, linewidth=1, alpha=0.6, zorder=5)
     for number, (x, y) in enumerate(way, start=1):
         axes.text(
-            x, y, str(number), color="white", fontsize=7, ha="center", va="center", zorder=6,
+            x,
+            y,
+            str(number),
+            color="white",
+            fontsize=7,
+            ha="center",
+            va="center",
+            zorder=6,
             bbox={"boxstyle": "circle,pad=0.2", "facecolor": ROUTE, "edgecolor": "none"},
-        )  # fmt: skip
+        )
     stars = np.array([box[at[number]] for number in true_places]).reshape(-1, 4)
     axes.scatter(
         stars[:, 0] + 0.88 * stars[:, 2], stars[:, 1] + 0.5 * stars[:, 3], marker="*", s=90,
@@ -209,9 +242,13 @@ def draw_belief(
     )  # fmt: skip
     if isinstance(belief, Ranking):
         axes.text(
-            0.99, 0.0, f"elsewhere {belief.elsewhere:.0%}", transform=axes.transAxes, ha="right",
+            0.99,
+            0.0,
+            f"elsewhere {belief.elsewhere:.0%}",
+            transform=axes.transAxes,
+            ha="right",
             va="top",
-        )  # fmt: skip
+        )
     return axes
 
 

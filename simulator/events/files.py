@@ -33,8 +33,10 @@ _MOST_BYTES = 1 << 32  # of a file
 # whole numbers.
 _SHARES = ("coverage", "confidence")
 _CHOICES: Mapping[str, Sequence[str]] = {
-    "kind": KINDS, "relation": RELATIONS, "is_seen": ("0", "1"),
-}  # fmt: skip
+    "kind": KINDS,
+    "relation": RELATIONS,
+    "is_seen": ("0", "1"),
+}
 _TEXTS = ("label", "description", "room")
 _IDS = ("thing", "place", "places")
 
@@ -67,9 +69,12 @@ def save_events(table: EventTable, folder: str | Path, settings: Mapping[str, An
         names.append("events.parquet")
         write_whole(folder / names[-1], _make_parquet(table))
     content = {
-        "version": VERSION, "step_seconds": table.step_seconds, "settings": dict(settings),
-        "num_events": len(table.events.home), "num_nodes": table.num_nodes,
-    }  # fmt: skip
+        "version": VERSION,
+        "step_seconds": table.step_seconds,
+        "settings": dict(settings),
+        "num_events": len(table.events.home),
+        "num_nodes": table.num_nodes,
+    }
     # Last: a folder with one is whole.
     write_whole(folder / MANIFEST, (json.dumps(content, indent=1) + "\n").encode())
     return [*names, MANIFEST]

@@ -57,9 +57,16 @@ class EventRecorder:
             own = rows[:, 0] == home
             _, time, look, order, thing, place, relation, is_seen = rows[own].T
             events = Events(
-                np.full(len(time), number), time, look, order, new_id[thing], place, relation,
-                is_seen.astype(bool), *shares[own].T,
-            )  # fmt: skip
+                np.full(len(time), number),
+                time,
+                look,
+                order,
+                new_id[thing],
+                place,
+                relation,
+                is_seen.astype(bool),
+                *shares[own].T,
+            )
             nodes = Nodes(
                 np.full(num_places + len(things), number),
                 np.repeat([PLACE, THING], [num_places, len(things)]),
@@ -70,9 +77,12 @@ class EventRecorder:
             chosen = np.flatnonzero(asked[:, 0] == home)
             _, time, look, thing = asked[chosen].T
             questions = EventQuestions(
-                np.full(len(time), number), time, look, new_id[thing],
+                np.full(len(time), number),
+                time,
+                look,
+                new_id[thing],
                 tuple(self._places[row] for row in chosen),
-            )  # fmt: skip
+            )
             seconds = None
             if clock is not None and not np.isnan(clock[home]).any():
                 seconds = float(clock[home, 1])
@@ -120,12 +130,17 @@ class EventRecorder:
         self._rows.append(
             np.column_stack(
                 [
-                    home, np.full(len(home), memory.time), self._num_looks[home],
-                    np.arange(len(home)) - first, thing, edges["furniture"][rows], relation,
+                    home,
+                    np.full(len(home), memory.time),
+                    self._num_looks[home],
+                    np.arange(len(home)) - first,
+                    thing,
+                    edges["furniture"][rows],
+                    relation,
                     is_seen,
                 ]
             ).astype(np.int64)
-        )  # fmt: skip
+        )
         self._shares.append(np.column_stack([coverage[home], confidence]))
         self._num_looks[change.home] += 1
 

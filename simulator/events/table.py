@@ -142,8 +142,9 @@ class EventTable:
         Raises:
             ValueError: if the shares leave one part without a time step.
         """
-        steps = np.arange(1, int(max(self.events.time.max(initial=0),
-                                     self.questions.time.max(initial=0))) + 1)  # fmt: skip
+        steps = np.arange(
+            1, int(max(self.events.time.max(initial=0), self.questions.time.max(initial=0))) + 1
+        )
         part = cut(steps, val, test, "time steps")
         return {name: np.isin(self.events.time, own) for name, own in part.items()}
 

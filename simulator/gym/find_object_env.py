@@ -148,9 +148,12 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         belief = compute_probabilities(search.scores(), rollout.policy.score_kind)
         figure = Figure(figsize=(6.4, 5.2), dpi=100, layout="constrained")
         axes = draw_belief(
-            figure.subplots(), plan, belief[0], order=self._looks,
+            figure.subplots(),
+            plan,
+            belief[0],
+            order=self._looks,
             true_places=np.flatnonzero(search.answers[0]).tolist(),
-        )  # fmt: skip
+        )
         axes.set_title(self.searches.describe(0), loc="left")
         return draw_pixels(figure)
 

@@ -17,15 +17,28 @@ from simulator.snapshots.taken import take_snapshots
 # its number, for objects. Steps since what never happened are -1, as is a description of what is
 # no object.
 NODE_FEATURES = (
-    "kind", "label", "description", "num_observed", "steps_since_observed", "num_moved",
-    "steps_since_moved", "is_query",
-)  # fmt: skip
+    "kind",
+    "label",
+    "description",
+    "num_observed",
+    "steps_since_observed",
+    "num_moved",
+    "steps_since_moved",
+    "is_query",
+)
 # relation: 0 contains, 1 in, 2 onTop. An edge that is not remembered is a hypothetical edge of the
 # query object: the prior deems it possible. Edges lead from what holds to what is held.
 EDGE_FEATURES = (
-    "relation", "is_remembered", "num_observed", "num_true", "num_changed",
-    "steps_since_observed", "steps_since_changed", "is_true", "prior",
-)  # fmt: skip
+    "relation",
+    "is_remembered",
+    "num_observed",
+    "num_true",
+    "num_changed",
+    "steps_since_observed",
+    "steps_since_changed",
+    "is_true",
+    "prior",
+)
 
 
 def make_graph_space() -> Graph:

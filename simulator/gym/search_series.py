@@ -50,9 +50,12 @@ class SearchSeries:
                 many homes to be played in lockstep.
         """
         check_at_least(
-            1, num_envs=num_homes, max_looks=max_looks, queries_per_home=queries_per_home,
+            1,
+            num_envs=num_homes,
+            max_looks=max_looks,
+            queries_per_home=queries_per_home,
             max_furniture=max_furniture,
-        )  # fmt: skip
+        )
         self._source = SampledSource() if homes is None else homes
         self._policy = policy
         self._max_looks = max_looks

@@ -279,8 +279,11 @@ class HomePicture:
         """Return the pixel box of a rectangle of cells, both ends inclusive."""
         scale = self._scale
         return [
-            column * scale, row * scale, (column + width) * scale - 1, (row + height) * scale - 1,
-        ]  # fmt: skip
+            column * scale,
+            row * scale,
+            (column + width) * scale - 1,
+            (row + height) * scale - 1,
+        ]
 
 
 def mix(color: Color, other: Color, share: float) -> Color:

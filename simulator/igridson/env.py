@@ -154,9 +154,13 @@ class IGridsonEnv(MiniGridEnv):
         self._frame_clock: pygame.time.Clock | None = None  # of the window
         columns, rows = self.layout.size
         super().__init__(
-            MissionSpace(mission_func=_name_mission), width=columns, height=rows,
-            max_steps=max_steps, render_mode=render_mode, tile_size=tile_size,
-        )  # fmt: skip
+            MissionSpace(mission_func=_name_mission),
+            width=columns,
+            height=rows,
+            max_steps=max_steps,
+            render_mode=render_mode,
+            tile_size=tile_size,
+        )
         self._sample_home(home_seed=0)  # for the number of descriptions; replaced on reset
         self._wants_new_home = True
         num_codes = self.homes.object_descriptions.num_descriptions

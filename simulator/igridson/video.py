@@ -120,15 +120,32 @@ def _save_mp4(frames: list[np.ndarray], path: Path) -> None:
     """Pipe the frames to ffmpeg."""
     height, width, _ = frames[0].shape
     command = [
-        "ffmpeg", "-y", "-loglevel", "error",
-        "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}",
-        "-r", str(_FRAMES_PER_SECOND), "-i", "-",
-        "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", str(path),
-    ]  # fmt: skip
+        "ffmpeg",
+        "-y",
+        "-loglevel",
+        "error",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        f"{width}x{height}",
+        "-r",
+        str(_FRAMES_PER_SECOND),
+        "-i",
+        "-",
+        "-vf",
+        "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+        "-pix_fmt",
+        "yuv420p",
+        str(path),
+    ]
     done = subprocess.run(
-        command, input=b"".join(frame.tobytes() for frame in frames), capture_output=True,
+        command,
+        input=b"".join(frame.tobytes() for frame in frames),
+        capture_output=True,
         check=False,
-    )  # fmt: skip
+    )
     if done.returncode:
         raise OSError(
             f"ffmpeg must write the film, got exit status {done.returncode} for '{path}': "

@@ -128,9 +128,15 @@ def make_transition(
 
 @kernel
 def spread(
-    density: np.ndarray, moves: np.ndarray, leave: np.ndarray,
-    kept: float, rate: float, coming: float, room: np.ndarray, scratch: np.ndarray,
-) -> None:  # fmt: skip
+    density: np.ndarray,
+    moves: np.ndarray,
+    leave: np.ndarray,
+    kept: float,
+    rate: float,
+    coming: float,
+    room: np.ndarray,
+    scratch: np.ndarray,
+) -> None:
     """Let the objects of one density move, leave and come for one step, in place.
 
     An object stays in the home with the probability `kept`. It stays where it is with 1 - rate,
@@ -178,9 +184,13 @@ def correct_places(
 
 @kernel
 def update_class_noise(
-    type_possible: np.ndarray, unseen: np.ndarray, group: np.ndarray,
-    node: int, is_type_seen: bool, miss: float,
-) -> None:  # fmt: skip
+    type_possible: np.ndarray,
+    unseen: np.ndarray,
+    group: np.ndarray,
+    node: int,
+    is_type_seen: bool,
+    miss: float,
+) -> None:
     """Learn from one look at a node what class noise has left to the type of a query, in place.
 
     Nodes of one `group`, room and label, share class noise; all arrays (F,).
@@ -198,9 +208,13 @@ def update_class_noise(
 
 @kernel
 def update_instance_noise(
-    own_possible: np.ndarray, type_possible: np.ndarray, believed: float,
-    node: int, is_seen: bool, miss: float,
-) -> None:  # fmt: skip
+    own_possible: np.ndarray,
+    type_possible: np.ndarray,
+    believed: float,
+    node: int,
+    is_seen: bool,
+    miss: float,
+) -> None:
     """Learn from one look at a node what instance noise has left to a description, in place, (F,).
 
     `believed` is how many such objects were expected at the node.
@@ -217,9 +231,12 @@ def update_instance_noise(
 
 @kernel
 def make_transitions(
-    weight: np.ndarray, type_possible: np.ndarray, own_possible: np.ndarray,
-    room: np.ndarray, transitions: np.ndarray,
-) -> None:  # fmt: skip
+    weight: np.ndarray,
+    type_possible: np.ndarray,
+    own_possible: np.ndarray,
+    room: np.ndarray,
+    transitions: np.ndarray,
+) -> None:
     """Compute where objects of one query go by the prior's weights, (F,), in place.
 
     Fills `transitions` with `moves` and `leave` of `make_transition`, of the description, then of
@@ -243,11 +260,16 @@ def _make_shares(
 
 @kernel
 def follow(
-    belief: np.ndarray, since: tuple[np.ndarray, np.ndarray], now: int,
-    subjects: tuple[np.ndarray, np.ndarray, np.ndarray], rules: Rules, type_add_rate: np.ndarray,
-    layout: tuple[np.ndarray, np.ndarray, np.ndarray], rounds: tuple[np.ndarray, int],
+    belief: np.ndarray,
+    since: tuple[np.ndarray, np.ndarray],
+    now: int,
+    subjects: tuple[np.ndarray, np.ndarray, np.ndarray],
+    rules: Rules,
+    type_add_rate: np.ndarray,
+    layout: tuple[np.ndarray, np.ndarray, np.ndarray],
+    rounds: tuple[np.ndarray, int],
     chains: tuple[ChainArrays, ChainArrays, ChainArrays, ChainArrays],
-) -> None:  # fmt: skip
+) -> None:
     """Carry the belief about each query from its time to now, in place.
 
     See `PlaceFilter`, and `HomeFilter` for what is learnt about noise.

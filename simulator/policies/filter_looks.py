@@ -112,9 +112,14 @@ class FilterLooks:
         return self._rounds["time"]
 
     def add_looks(
-        self, time: int, homes: np.ndarray, furniture: np.ndarray, coverage: np.ndarray,
-        objects: np.ndarray, type_keys: np.ndarray,
-    ) -> None:  # fmt: skip
+        self,
+        time: int,
+        homes: np.ndarray,
+        furniture: np.ndarray,
+        coverage: np.ndarray,
+        objects: np.ndarray,
+        type_keys: np.ndarray,
+    ) -> None:
         """Note a round of looks: in which homes, each once, where, and how much was in view, (n,).
 
         `objects` (m,) are the rows of those that were seen, `type_keys` home * num_types + type.

@@ -21,9 +21,13 @@ class Inventory:
     """
 
     def __init__(
-        self, prior: PriorGraph, configs: Sequence[HomeRules], weights: np.ndarray,
-        num_furniture: np.ndarray, asks_moved: float,
-    ) -> None:  # fmt: skip
+        self,
+        prior: PriorGraph,
+        configs: Sequence[HomeRules],
+        weights: np.ndarray,
+        num_furniture: np.ndarray,
+        asks_moved: float,
+    ) -> None:
         """Work out how many there are and how often they move, by the rules of each home, (H,).
 
         The initial objects were placed with `weights`, (H, O, F); `asks_moved` is the share of the

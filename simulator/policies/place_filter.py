@@ -49,9 +49,11 @@ class PlaceFilter(Policy):
     num_basis: ClassVar[int] = 1
 
     def __init__(
-        self, prior: PriorGraph, config: HomeRules | Sequence[HomeRules],
+        self,
+        prior: PriorGraph,
+        config: HomeRules | Sequence[HomeRules],
         asks_moved: float = TASKS_ASK_MOVED,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Keep what types the prior has, and the rules of all homes, or of each.
 
         `asks_moved` is the share of the queries that are about an object that has just moved.
@@ -148,19 +150,32 @@ class PlaceFilter(Policy):
         return subjects.moves[:, None].copy()
 
     def _advance(
-        self, belief: np.ndarray, since: tuple[np.ndarray, np.ndarray], now: int,
-        subjects: Subjects, rules: Rules,
-    ) -> None:  # fmt: skip
+        self,
+        belief: np.ndarray,
+        since: tuple[np.ndarray, np.ndarray],
+        now: int,
+        subjects: Subjects,
+        rules: Rules,
+    ) -> None:
         """Carry beliefs on to a time, in place, with the looks and questions until then."""
         home, types, log = subjects.home, subjects.type, self._log
         type_add_rate = rules.add_rate / self._inventory.sameness[np.maximum(types, 0)]
         follow(
-            belief, since, now, (home, subjects.object, self._number_types(home, types)), rules,
-            type_add_rate, (self._room[home], self._group[home], self._num_furniture[home]),
+            belief,
+            since,
+            now,
+            (home, subjects.object, self._number_types(home, types)),
+            rules,
+            type_add_rate,
+            (self._room[home], self._group[home], self._num_furniture[home]),
             (log.round_time, log.first_round),
-            (log.looks.arrays, log.sightings.arrays, log.type_sightings.arrays,
-             log.questions.arrays),
-        )  # fmt: skip
+            (
+                log.looks.arrays,
+                log.sightings.arrays,
+                log.type_sightings.arrays,
+                log.questions.arrays,
+            ),
+        )
 
     @abstractmethod
     def read_moves(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
@@ -222,8 +237,9 @@ class PlaceFilter(Policy):
         more_homes, more_types = np.divmod(rows[rows >= num_objects] - num_objects, num_types + 1)
         more_types = np.where(more_types < num_types, more_types, -1)
         moves = (
-            self.read_moves(memory, queries), self.read_type_moves(memory, more_homes, more_types)
-        )  # fmt: skip
+            self.read_moves(memory, queries),
+            self.read_type_moves(memory, more_homes, more_types),
+        )
         subjects = Subjects(
             home=np.concatenate([home, more_homes]).astype(np.int64),
             object=np.concatenate([objects, np.full(len(more_homes), -1)]),
@@ -248,10 +264,13 @@ class KeptBeliefs:
     def __init__(self, num_rows: int, num_furniture: int, num_basis: int) -> None:
         """Start without beliefs; K, F and B."""
         entry = np.dtype(
-            [("belief", np.float64, (num_rows, num_furniture)),
-             ("time", np.int64), ("num_rounds", np.int64),
-             ("basis", np.float64, (num_basis, num_furniture))]
-        )  # fmt: skip
+            [
+                ("belief", np.float64, (num_rows, num_furniture)),
+                ("time", np.int64),
+                ("num_rounds", np.int64),
+                ("basis", np.float64, (num_basis, num_furniture)),
+            ]
+        )
         self._entries = Table({"entry": entry})
         self._row_of_object = np.full(64, -1)
 

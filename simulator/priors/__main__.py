@@ -22,9 +22,13 @@ PROG = "python -m simulator.priors"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command, and return the exit status: 0 if all is well, 1 on bad input."""
     commands = {
-        "from-trace": count_traces, "show": show, "check": check,
-        "words": write_words, "prompt": print_prompt, "filled": write_filled,
-    }  # fmt: skip
+        "from-trace": count_traces,
+        "show": show,
+        "check": check,
+        "words": write_words,
+        "prompt": print_prompt,
+        "filled": write_filled,
+    }
     return choose(PROG, commands, arguments)
 
 

@@ -167,9 +167,14 @@ def _draw_band(
     _draw_edges(axis, lower)
     palette = colormaps["tab20"](np.arange(len(objects)) % 20)  # so that an eye can follow each
     axis.scatter(
-        list(x_object.values()), np.zeros(len(objects)), s=NODE_SIZE, c=palette,
-        edgecolors="#444444", linewidths=0.4, zorder=3,
-    )  # fmt: skip
+        list(x_object.values()),
+        np.zeros(len(objects)),
+        s=NODE_SIZE,
+        c=palette,
+        edgecolors="#444444",
+        linewidths=0.4,
+        zorder=3,
+    )
     for label in objects:
         axis.text(x_object[label], -0.09, label, rotation=90, ha="center", va="top", fontsize=7.5)
     middle: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 4}

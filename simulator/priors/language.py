@@ -80,13 +80,16 @@ def make_word_prior(
     relation = find_relations(base)
     placements = tuple(
         Placement(
-            room=nodes[node][0], furniture=nodes[node][1], object=name,
-            relation=relation[nodes[node][1]], prob=round(float(weight), 6),
+            room=nodes[node][0],
+            furniture=nodes[node][1],
+            object=name,
+            relation=relation[nodes[node][1]],
+            prob=round(float(weight), 6),
         )
         for name, places, shares in zip(names, kept, weights, strict=True)
         for node, weight in zip(places.tolist(), shares, strict=True)
         if round(float(weight), 6) > 0
-    )  # fmt: skip
+    )
     metadata = {
         "name": "words",
         "sources": [f"cosines of word vectors alone ({text.name}), temperature {temperature:g}"],
@@ -146,14 +149,17 @@ def read_filled(path: Path, base: PriorGraph | None = None) -> PriorGraph:
     known = {row.label: row for row in base.objects}
     placements = [
         Placement(
-            room=room, furniture=furniture, object=thing, relation=relation,
+            room=room,
+            furniture=furniture,
+            object=thing,
+            relation=relation,
             prob=round(value / sum(places.values()), 6),
         )
         for thing, places in found.items()
         if sum(places.values()) > 0
         for (room, furniture, relation), value in places.items()
         if value > 0
-    ]  # fmt: skip
+    ]
     if not placements:
         raise ValueError(f"table must have a row with a weight, got none in {path}. Fill it in.")
     kept = dict.fromkeys(row.object for row in placements)

@@ -128,10 +128,14 @@ def _parse_adjectives(text: str) -> Adjectives:
 
 # How a column is read; others are texts.
 _COLUMNS: Mapping[str, Callable[[str], Any]] = {
-    "sample_prob": float, "max_count": int, "num_edges": int, "move_freq": float,
-    "add_remove_prob": float, "alias_of": lambda text: text or None,
+    "sample_prob": float,
+    "max_count": int,
+    "num_edges": int,
+    "move_freq": float,
+    "add_remove_prob": float,
+    "alias_of": lambda text: text or None,
     "adjectives": _parse_adjectives,
-}  # fmt: skip
+}
 
 
 def _read(kind: type[Row], file: str) -> dict[str, Row]:

@@ -108,8 +108,9 @@ class PastThings:
         """Go on with a memory, which says itself what is one."""
         same_as = np.asarray(content.tables["objects"]["same_as"]).tolist()
         numbers = [self._find(time, thing.description, thing.id) for thing in content.things]
-        self._same_as = {numbers[row]: numbers[root]
-                         for row, root in enumerate(same_as) if root >= 0}  # fmt: skip
+        self._same_as = {
+            numbers[row]: numbers[root] for row, root in enumerate(same_as) if root >= 0
+        }
 
     def _get_root(self, number: int) -> int:
         for _ in self._same_as:  # links lead to links where things were merged again and again

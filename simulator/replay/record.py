@@ -60,9 +60,13 @@ class RunRecorder:
             tuple(text(int(code)) for code in codes),  # those that came up
         )
         return Replay(
-            self._lines, title, prior=self._homes.prior, truth=truth, questions=self._questions,
+            self._lines,
+            title,
+            prior=self._homes.prior,
+            truth=truth,
+            questions=self._questions,
             plan=plan,
-        )  # fmt: skip
+        )
 
     def _note_truth(self) -> None:
         self._furniture.append(self._homes.object_furniture[0].astype(np.int32))
@@ -86,16 +90,23 @@ class RunRecorder:
         for key, choice, is_right in zip(keys, answer.choice, answer.is_correct, strict=True):
             self._questions.append(
                 PastQuestion(
-                    self._rollout.memory.time, self._homes.object_descriptions.text(int(key)),
-                    int(choice), bool(is_right),
+                    self._rollout.memory.time,
+                    self._homes.object_descriptions.text(int(key)),
+                    int(choice),
+                    bool(is_right),
                 )
-            )  # fmt: skip
+            )
 
 
 def record_run(
-    source: HomeSource, num_steps: int, *, home: int = 0, seed: int = 0,
-    policy: str = "bayesian", task: str = "predict_location",
-) -> Replay:  # fmt: skip
+    source: HomeSource,
+    num_steps: int,
+    *,
+    home: int = 0,
+    seed: int = 0,
+    policy: str = "bayesian",
+    task: str = "predict_location",
+) -> Replay:
     """Let a robot live in a home, and return what it saw and what was true.
 
     Args:

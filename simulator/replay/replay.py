@@ -161,10 +161,15 @@ class Replay(Story):
                 things.note_look(line.time, furniture, values["seen"] if is_look else ())
                 looks.append(
                     PastLook(
-                        line.time, furniture, seen, missed, sought, values["coverage"],
+                        line.time,
+                        furniture,
+                        seen,
+                        missed,
+                        sought,
+                        values["coverage"],
                         values.get("viewpoint"),
                     )
-                )  # fmt: skip
+                )
             elif line.kind != "query":
                 said = _read_statement(line, player, len(looks))
                 if line.kind not in _OF_THINGS:  # a look at no furniture is an error
@@ -277,9 +282,14 @@ class StillMemory(Story):
             self.things.note_statement(said.time, ThingName(thing.description))
             place = "" if said.furniture is None else memory.describe(said.furniture)
             yield PastStatement(
-                said.time, said.kind, thing.description, said.by, said.furniture, place,
+                said.time,
+                said.kind,
+                thing.description,
+                said.by,
+                said.furniture,
+                place,
                 num_looks=bisect_right(times, said.time),
-            )  # fmt: skip
+            )
 
 
 def _list_last_sightings(memory: SceneGraphMemory) -> tuple[PastLook, ...]:

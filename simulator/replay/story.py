@@ -242,7 +242,7 @@ class Story(ABC):
             (one, index[one.furniture])
             for one, number in zip(self.statements, self.things.spoken_of, strict=True)
             if number in own and one.kind in _PLACED and one.furniture in index
-        ]  # fmt: skip
+        ]
         weight = np.zeros(len(index))
         if belief is not None and len(index):
             most = np.nan_to_num(belief).max(axis=0)

@@ -90,9 +90,11 @@ class HomeRobot(ABC):
             if furniture not in self.memory.layout.furniture:  # the map has changed meanwhile
                 num_before += search.num_looks + 1
                 search = self._finder.search(
-                    self.memory, description, start=self.body.position,
+                    self.memory,
+                    description,
+                    start=self.body.position,
                     distance=self._compute_distance,
-                )  # fmt: skip
+                )
             elif look is None:
                 search.not_found(0.01)
             elif search.seen(look.seen, look.coverage, look.hidden, look.viewpoint):
@@ -121,9 +123,14 @@ class HomeRobot(ABC):
         """Return a look of now that had all of the furniture in view."""
         now = self.body.time
         return BuiltLook(
-            furniture, tuple(seen), dict.fromkeys(RELATIONS, 1.0), tuple(dict.fromkeys(hidden)),
-            start=now, end=now, num_frames=1,
-        )  # fmt: skip
+            furniture,
+            tuple(seen),
+            dict.fromkeys(RELATIONS, 1.0),
+            tuple(dict.fromkeys(hidden)),
+            start=now,
+            end=now,
+            num_frames=1,
+        )
 
 
 class PerfectRobot(HomeRobot):

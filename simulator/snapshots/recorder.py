@@ -37,10 +37,12 @@ class Recorder:
         self._versions: dict[str, list[Arrays]] = defaultdict(list)
 
     def add_snapshot(
-        self, queries: Queries, answers: np.ndarray,
+        self,
+        queries: Queries,
+        answers: np.ndarray,
         extras: Mapping[str, np.ndarray] | None = None,
         question_extras: Mapping[str, np.ndarray] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Record the memories at queries; a home may have several, or none.
 
         Args:

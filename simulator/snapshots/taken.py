@@ -14,10 +14,13 @@ from simulator.snapshots.snapshots import Snapshots
 
 
 def take_snapshots(
-    memory: MemoryBatch, queries: Queries, answers: np.ndarray | None = None,
+    memory: MemoryBatch,
+    queries: Queries,
+    answers: np.ndarray | None = None,
     extras: Mapping[str, np.ndarray] | None = None,
-    question_extras: Mapping[str, np.ndarray] | None = None, asked_alone: bool = False,
-) -> Snapshots:  # fmt: skip
+    question_extras: Mapping[str, np.ndarray] | None = None,
+    asked_alone: bool = False,
+) -> Snapshots:
     """Take one snapshot per query, of the home that is asked; nothing of the padding is in it.
 
     Args:

@@ -79,14 +79,17 @@ def play_games(
                 groups,
                 [
                     play_task(
-                        make, source.make(streams.select(group)), num_steps,
-                        partial(on_step, number), task,
+                        make,
+                        source.make(streams.select(group)),
+                        num_steps,
+                        partial(on_step, number),
+                        task,
                     )
                     for group in groups
                 ],
             )
             for number, (make, task) in enumerate(games)
-        ]  # fmt: skip
+        ]
     homes = [
         part.tolist()
         for group in groups

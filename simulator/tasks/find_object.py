@@ -28,9 +28,12 @@ class FindObject(Task):
     metric = "looks"
 
     def __init__(
-        self, homes: Homes, policy: Policy, max_looks: int | None = None,
+        self,
+        homes: Homes,
+        policy: Policy,
+        max_looks: int | None = None,
         order: SearchOrder | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Start at t = 0 with an empty memory.
 
         A search ends after `max_looks`, None for what the rules of the homes say; the order turns

@@ -104,16 +104,25 @@ METRICS = _index(
     Metric("accuracy", "answers right", ".3f", True, compute_accuracy),
     # about objects that have left the place where the agent saw them last
     Metric(
-        "away_accuracy", "right if away", ".3f", True,
+        "away_accuracy",
+        "right if away",
+        ".3f",
+        True,
         lambda scores: compute_accuracy_among(scores.is_correct, scores.is_away),
     ),
     # about objects that are not where they have been most of the time
     Metric(
-        "out_of_place_accuracy", "right if out of place", ".3f", True,
+        "out_of_place_accuracy",
+        "right if out of place",
+        ".3f",
+        True,
         lambda scores: compute_accuracy_among(scores.is_correct, scores.is_out_of_place),
     ),
     Metric(
-        "calibration_error", "ECE", ".3f", False,
+        "calibration_error",
+        "ECE",
+        ".3f",
+        False,
         lambda scores: compute_calibration_error(
             scores.confidence.ravel(), scores.is_correct.ravel()
         ),
@@ -123,7 +132,7 @@ METRICS = _index(
     Metric(
         "candidate_recall", "recall", ".3f", True, lambda scores: float(scores.has_candidate.mean())
     ),
-)  # fmt: skip
+)
 
 
 def find_metric(name: str) -> Metric:

@@ -162,9 +162,11 @@ class Rollout:
         seen = observe(self.homes, furniture)
         types = self.homes.object_descriptions.type_of_code[seen.seen_code]
         rows = memory.ensure_objects(
-            seen.seen_home, seen.seen_code, self._type_label[seen.seen_home, types],
+            seen.seen_home,
+            seen.seen_code,
+            self._type_label[seen.seen_home, types],
             self.homes.prior_types[seen.seen_home, types],
-        )  # fmt: skip
+        )
         change = memory.observe(
             seen.home, seen.furniture, rows, seen.seen_relation, seen.coverage, seen.seen_confidence
         )

@@ -63,9 +63,14 @@ class Search:
     """
 
     def __init__(
-        self, rollout: Rollout, codes: np.ndarray, queries: Queries, max_looks: int | None = None,
-        *, ends_when_seen: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        rollout: Rollout,
+        codes: np.ndarray,
+        queries: Queries,
+        max_looks: int | None = None,
+        *,
+        ends_when_seen: bool = False,
+    ) -> None:
         """Begin to search; `Search(rollout, *rollout.ask())` for what a task would ask for.
 
         Args:
@@ -123,9 +128,12 @@ class Search:
         choice = np.full(len(homes), -1)
         choice[rows] = chosen
         return Answer(
-            self.queries.take(homes), self.answers[homes], scores, choice,
+            self.queries.take(homes),
+            self.answers[homes],
+            scores,
+            choice,
             is_repeat=bool(self.num_looks.any()),
-        )  # fmt: skip
+        )
 
     def look(self, homes: np.ndarray, furniture: np.ndarray) -> Observation:
         """Look once in some homes that still search, each once, (n,), and remember what is there.

@@ -75,9 +75,12 @@ def end_stays(
 
 @kernel
 def mark_out_of_place(
-    query_home: np.ndarray, query_code: np.ndarray, answers: np.ndarray, num_counted: int,
+    query_home: np.ndarray,
+    query_code: np.ndarray,
+    answers: np.ndarray,
+    num_counted: int,
     stays: Stays,
-) -> np.ndarray:  # fmt: skip
+) -> np.ndarray:
     """Mark the queries whose object is at no usual place of its description, bool (Q,)."""
     code, furniture, since, counts = stays
     num_furniture = answers.shape[1]

@@ -42,8 +42,11 @@ def check(arguments: Sequence[str]) -> int:
         num_wrong += bool(wrong)
         print(f"{row.name}: {'differs in ' + ', '.join(wrong) if wrong else 'the same homes'}")
     if num_wrong:
-        print("error: homes must be those of the set, got others. Scores in them do not compare "
-              "with those of others.", file=sys.stderr)  # fmt: skip
+        print(
+            "error: homes must be those of the set, got others. Scores in them do not compare "
+            "with those of others.",
+            file=sys.stderr,
+        )
     return 1 if num_wrong else 0
 
 

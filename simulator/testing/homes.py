@@ -84,8 +84,10 @@ def _take_state(homes: Homes, step: int) -> State:
     _expect(
         all(np.array_equal(getattr(homes, name), state[name]) for name in _BY_SLOT)
         and np.array_equal(where, state["object_place"]),
-        "be the same after a look", "changed", step,
-    )  # fmt: skip
+        "be the same after a look",
+        "changed",
+        step,
+    )
     state["coverage"] = np.zeros((homes.num_homes, 1))
     state["coverage"][seen.home, 0] = seen.coverage
     state["seen"] = np.zeros((homes.num_homes, homes.object_descriptions.num_descriptions))
@@ -116,13 +118,17 @@ def _check_layout(homes: Homes) -> None:
         _expect(count > 0, "have furniture", "none", home=home)
         _expect(homes.is_furniture[home, :count].all(), "have furniture first", "gaps", home=home)
         _expect(
-            not any(own[count:]) and all(own[:count]), "have labels for its furniture alone",
-            "others", home=home,
-        )  # fmt: skip
-        _expect(
-            set(rooms) | set(own[:count]) <= set(labels), "have its labels in labels", "others",
+            not any(own[count:]) and all(own[:count]),
+            "have labels for its furniture alone",
+            "others",
             home=home,
-        )  # fmt: skip
+        )
+        _expect(
+            set(rooms) | set(own[:count]) <= set(labels),
+            "have its labels in labels",
+            "others",
+            home=home,
+        )
         of_room = homes.furniture_room[home, :count]
         _expect(of_room.max() < len(rooms), "have its furniture in its rooms", "others", home=home)
 
@@ -142,9 +148,11 @@ def _check_objects(homes: Homes, step: int) -> None:
     _expect(not (homes.object_moved & ~is_present).any(), "move what is there", "others", step)
     types = homes.object_descriptions.type_of_code[homes.object_code[is_present]]
     _expect(
-        np.array_equal(types, homes.object_type[is_present]), "have objects of the type of their "
-        "description", "others", step,
-    )  # fmt: skip
+        np.array_equal(types, homes.object_type[is_present]),
+        "have objects of the type of their description",
+        "others",
+        step,
+    )
 
 
 def _check_rows(homes: Homes, rows: np.ndarray, step: int) -> None:
@@ -154,8 +162,10 @@ def _check_rows(homes: Homes, rows: np.ndarray, step: int) -> None:
     _expect((rows >= 0).all() and not rows[~is_place].any(), "go to own places", "others", step)
     _expect(
         bool((np.isclose(total, 1, atol=1e-4) | (total == 0)).all()),
-        "have rows of T that sum to one or zero", f"{total}", step,
-    )  # fmt: skip
+        "have rows of T that sum to one or zero",
+        f"{total}",
+        step,
+    )
 
 
 def _expect_shape(name: str, values: Any, shape: tuple[int, ...]) -> None:

@@ -84,19 +84,25 @@ def check_sensing(sensing: Sensing | str, *, num_steps: int = 60, seed: int = 0)
         _check_observation(homes, furniture, seen)
         is_right = np.array(
             [
-                ((homes.object_place[home] == PlaceCode.of(furniture[home], relation))
-                 & (homes.object_code[home] == code)).any()
+                (
+                    (homes.object_place[home] == PlaceCode.of(furniture[home], relation))
+                    & (homes.object_code[home] == code)
+                ).any()
                 for home, code, relation in zip(
-                    seen.seen_home, seen.seen_code, seen.seen_relation, strict=True)
-            ], dtype=bool,
-        )  # fmt: skip
+                    seen.seen_home, seen.seen_code, seen.seen_relation, strict=True
+                )
+            ],
+            dtype=bool,
+        )
         sure.append(np.stack([is_right, seen.seen_confidence], axis=1))
         there = (homes.object_furniture[seen.home] == seen.furniture[:, None]).sum(axis=1)
         found = np.bincount(seen.seen_home[is_right], minlength=homes.num_homes)[seen.home]
         seen_more.append(
-            np.stack([np.repeat(found / np.maximum(there, 1), there),
-                      np.repeat(seen.coverage, there)], axis=1)
-        )  # fmt: skip
+            np.stack(
+                [np.repeat(found / np.maximum(there, 1), there), np.repeat(seen.coverage, there)],
+                axis=1,
+            )
+        )
     right, confidence = np.concatenate(sure).T
     found, coverage = np.concatenate(seen_more).T
     if right.sum() < confidence.sum() - _spread(confidence):
@@ -120,14 +126,31 @@ def _check_observation(homes: SampledHomes, furniture: np.ndarray, seen: Observa
         (np.isin(seen.seen_home, looking).all(), "see in homes that look"),
         ((np.diff(seen.seen_home) >= 0).all(), "see home after home"),
         (np.isin(seen.seen_relation, (0, 1)).all(), "see relations 0 and 1"),
-        (((seen.seen_confidence >= 0) & (seen.seen_confidence <= 1)).all(), "have confidences in "
-         "[0, 1]"),
-        (((seen.seen_code >= 0) & (seen.seen_code < homes.object_descriptions.num_descriptions))
-         .all(), "see descriptions that there are"),
+        (
+            ((seen.seen_confidence >= 0) & (seen.seen_confidence <= 1)).all(),
+            "have confidences in [0, 1]",
+        ),
+        (
+            (
+                (seen.seen_code >= 0)
+                & (seen.seen_code < homes.object_descriptions.num_descriptions)
+            ).all(),
+            "see descriptions that there are",
+        ),
         (len(seen.coverage) == len(looking), "have one coverage each"),
-        (len({len(seen.seen_home), len(seen.seen_code), len(seen.seen_relation),
-              len(seen.seen_confidence)}) == 1, "have equally long columns"),
-    ):  # fmt: skip
+        (
+            len(
+                {
+                    len(seen.seen_home),
+                    len(seen.seen_code),
+                    len(seen.seen_relation),
+                    len(seen.seen_confidence),
+                }
+            )
+            == 1,
+            "have equally long columns",
+        ),
+    ):
         if not holds:
             raise AssertionError(f"looks must {rule}, got others. See `Observation`.")
 

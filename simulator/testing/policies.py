@@ -81,19 +81,23 @@ def check_policy(
         own = _play(make(alone), alone, num_steps, tolerance)
         for step, (single, batch) in enumerate(zip(own, scores, strict=True), start=1):
             _check_equal(
-                batch[home::num_homes, : alone.num_furniture], single, tolerance,
+                batch[home::num_homes, : alone.num_furniture],
+                single,
+                tolerance,
                 f"be the same in any batch, got others for home {home} alone in step "
                 f"{step}. Work on each home by itself",
-            )  # fmt: skip
+            )
     if policy.needs:
         return
     again = _play(policy, start(range(num_homes)), num_steps, tolerance)
     for step, (first, second) in enumerate(zip(scores, again, strict=True), start=1):
         _check_equal(
-            first, second, tolerance,
+            first,
+            second,
+            tolerance,
             f"be those of a new policy after reset, got others in step {step} of the same homes. "
             "Forget everything in reset",
-        )  # fmt: skip
+        )
 
 
 def _play(policy: Policy, homes: Homes, num_steps: int, tolerance: float) -> list[np.ndarray]:
@@ -140,17 +144,21 @@ class _Watched(Policy):
         again = self._policy.scores(memory, queries)
         when = f"in step {memory.time}"
         _check_equal(
-            scores, again, 0.0,
+            scores,
+            again,
+            0.0,
             f"be the same for the same memory, got others when asked twice {when}. Let nothing but "
             "the memory and the queries matter",
-        )  # fmt: skip
+        )
         for row in range(len(scores)):
             one = queries.take(np.array([row]))
             _check_equal(
-                scores[row : row + 1], self._policy.scores(memory, one), self._tolerance,
+                scores[row : row + 1],
+                self._policy.scores(memory, one),
+                self._tolerance,
                 f"be the same for a question alone, got others for question {row} {when}. Answer "
                 "each question by itself",
-            )  # fmt: skip
+            )
         _check_unchanged(memory, before, "scores")
         return scores
 

@@ -227,9 +227,14 @@ def bring_bag(arguments: Sequence[str]) -> int:
         log = options.log or (options.out and Path(folder) / "looks.jsonl")
         own = BagOptions(**pick(options, BagOptions))
         looks = read_bag(
-            options.folder, home, own, areas=areas, labels=labels,
-            prior=load_prior(options.prior), log=log,
-        )  # fmt: skip
+            options.folder,
+            home,
+            own,
+            areas=areas,
+            labels=labels,
+            prior=load_prior(options.prior),
+            log=log,
+        )
         print(looks.summarise())
         if options.log is not None:
             print(f"log: {options.log}")

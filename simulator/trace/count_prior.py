@@ -161,8 +161,14 @@ def _count_home(
     """Count one home into the counts of all, going through its changes in order of step."""
     holds: dict[int, str] = {}  # slot to type
     present: Counter[str] = Counter()
-    columns = (episode.step, episode.slot, episode.place, episode.description,
-               episode.is_move, episode.is_new)  # fmt: skip
+    columns = (
+        episode.step,
+        episode.slot,
+        episode.place,
+        episode.description,
+        episode.is_move,
+        episode.is_new,
+    )
     rows = zip(*(column.tolist() for column in columns), strict=True)
     end = episode.num_steps
     for step, slot, place, description, is_move, is_new in rows:

@@ -106,11 +106,23 @@ def make_episode(
             "is there."
         )
     return Episode(
-        name or trace.name, trace, start, step_seconds, num_steps, tuple(descriptions),
-        step, slot, place, description, is_move.astype(bool), is_new.astype(bool),
-        np.bincount(step[is_move > 0], minlength=num_steps + 1)[1:], num_present,
-        bool((step[(is_new > 0) | (place < 0)] > 0).any()), bool(crosses_rooms.any()),
-    )  # fmt: skip
+        name or trace.name,
+        trace,
+        start,
+        step_seconds,
+        num_steps,
+        tuple(descriptions),
+        step,
+        slot,
+        place,
+        description,
+        is_move.astype(bool),
+        is_new.astype(bool),
+        np.bincount(step[is_move > 0], minlength=num_steps + 1)[1:],
+        num_present,
+        bool((step[(is_new > 0) | (place < 0)] > 0).any()),
+        bool(crosses_rooms.any()),
+    )
 
 
 def split_days(trace: Trace, step_seconds: float) -> tuple[list[Episode], list[str]]:

@@ -186,9 +186,12 @@ class _LogReader:
             self._add_room(values["room"], values["label"])
         elif line.kind == "furniture":
             node = Furniture(
-                values["label"], values["room"], values["description"],
-                box=values.get("box"), open_cost=values.get("open_cost"),
-            )  # fmt: skip
+                values["label"],
+                values["room"],
+                values["description"],
+                box=values.get("box"),
+                open_cost=values.get("open_cost"),
+            )
             self._add_furniture(values["furniture"], node)
         elif line.kind == "merge_furniture":
             kept, gone = self._places[values["furniture"]], self._places.pop(values["other"])

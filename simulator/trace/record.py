@@ -73,12 +73,15 @@ class TraceRecorder:
         """Return one trace per home, named after its number."""
         return [
             Trace(
-                f"home_{number:06d}", _describe_layout(self._homes, home),
-                tuple(self._events[home]), self._describe_truth(home), self._starts[home],
+                f"home_{number:06d}",
+                _describe_layout(self._homes, home),
+                tuple(self._events[home]),
+                self._describe_truth(home),
+                self._starts[home],
                 (self._time - 1) * self._step_seconds[home] or None,
             )
             for home, number in enumerate(self._homes.streams.homes)
-        ]  # fmt: skip
+        ]
 
     def _name_object(self, home: int, slot: int) -> None:
         homes = self._homes
@@ -101,10 +104,12 @@ class TraceRecorder:
         weights = homes.get_place_weights()[home]
         texts = [homes.object_descriptions.text(int(code)) for code in codes]
         return Truth(
-            homes.configs[home], self._step_seconds[home], int(homes.home_num_slots[home]),
+            homes.configs[home],
+            self._step_seconds[home],
+            int(homes.home_num_slots[home]),
             dict(zip(texts, map(list_weights, rows), strict=True)),
             dict(zip(homes.object_labels, map(list_weights, weights), strict=True)),
-        )  # fmt: skip
+        )
 
 
 def record_homes(

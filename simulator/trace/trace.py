@@ -36,8 +36,14 @@ from simulator.world.config import HomeConfig
 TRUTH_FILE = "simulation.json"
 MAX_SLOTS = 100_000  # of a home
 _BROKEN = (
-    OSError, ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError,
-)  # fmt: skip
+    OSError,
+    ValueError,
+    TypeError,
+    KeyError,
+    AttributeError,
+    OverflowError,
+    RecursionError,
+)
 
 # Weights of places by the text of what lies there: {"mug": {"3": 0.25, ...}, ...}
 Weights = Mapping[str, Mapping[int, float]]

@@ -11,10 +11,17 @@ NUMBERS_AT_ONCE = 1 << 20  # random numbers of noise worked on together: 8 MB
 
 @kernel
 def compute_noisy_weights(
-    weights: np.ndarray, rows: np.ndarray, places: np.ndarray, uniform: np.ndarray,
-    row_home: np.ndarray, place_room: np.ndarray, num_places: np.ndarray,
-    zero_prob: np.ndarray, scale: np.ndarray, min_kept: int = 2,
-) -> np.ndarray:  # fmt: skip
+    weights: np.ndarray,
+    rows: np.ndarray,
+    places: np.ndarray,
+    uniform: np.ndarray,
+    row_home: np.ndarray,
+    place_room: np.ndarray,
+    num_places: np.ndarray,
+    zero_prob: np.ndarray,
+    scale: np.ndarray,
+    min_kept: int = 2,
+) -> np.ndarray:
     """Zero some placement weights, scale the others, normalise per object.
 
     An object has some five places of sixty-four: only these are given.

@@ -160,11 +160,16 @@ class SampledHomes(SampledState):
             noisy = np.zeros((count, *prior.shape))
             uniform = noise.read(first + part_home, (row * prior.shape[1] + column) * 2, 2)
             noisy[part_home, row, column] = compute_noisy_weights(
-                prior[row, column], part_home * num_objects + row, column, uniform,
-                np.repeat(np.arange(count), num_objects), np.tile(place_room, (count, 1)),
-                np.full(count, len(place_room)), zero_prob=self.noise_zero_prob[some],
+                prior[row, column],
+                part_home * num_objects + row,
+                column,
+                uniform,
+                np.repeat(np.arange(count), num_objects),
+                np.tile(place_room, (count, 1)),
+                np.full(count, len(place_room)),
+                zero_prob=self.noise_zero_prob[some],
                 scale=self.noise_scale[some],
-            )  # fmt: skip
+            )
             of_nodes = noisy.reshape(count, num_objects, num_nodes, NUM_RELATIONS)
             for home, own in enumerate(of_nodes, start=first):
                 nodes = self.furniture_type[home, self.is_furniture[home]]

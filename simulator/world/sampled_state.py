@@ -132,10 +132,16 @@ class SampledState(Homes):
                 new_homes[some] * len(self.move_freq) + types[some],
             )
             noisy = compute_noisy_weights(
-                weights, rows, places, noise.read(rows, places * 2, 2), new_homes[some],
-                self.place_room, PlaceCode.count(self.home_num_furniture),
-                zero_prob=self.noise_zero_prob, scale=self.noise_scale,
-            )  # fmt: skip
+                weights,
+                rows,
+                places,
+                noise.read(rows, places * 2, 2),
+                new_homes[some],
+                self.place_room,
+                PlaceCode.count(self.home_num_furniture),
+                zero_prob=self.noise_zero_prob,
+                scale=self.noise_scale,
+            )
             self._row_of_code[new_homes[some], new_codes[some]] = self.transitions.append(
                 new_homes[some], rows, places, noisy
             )

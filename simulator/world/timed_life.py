@@ -30,9 +30,13 @@ class TimedLife(Life):
     state: Any
 
     def __init__(
-        self, homes: SampledState, members: np.ndarray, clocks: Sequence[Clock],
-        outlook_days: Sequence[int], purpose: str,
-    ) -> None:  # fmt: skip
+        self,
+        homes: SampledState,
+        members: np.ndarray,
+        clocks: Sequence[Clock],
+        outlook_days: Sequence[int],
+        purpose: str,
+    ) -> None:
         """Take charge of some homes of a group.
 
         Args:

@@ -92,9 +92,14 @@ class Transitions:
         return self._draw(rows, homes, start, end, np.full(len(rows), -1), uniform)
 
     def _draw(
-        self, rows: np.ndarray, homes: np.ndarray, start: np.ndarray, end: np.ndarray,
-        avoid: np.ndarray, uniform: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+        self,
+        rows: np.ndarray,
+        homes: np.ndarray,
+        start: np.ndarray,
+        end: np.ndarray,
+        avoid: np.ndarray,
+        uniform: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
         entry, furniture = self._entries["entry"], self._place_furniture
         found = draw_places(entry, start, end, furniture, avoid, uniform)
         return found, self.can_leave(rows, homes, found)
@@ -119,9 +124,13 @@ class Transitions:
 
 @kernel
 def list_entries(
-    rows: np.ndarray, places: np.ndarray, weights: np.ndarray,
-    layouts: np.ndarray, place_block: np.ndarray, num_blocks: int,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    rows: np.ndarray,
+    places: np.ndarray,
+    weights: np.ndarray,
+    layouts: np.ndarray,
+    place_block: np.ndarray,
+    num_blocks: int,
+) -> tuple[np.ndarray, np.ndarray]:
     """List the positive weights as entries, and how many come before each block ends, (n * B,).
 
     Rows, places and weights are those of `Transitions.append`; `layouts` (n,) are those of the
@@ -146,9 +155,13 @@ def list_entries(
 
 @kernel
 def draw_places(
-    entry: np.ndarray, start: np.ndarray, end: np.ndarray,
-    furniture: np.ndarray, avoid: np.ndarray, uniform: np.ndarray,
-) -> np.ndarray:  # fmt: skip
+    entry: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
+    furniture: np.ndarray,
+    avoid: np.ndarray,
+    uniform: np.ndarray,
+) -> np.ndarray:
     """Draw one of the entries start..end - 1 of each of n ranges in proportion to its weight.
 
     Places, int32 (n,); none at the furniture `avoid` (n,). `furniture` is that of every place (P,).

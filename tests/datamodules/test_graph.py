@@ -129,13 +129,21 @@ def test_without_absence_edges_count_sightings_alone(hand_written):
         edges={
             name: np.append(hand_written.edges[name], value)
             for name, value in {
-                "snapshot": 0, "object": 0, "furniture": 1, "relation": 0,
+                "snapshot": 0,
+                "object": 0,
+                "furniture": 1,
+                "relation": 0,
                 "prior": np.float32(0.2),
-                "num_observed": 1, "num_true": 0, "num_changed": 0, "last_observed": 4,
-                "last_changed": -1, "last_true": -1, "is_true": False,
+                "num_observed": 1,
+                "num_true": 0,
+                "num_changed": 0,
+                "last_observed": 4,
+                "last_changed": -1,
+                "last_true": -1,
+                "is_true": False,
             }.items()
         },
-    )  # fmt: skip
+    )
     whole, sightings = (
         GraphBuilder(FeatureConfig(absence=absence)).build(looked_in_fridge).to_pyg()
         for absence in (True, False)

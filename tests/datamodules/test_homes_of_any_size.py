@@ -115,9 +115,10 @@ def test_snapshots_hold_nothing_of_the_padding(together):
         assert snapshots.query_prior.shape == (56, 2)
         assert snapshots.extras["evidence"].shape == (56, 3)
         assert not np.isnan(snapshots.extras["evidence"]).any()
-        assert (snapshots.furniture["snapshot"][snapshots.edges["furniture"]] == (
-            snapshots.objects["snapshot"][snapshots.edges["object"]]
-        )).all()  # fmt: skip
+        assert (
+            snapshots.furniture["snapshot"][snapshots.edges["furniture"]]
+            == (snapshots.objects["snapshot"][snapshots.edges["object"]])
+        ).all()
 
 
 def test_a_home_is_recorded_as_if_it_were_alone(together, alone):

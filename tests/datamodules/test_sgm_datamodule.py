@@ -82,8 +82,11 @@ def test_other_settings_get_another_folder(tmp_path):
     data = make_datamodule(tmp_path)
     folders = {data.get_folder(data.train_config), data.get_folder(data.val_config)}
     for changes in (
-        {"home": HomeConfig(dynamic_nodes=False)}, {"seed": 1}, {"steps": 7}, {"policy": "random"}
-    ):  # fmt: skip
+        {"home": HomeConfig(dynamic_nodes=False)},
+        {"seed": 1},
+        {"steps": 7},
+        {"policy": "random"},
+    ):
         other = make_datamodule(tmp_path, **changes)
         folders |= {other.get_folder(other.train_config), other.get_folder(other.val_config)}
     assert len(folders) == 10

@@ -62,7 +62,10 @@ def test_mypy_finds_no_error_in_the_code_of_any_page(tmp_path):
     pytest.importorskip("mypy", reason="mypy is not installed: extra dev")
     files = write_modules(tmp_path)
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", *files], cwd=ROOT, capture_output=True, text=True,
+        [sys.executable, "-m", "mypy", *files],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
         check=False,
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stdout + done.stderr

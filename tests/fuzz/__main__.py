@@ -50,10 +50,34 @@ _SECONDS = 20  # of processor time; the system ends what takes three times that
 _IDLE_SECONDS = 20  # of waiting, neither for a processor nor writing
 _PATIENCE = 60  # seconds; a process that has done neither in them is ended
 _PER_PROCESS = 250
-KINDS = ("memory", "trace", "prior", "collection", "exported", "checkpoint", "log",
-         "results", "source", "layout", "session", "command", "writing", "tensor", "pickle",
-         "homer", "yaml", "replay", "page", "serve", "threads", "special", "links",
-         "start", "idle", "names")  # fmt: skip
+KINDS = (
+    "memory",
+    "trace",
+    "prior",
+    "collection",
+    "exported",
+    "checkpoint",
+    "log",
+    "results",
+    "source",
+    "layout",
+    "session",
+    "command",
+    "writing",
+    "tensor",
+    "pickle",
+    "homer",
+    "yaml",
+    "replay",
+    "page",
+    "serve",
+    "threads",
+    "special",
+    "links",
+    "start",
+    "idle",
+    "names",
+)
 
 
 class Hang(BaseException):

@@ -17,10 +17,14 @@ from sgm.serve import server
 Rng = np.random.Generator
 MOST = 12  # connections of the server
 SENT = (
-    b"", b"\x16\x03\x01", b"GET /health HTTP/1.1\r\nHost:", b"GET /health HTTP/1.1\r\n\r\n" * 3,
+    b"",
+    b"\x16\x03\x01",
+    b"GET /health HTTP/1.1\r\nHost:",
+    b"GET /health HTTP/1.1\r\n\r\n" * 3,
     b"POST /v1/observe HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n",
-    b"GET /health HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n", b"\r\n" * 5000,
-)  # fmt: skip
+    b"GET /health HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n",
+    b"\r\n" * 5000,
+)
 
 
 @functools.cache

@@ -106,8 +106,10 @@ def _write(service: MemoryService, name: str, rng: Rng) -> None:
     memory = service.memory
     if not name.strip(" _.-"):
         return
-    before = {thing: json.dumps([str(one) for one in memory.history(thing)])
-              for thing in memory.descriptions}  # fmt: skip
+    before = {
+        thing: json.dumps([str(one) for one in memory.history(thing)])
+        for thing in memory.descriptions
+    }
     kind = int(rng.integers(4))
     if kind == 0:
         noted = service.forget(name, by="anna")

@@ -103,8 +103,10 @@ def _let_another_try(home: KeptHome, name: Path, rng: Rng) -> None:
     locks = _list_locks(home)
     is_kept = name.exists() and any(lock._held.has(name.stat()) for lock in locks)
     tries: tuple[Callable[[Path], object], ...] = (
-        KeptHome.open, SceneGraphMemory().save, lambda path: SceneGraphMemory(log=path)
-    )  # fmt: skip
+        KeptHome.open,
+        SceneGraphMemory().save,
+        lambda path: SceneGraphMemory(log=path),
+    )
     how = tries[int(rng.integers(3))]
     before = _write(home.memory)
     child = os.fork()

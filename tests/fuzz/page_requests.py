@@ -22,9 +22,20 @@ Rng = np.random.Generator
 # A good value of each argument.
 GOOD = {"step": 0, "since": 0, "words": "mug", "judge": "bayesian", "furniture": 0}
 ODD = (
-    *mutate.VALUES, "evilmod:P", "os:system", "numpy.zeros", ".:", "..x:y", 10**400, -(2**53),
-    [10**9] * 4, "none", {"words": "mug"}, "\ud800", "x" * 201,
-)  # fmt: skip
+    *mutate.VALUES,
+    "evilmod:P",
+    "os:system",
+    "numpy.zeros",
+    ".:",
+    "..x:y",
+    10**400,
+    -(2**53),
+    [10**9] * 4,
+    "none",
+    {"words": "mug"},
+    "\ud800",
+    "x" * 201,
+)
 PATHS = ("/x.js", "/page/../x", "/%2e%2e/x", "/?call=watch", "//", "/page.css")
 
 

@@ -24,16 +24,37 @@ from sgm.serve.guard import Guard
 Rng = np.random.Generator
 # Good values, by the name of an argument.
 GOOD = {
-    "thing": "mug", "at": 9, "k": 3, "from": [1, 2], "budget": 9, "search_id": "x",
-    "result": "found", "seen": ["mug", {"thing": "pen", "confidence": 0.5}], "coverage": 0.5,
-    "place": 0, "by": "anna", "relation": "in", "confidence": 0.9, "was_at": 0, "room": "kitchen",
-    "kind": "mug", "since": 0, "label": "sink", "other": "pen", "name": "white sink",
+    "thing": "mug",
+    "at": 9,
+    "k": 3,
+    "from": [1, 2],
+    "budget": 9,
+    "search_id": "x",
+    "result": "found",
+    "seen": ["mug", {"thing": "pen", "confidence": 0.5}],
+    "coverage": 0.5,
+    "place": 0,
+    "by": "anna",
+    "relation": "in",
+    "confidence": 0.9,
+    "was_at": 0,
+    "room": "kitchen",
+    "kind": "mug",
+    "since": 0,
+    "label": "sink",
+    "other": "pen",
+    "name": "white sink",
     "position": [1, 2],
-}  # fmt: skip
+}
 ODD = (*mutate.VALUES, 10**400, -(2**63), "2026-11-16T18:30", "\ud800", "a\nb", ["x"] * 600)
-HEADERS = (("Origin", "http://evil"), ("Host", "evil"), ("Content-Type", "text/plain"),
-           ("Content-Length", "-1"), ("Content-Length", "9" * 30),
-           ("Authorization", "Bearer \xff"))  # fmt: skip
+HEADERS = (
+    ("Origin", "http://evil"),
+    ("Host", "evil"),
+    ("Content-Type", "text/plain"),
+    ("Content-Length", "-1"),
+    ("Content-Length", "9" * 30),
+    ("Authorization", "Bearer \xff"),
+)
 
 
 @functools.cache
@@ -87,10 +108,13 @@ def use(folder: Path) -> None:
     head = json.loads((folder / "head").read_text())
     headers = {"Host": "localhost", "Content-Type": "application/json", **head["headers"]}
     scope = {
-        "type": "http", "method": head["method"], "path": head["path"],
-        "query_string": head["query"].encode("latin-1"), "client": ("127.0.0.1", 1),
+        "type": "http",
+        "method": head["method"],
+        "path": head["path"],
+        "query_string": head["query"].encode("latin-1"),
+        "client": ("127.0.0.1", 1),
         "headers": [(k.lower().encode(), v.encode("latin-1")) for k, v in headers.items()],
-    }  # fmt: skip
+    }
     sent: list[dict[str, Any]] = []
 
     async def receive() -> dict[str, Any]:

@@ -194,9 +194,12 @@ def make_checkpoint(folder: Path) -> None:
         "state_dict": module.state_dict(),
         "hyper_parameters": dict(module.hparams),
         "datamodule_hyper_parameters": {
-            "features": {}, "feature_schema": 1, "text": builder.text_name, "training": {},
+            "features": {},
+            "feature_schema": 1,
+            "text": builder.text_name,
+            "training": {},
         },
-    }  # fmt: skip
+    }
     torch.save(content, folder / "last.ckpt")
 
 
@@ -286,11 +289,14 @@ HOUSE = {
         {"id": "room|3", "roomType": "Bedroom"},
     ],
     "objects": [
-        {"id": "DiningTable|2|0", "position": {"x": 1, "y": 0, "z": 3},
-         "children": [{"id": "Plate|surface|2|0", "children": [{"id": "Apple|surface|2|1"}]}]},
+        {
+            "id": "DiningTable|2|0",
+            "position": {"x": 1, "y": 0, "z": 3},
+            "children": [{"id": "Plate|surface|2|0", "children": [{"id": "Apple|surface|2|1"}]}],
+        },
         {"id": "Bed|3|0", "children": [{"id": "Pillow|3|1"}]},
     ],
-}  # fmt: skip
+}
 TABLE = "room,furniture,object,relation,weight\nkitchen,fridge,egg,in,6\nbedroom,bed,book,,9\n"
 
 

@@ -83,8 +83,17 @@ def spread(tensor: torch.Tensor, rng: Rng) -> torch.Tensor:
 def change_kind(tensor: torch.Tensor, rng: Rng) -> Any:
     """Return a tensor of another type, layout or content."""
     kinds: list[Callable[[], Any]] = [
-        *(lambda dtype=dtype: tensor.to(dtype) for dtype in
-          (torch.bfloat16, torch.half, torch.complex64, torch.int8, torch.bool, torch.float64)),
+        *(
+            lambda dtype=dtype: tensor.to(dtype)
+            for dtype in (
+                torch.bfloat16,
+                torch.half,
+                torch.complex64,
+                torch.int8,
+                torch.bool,
+                torch.float64,
+            )
+        ),
         lambda: tensor.to_sparse(),
         lambda: tensor.to("meta"),
         lambda: torch.nn.Parameter(tensor.float()),
@@ -96,7 +105,7 @@ def change_kind(tensor: torch.Tensor, rng: Rng) -> Any:
         lambda: torch.zeros(10**6)[: tensor.numel()].reshape(tensor.shape),
         lambda: rng.choice([0, 1.5]).item(),
         lambda: tensor.tolist(),
-    ]  # fmt: skip
+    ]
     return kinds[int(rng.integers(len(kinds)))]()
 
 
@@ -165,13 +174,25 @@ def make_call(rng: Rng) -> bytes:
     numbers = (4 * 10**9, 6 * 10**9, 2**40, -1, 3, 2**63 - 1)
     allowed = sorted(_get_allowed_globals())
     called = str(
-        rng.choice([
-            "builtins.bytearray", "builtins.set", "torch._utils._rebuild_tensor_v2",
-            "torch._utils._rebuild_tensor", "torch.storage.UntypedStorage", "torch.FloatStorage",
-            str(rng.choice(allowed)), "torch.Tensor", "_codecs.encode", "builtins.eval",
-            "posix.system", "evilmod.P", "builtins.range", "numpy.zeros",
-        ])
-    )  # fmt: skip
+        rng.choice(
+            [
+                "builtins.bytearray",
+                "builtins.set",
+                "torch._utils._rebuild_tensor_v2",
+                "torch._utils._rebuild_tensor",
+                "torch.storage.UntypedStorage",
+                "torch.FloatStorage",
+                str(rng.choice(allowed)),
+                "torch.Tensor",
+                "_codecs.encode",
+                "builtins.eval",
+                "posix.system",
+                "evilmod.P",
+                "builtins.range",
+                "numpy.zeros",
+            ]
+        )
+    )
     if rng.random() < 0.4:  # what allocates as it is called
         called = str(rng.choice(["builtins.bytearray", "torch.Tensor", "torch.FloatStorage"]))
     module, _, name = called.rpartition(".")

@@ -88,13 +88,23 @@ def checkpoint(homes, tmp_path_factory) -> Path:
     """A network with a clock, as the training command leaves it."""
     folder = tmp_path_factory.mktemp("runs")
     cli = fit.main(
-        ["--config", "mlp.yaml", "--data.features.clock=true", f"--data.data_dir={folder}/data",
-         f"--data.trace={homes['trace']}", f"--data.val_trace={homes['val_trace']}",
-         "--data.step_seconds=14400", "--data.workers=1", "--trainer.max_epochs=1",
-         "--trainer.enable_progress_bar=false", f"--trainer.default_root_dir={folder}",
-         "--trainer.logger=false", "--online.policies=[bayesian, ceiling]",
-         "--trainer.log_every_n_steps=1"]
-    )  # fmt: skip
+        [
+            "--config",
+            "mlp.yaml",
+            "--data.features.clock=true",
+            f"--data.data_dir={folder}/data",
+            f"--data.trace={homes['trace']}",
+            f"--data.val_trace={homes['val_trace']}",
+            "--data.step_seconds=14400",
+            "--data.workers=1",
+            "--trainer.max_epochs=1",
+            "--trainer.enable_progress_bar=false",
+            f"--trainer.default_root_dir={folder}",
+            "--trainer.logger=false",
+            "--online.policies=[bayesian, ceiling]",
+            "--trainer.log_every_n_steps=1",
+        ]
+    )
     assert cli.model.hparams["reads"] == ["clock"]
     online = next(row for row in cli.trainer.callbacks if isinstance(row, OnlineEvaluation))
     assert set(online.scores) == {"bayesian", "NEP-MLP"}  # nobody knows the dynamics for a ceiling

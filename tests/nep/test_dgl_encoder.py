@@ -29,9 +29,11 @@ def copy_weights(ours, theirs, graph):
     with torch.no_grad():
         for one, other in zip(ours.convolutions, theirs.convolutions, strict=True):
             for name, weight in (
-                ("linear_k", one.key), ("linear_q", one.query), ("linear_v", one.value),
+                ("linear_k", one.key),
+                ("linear_q", one.query),
+                ("linear_v", one.value),
                 ("linear_a", one.output),
-            ):  # fmt: skip
+            ):
                 getattr(other, name).W.copy_(weight[ntypes])
             other.skip.copy_(one.skip[ntypes])
             for head in range(one.heads):

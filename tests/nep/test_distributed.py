@@ -16,14 +16,41 @@ REPOSITORY = Path(__file__).parents[2]
 # mean over snapshots, so that the mean over two halves of a batch is that over the batch; the
 # paper's loss weighs false edges by their number in the batch of each process.
 SETTING = [
-    "--config", "mlp.yaml", "--model.encoder.init_args.units", "16",
-    "--model.dropout", "0", "--model.paper_loss", "false", "--model.listwise_weight", "1",
-    "--data.num_homes", "8", "--data.steps", "20", "--data.num_val_homes", "2",
-    "--data.workers", "1",
-    "--online.num_homes", "2", "--online.steps", "5", "--online.policies", "[bayesian,ceiling]",
-    "--trainer.max_epochs", "2", "--trainer.enable_progress_bar", "false", "--threads", "1",
-    "--trainer.strategy", "ddp", "--trainer.callbacks+", "recorder.Recorder",
-]  # fmt: skip
+    "--config",
+    "mlp.yaml",
+    "--model.encoder.init_args.units",
+    "16",
+    "--model.dropout",
+    "0",
+    "--model.paper_loss",
+    "false",
+    "--model.listwise_weight",
+    "1",
+    "--data.num_homes",
+    "8",
+    "--data.steps",
+    "20",
+    "--data.num_val_homes",
+    "2",
+    "--data.workers",
+    "1",
+    "--online.num_homes",
+    "2",
+    "--online.steps",
+    "5",
+    "--online.policies",
+    "[bayesian,ceiling]",
+    "--trainer.max_epochs",
+    "2",
+    "--trainer.enable_progress_bar",
+    "false",
+    "--threads",
+    "1",
+    "--trainer.strategy",
+    "ddp",
+    "--trainer.callbacks+",
+    "recorder.Recorder",
+]
 
 # Plain gradient descent: Adam divides a gradient by its own size, so that the sign of a rounding
 # error (the bias of the last layer has gradient zero) becomes a whole step.
@@ -61,10 +88,22 @@ def fit(python: str, folder: Path, processes: int, *options: str) -> dict:
     """Train in processes of its own; return what each recorded, the steps and the table."""
     name = str(processes)
     command = [
-        python, "-m", "nep.fit", *SETTING, *options, "--trainer.devices", name,
-        "--data.data_dir", str(folder / "data"), "--trainer.logger", "CSVLogger",
-        "--trainer.logger.init_args.save_dir", str(folder), "--trainer.logger.init_args.name", name,
-    ]  # fmt: skip
+        python,
+        "-m",
+        "nep.fit",
+        *SETTING,
+        *options,
+        "--trainer.devices",
+        name,
+        "--data.data_dir",
+        str(folder / "data"),
+        "--trainer.logger",
+        "CSVLogger",
+        "--trainer.logger.init_args.save_dir",
+        str(folder),
+        "--trainer.logger.init_args.name",
+        name,
+    ]
     environment = os.environ | {"PYTHONPATH": str(REPOSITORY), "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=1200

@@ -31,11 +31,21 @@ def checkpoint(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         fit(
-            ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.num_homes=2",
-             "--data.steps=6", "--data.num_val_homes=1", "--data.batch_size=8", "--data.workers=1",
-             "--online.num_homes=1", "--online.steps=2", "--trainer.log_every_n_steps=1",
-             "--trainer.enable_progress_bar=false"]
-        )  # fmt: skip
+            [
+                "--config",
+                "mlp.yaml",
+                "--trainer.max_epochs=1",
+                "--data.num_homes=2",
+                "--data.steps=6",
+                "--data.num_val_homes=1",
+                "--data.batch_size=8",
+                "--data.workers=1",
+                "--online.num_homes=1",
+                "--online.steps=2",
+                "--trainer.log_every_n_steps=1",
+                "--trainer.enable_progress_bar=false",
+            ]
+        )
     return folder / "runs" / "mlp" / "version_0" / "checkpoints" / "last.ckpt"
 
 
@@ -47,8 +57,11 @@ def test_all_tasks_and_policies(tmp_path, checkpoint, capsys):
     out = tmp_path / "out"
     main(["--out", str(out), *SMALL, "--checkpoint", f"NEP-MLP={checkpoint}"])
     assert {path.name for path in out.iterdir()} == {
-        "results.json", "table.md", "table.csv", *(f"{task}_over_steps.png" for task in TASKS)
-    }  # fmt: skip
+        "results.json",
+        "table.md",
+        "table.csv",
+        *(f"{task}_over_steps.png" for task in TASKS),
+    }
     results = read(out)
     assert list(results["tasks"]) == list(TASKS)
     for task in results["tasks"].values():
@@ -74,8 +87,17 @@ def test_all_tasks_and_policies(tmp_path, checkpoint, capsys):
 
 
 def test_the_same_seed_gives_the_same_files(tmp_path, checkpoint):
-    arguments = [*SMALL, "--tasks", "predict_location", "find_object", "--policies", "bayesian",
-                 "ceiling", "--checkpoint", str(checkpoint)]  # fmt: skip
+    arguments = [
+        *SMALL,
+        "--tasks",
+        "predict_location",
+        "find_object",
+        "--policies",
+        "bayesian",
+        "ceiling",
+        "--checkpoint",
+        str(checkpoint),
+    ]
     for name in ("a", "b"):
         main(["--out", str(tmp_path / name), *arguments])
     for name in ("table.csv", "predict_location_over_steps.png"):
@@ -87,10 +109,34 @@ def test_the_same_seed_gives_the_same_files(tmp_path, checkpoint):
 
 def test_what_is_played_beside_it_changes_nothing(tmp_path, checkpoint):
     """Neither other tasks and policies, nor how many homes there are."""
-    main(["--out", str(tmp_path / "a"), *SMALL, "--policies", "random", "myopic",
-          "--checkpoint", f"N={checkpoint}"])  # fmt: skip
-    main(["--out", str(tmp_path / "b"), "--num_homes", "3", "--steps", "4", "--policies", "myopic",
-          "--tasks", "find_object", "--checkpoint", f"N={checkpoint}"])  # fmt: skip
+    main(
+        [
+            "--out",
+            str(tmp_path / "a"),
+            *SMALL,
+            "--policies",
+            "random",
+            "myopic",
+            "--checkpoint",
+            f"N={checkpoint}",
+        ]
+    )
+    main(
+        [
+            "--out",
+            str(tmp_path / "b"),
+            "--num_homes",
+            "3",
+            "--steps",
+            "4",
+            "--policies",
+            "myopic",
+            "--tasks",
+            "find_object",
+            "--checkpoint",
+            f"N={checkpoint}",
+        ]
+    )
     for name in ("myopic", "N"):
         first, second = (
             read(tmp_path / folder)["tasks"]["find_object"]["policies"][name]["values"]
@@ -102,9 +148,25 @@ def test_what_is_played_beside_it_changes_nothing(tmp_path, checkpoint):
 def test_workers_share_the_homes_out(tmp_path, checkpoint, python, monkeypatch):
     """Every policy and network gets the same scores, to the last digit."""
     monkeypatch.setattr(sys, "executable", python)  # what joblib starts
-    arguments = ["--num_homes", "4", "--steps", "4", "--tasks", "predict_location", "find_object",
-                 "--policies", "bayesian", "home_filter", "ceiling", "--threads", "1",
-                 "--checkpoint", f"N={checkpoint}", "--checkpoint", "heat"]  # fmt: skip
+    arguments = [
+        "--num_homes",
+        "4",
+        "--steps",
+        "4",
+        "--tasks",
+        "predict_location",
+        "find_object",
+        "--policies",
+        "bayesian",
+        "home_filter",
+        "ceiling",
+        "--threads",
+        "1",
+        "--checkpoint",
+        f"N={checkpoint}",
+        "--checkpoint",
+        "heat",
+    ]
     tables = []
     for name, workers in (("alone", "1"), ("shared", "2")):
         main(["--out", str(tmp_path / name), *arguments, "--workers", workers])
@@ -113,11 +175,27 @@ def test_workers_share_the_homes_out(tmp_path, checkpoint, python, monkeypatch):
 
 
 def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):
-    main(["--out", str(tmp_path), *SMALL, "--policies", "none", "--no-dynamic-nodes",
-          "--tasks", "predict_location", "find_object", "--split", "val",
-          "--checkpoint", f"N@find_object={checkpoint}",
-          "--checkpoint", f"N@predict_location={checkpoint}",
-          "--checkpoint", f"only@find_object={checkpoint}"])  # fmt: skip
+    main(
+        [
+            "--out",
+            str(tmp_path),
+            *SMALL,
+            "--policies",
+            "none",
+            "--no-dynamic-nodes",
+            "--tasks",
+            "predict_location",
+            "find_object",
+            "--split",
+            "val",
+            "--checkpoint",
+            f"N@find_object={checkpoint}",
+            "--checkpoint",
+            f"N@predict_location={checkpoint}",
+            "--checkpoint",
+            f"only@find_object={checkpoint}",
+        ]
+    )
     results = read(tmp_path)
     assert set(results["tasks"]["find_object"]["policies"]) == {"N", "only"}
     assert set(results["tasks"]["predict_location"]["policies"]) == {"N"}
@@ -143,9 +221,23 @@ def test_names_of_checkpoints(checkpoint, tmp_path):
 def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tmp_path):
     exported = tmp_path / "exported"
     export([str(checkpoint), str(exported), "--num_homes", "0"])
-    main(["--out", str(tmp_path), *SMALL, "--policies", "none", "--tasks", "predict_location",
-          "--checkpoint", f"A={checkpoint}", "--checkpoint", str(exported),
-          "--checkpoint", "heat"])  # fmt: skip
+    main(
+        [
+            "--out",
+            str(tmp_path),
+            *SMALL,
+            "--policies",
+            "none",
+            "--tasks",
+            "predict_location",
+            "--checkpoint",
+            f"A={checkpoint}",
+            "--checkpoint",
+            str(exported),
+            "--checkpoint",
+            "heat",
+        ]
+    )
     results = read(tmp_path)
     played = results["tasks"]["predict_location"]["policies"]
     assert played["A"]["values"] == played["exported"]["values"]

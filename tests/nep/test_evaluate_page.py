@@ -23,9 +23,13 @@ def run(python, folder, *arguments):
     """Run Python in a folder, with the packages as an installed copy has them."""
     environment = os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
-        [python, *arguments], cwd=folder, env=environment, capture_output=True, text=True,
+        [python, *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
         check=False,
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -36,8 +40,11 @@ def folder(tmp_path_factory, python):
     folder = tmp_path_factory.mktemp("mine")
     files = re.findall(r"ave this as `(\S+)`.*?\n```\w+\n(.*?)```", PAGE, re.DOTALL)
     assert [name for name, _ in files] == [
-        "my_package.py", "pyproject.toml", "two_guesses.py", "my_metrics.py"
-    ]  # fmt: skip
+        "my_package.py",
+        "pyproject.toml",
+        "two_guesses.py",
+        "my_metrics.py",
+    ]
     for name, text in files:
         (folder / name).write_text(text, "utf-8")
     commands = re.findall(r"^python (-m nep\.evaluate .*)$", PAGE, re.MULTILINE)

@@ -52,8 +52,17 @@ def test_a_replay_ends_with_the_scores_of_the_simulated_homes(tmp_path):
     shared = ["--policies", "bayesian", "ceiling", "--tasks", "predict_location", "--seed", "3"]
     main([*shared, "--trace", str(tmp_path / "traces"), "--out", str(tmp_path / "a")])
     main([*shared, "--num_homes", "2", "--steps", "5", "--out", str(tmp_path / "b")])
-    main([*shared, "--trace", str(tmp_path / "traces"), "--out", str(tmp_path / "c"),
-          "--workers", "2"])  # fmt: skip
+    main(
+        [
+            *shared,
+            "--trace",
+            str(tmp_path / "traces"),
+            "--out",
+            str(tmp_path / "c"),
+            "--workers",
+            "2",
+        ]
+    )
     assert load_results(tmp_path / "c")["tasks"] == load_results(tmp_path / "a")["tasks"]
     replayed, played = load_results(tmp_path / "a"), load_results(tmp_path / "b")
     for of_policy in replayed["tasks"]["predict_location"]["policies"].values():
@@ -80,10 +89,20 @@ def test_bad_arguments(home, tmp_path, capsys, arguments, message):
 def test_replays_of_a_recording_are_one_unit_in_results(home, tmp_path):
     main(
         [
-            "--trace", str(home), "--replays", "3", "--steps", "3", "--out", str(tmp_path / "out"),
-            "--tasks", "predict_location", "--policies", "random",
+            "--trace",
+            str(home),
+            "--replays",
+            "3",
+            "--steps",
+            "3",
+            "--out",
+            str(tmp_path / "out"),
+            "--tasks",
+            "predict_location",
+            "--policies",
+            "random",
         ]
-    )  # fmt: skip
+    )
     played = Results.load(tmp_path / "out" / "results.json").tasks["predict_location"]["random"]
     assert len(played.values) % 3 == 0
     assert len(set(played.units)) == len(played.values) // 3

@@ -93,8 +93,10 @@ def test_logits_are_those_of_the_checkpoint(encoder, tmp_path):
 
 def test_weights_are_tensors_and_config_is_json(exported):
     assert sorted(file.name for file in exported.iterdir()) == [
-        "MODEL_CARD.md", "config.json", "weights.safetensors"
-    ]  # fmt: skip
+        "MODEL_CARD.md",
+        "config.json",
+        "weights.safetensors",
+    ]
     card = (exported / "MODEL_CARD.md").read_text(encoding="utf-8")
     assert "Not measured: it was exported with `--num_homes=0`." in card
     weights = load_file(exported / "weights.safetensors")
@@ -356,17 +358,34 @@ def test_an_encoder_of_ones_own_is_named_by_the_caller(tmp_path, monkeypatch, py
 
     own = save_checkpoint(tmp_path / "last.ckpt", Mine(units=8))
     command = [
-        python, "-m", "nep.evaluate", "--checkpoint", f"mine={own}", "--policies", "none",
-        "--tasks", "predict_location", "--num_homes", "1", "--steps", "2", "--out", "out",
-    ]  # fmt: skip
+        python,
+        "-m",
+        "nep.evaluate",
+        "--checkpoint",
+        f"mine={own}",
+        "--policies",
+        "none",
+        "--tasks",
+        "predict_location",
+        "--num_homes",
+        "1",
+        "--steps",
+        "2",
+        "--out",
+        "out",
+    ]
     environment = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"}
     results = [
         subprocess.run(
-            [*command, *more], cwd=tmp_path, env=environment, capture_output=True, text=True,
+            [*command, *more],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
             check=False,
         )
         for more in ((), ("--encoders", "own_encoder"))
-    ]  # fmt: skip
+    ]
     assert results[0].returncode == 2
     assert "name it by --encoders" in results[0].stderr
     assert results[1].returncode == 0, results[1].stderr

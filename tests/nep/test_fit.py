@@ -80,8 +80,14 @@ def test_fit_writes_what_replays_reloads_and_resumes(folder, capsys):
     events = EventAccumulator(str(run)).Reload()
     scalars = {name: len(events.Scalars(name)) for name in events.Tags()["scalars"]}
     assert scalars["train/loss"] == cli.trainer.global_step
-    for name in ("train/hits_at_1", "train/auroc", "val/loss", "val/hits_at_1", "val/auroc",
-                 "val/average_precision"):  # fmt: skip
+    for name in (
+        "train/hits_at_1",
+        "train/auroc",
+        "val/loss",
+        "val/hits_at_1",
+        "val/auroc",
+        "val/average_precision",
+    ):
         assert scalars[name] == 1, name  # once an epoch
 
     checkpoints = run / "checkpoints"
@@ -316,9 +322,17 @@ def test_classes_of_ones_own_are_trained(folder, monkeypatch):
     (folder / "own_classes.py").write_text(OWN)
     monkeypatch.syspath_prepend(folder)
     cli = main(
-        ["--model_class", "own_classes.Model", "--data_class=own_classes.Data", "--config",
-         "mlp.yaml", *SMALL, "--model.temper=2", "--data.note=mine"]
-    )  # fmt: skip
+        [
+            "--model_class",
+            "own_classes.Model",
+            "--data_class=own_classes.Data",
+            "--config",
+            "mlp.yaml",
+            *SMALL,
+            "--model.temper=2",
+            "--data.note=mine",
+        ]
+    )
     assert (cli.model.temper, cli.datamodule.note) == (2.0, "mine")
     with pytest.raises(SystemExit):
         main(["--data_class=own_classes.Model", "--config", "mlp.yaml"])
@@ -326,9 +340,17 @@ def test_classes_of_ones_own_are_trained(folder, monkeypatch):
 
 def test_rules_of_the_homes_are_options_and_are_recorded(folder):
     cli = main(
-        ["--config", "mlp.yaml", *SMALL, "--data.home.furniture_per_room", "3",
-         "--data.sensing", "partial_views", "--data.no-dynamic-nodes"]
-    )  # fmt: skip
+        [
+            "--config",
+            "mlp.yaml",
+            *SMALL,
+            "--data.home.furniture_per_room",
+            "3",
+            "--data.sensing",
+            "partial_views",
+            "--data.no-dynamic-nodes",
+        ]
+    )
     home = cli.datamodule.hparams["training"]["homes"]["home"]
     assert (home["furniture_per_room"], home["dynamic_nodes"]) == (3, False)
     assert home["sensing"]["name"] == "partial_views"
@@ -358,9 +380,13 @@ def test_homes_of_8_16_and_32_places_are_trained_and_evaluated_together(folder):
     )
     module = NEPModule(MLP(units=8), transformer_heads=2)
     trainer = Trainer(
-        max_epochs=1, accelerator="cpu", logger=False, enable_checkpointing=False,
-        enable_progress_bar=False, enable_model_summary=False,
-    )  # fmt: skip
+        max_epochs=1,
+        accelerator="cpu",
+        logger=False,
+        enable_checkpointing=False,
+        enable_progress_bar=False,
+        enable_model_summary=False,
+    )
     trainer.fit(module, datamodule=data)
     player = NEPPolicy(module, data.builder)
     source = data.val_config.homes

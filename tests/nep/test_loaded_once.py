@@ -47,19 +47,40 @@ def count(monkeypatch):
 def test_a_training_in_homes_of_different_sizes(traces, count, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     cli = fit.main(
-        ["--config", "mlp.yaml", "--data.trace", str(traces / "train"), "--data.val_trace",
-         str(traces / "val"), f"--data.data_dir={tmp_path}/data", "--data.workers=1",
-         "--trainer.max_epochs=2", "--online.every_n_epochs=1", "--online.policies=[bayesian]",
-         "--trainer.enable_progress_bar=false", "--trainer.log_every_n_steps=1"]
-    )  # fmt: skip
+        [
+            "--config",
+            "mlp.yaml",
+            "--data.trace",
+            str(traces / "train"),
+            "--data.val_trace",
+            str(traces / "val"),
+            f"--data.data_dir={tmp_path}/data",
+            "--data.workers=1",
+            "--trainer.max_epochs=2",
+            "--online.every_n_epochs=1",
+            "--online.policies=[bayesian]",
+            "--trainer.enable_progress_bar=false",
+            "--trainer.log_every_n_steps=1",
+        ]
+    )
     assert count == {"home0": 1, "home1": 1, "home2": 1}
     assert cli.datamodule.hparams["training"]["homes"]["source"] == "recorded"
     (last,) = (tmp_path / "runs").rglob("last.ckpt")
     count.clear()
     evaluate.main(
-        ["--trace", str(traces / "train"), str(traces / "val"), "--policies", "bayesian", "myopic",
-         "--checkpoint", f"net={last}", "--out", str(tmp_path / "out")]
-    )  # fmt: skip
+        [
+            "--trace",
+            str(traces / "train"),
+            str(traces / "val"),
+            "--policies",
+            "bayesian",
+            "myopic",
+            "--checkpoint",
+            f"net={last}",
+            "--out",
+            str(tmp_path / "out"),
+        ]
+    )
     assert count == {"home0": 1, "home1": 1, "home2": 1, "last.ckpt": 1}
     assert "| net |" in (tmp_path / "out" / "table.md").read_text()
 

@@ -17,13 +17,21 @@ def checkpoint(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         fit.main(
-            ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.num_homes=1",
-             "--data.steps=4",
-             "--data.num_val_homes=1", "--data.batch_size=4", "--data.workers=1",
-             "--online.num_homes=1",
-             "--online.steps=2", "--trainer.log_every_n_steps=1",
-             "--trainer.enable_progress_bar=false"]
-        )  # fmt: skip
+            [
+                "--config",
+                "mlp.yaml",
+                "--trainer.max_epochs=1",
+                "--data.num_homes=1",
+                "--data.steps=4",
+                "--data.num_val_homes=1",
+                "--data.batch_size=4",
+                "--data.workers=1",
+                "--online.num_homes=1",
+                "--online.steps=2",
+                "--trainer.log_every_n_steps=1",
+                "--trainer.enable_progress_bar=false",
+            ]
+        )
     return folder / "runs" / "mlp" / "version_0" / "checkpoints" / "last.ckpt"
 
 
@@ -56,8 +64,19 @@ def test_a_table_goes_on_and_is_written_again(checkpoint, tmp_path, capsys):
     text = out.read_text("utf-8")
     assert "| nep | " in text
     assert "- Network `nep`: SHA-256 `" in text
-    search(out, "--play", "false", "--runs", "12", "--checkpoint", "nep", "--policy", "random",
-           "nep", "nep+travel")  # fmt: skip
+    search(
+        out,
+        "--play",
+        "false",
+        "--runs",
+        "12",
+        "--checkpoint",
+        "nep",
+        "--policy",
+        "random",
+        "nep",
+        "nep+travel",
+    )
     assert out.read_text("utf-8") == text
 
 

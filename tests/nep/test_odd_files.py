@@ -106,16 +106,22 @@ def test_odd_days_of_homer_are_refused_by_name(kind, edges, tmp_path):
 @pytest.mark.parametrize(
     "change",
     [
-        {"class_names": 5}, {"class_names": "home"}, {"times": torch.tensor([float("nan"), 1])},
-        {"times": 5}, {"times": None}, {"times": torch.tensor([])},
+        {"class_names": 5},
+        {"class_names": "home"},
+        {"times": torch.tensor([float("nan"), 1])},
+        {"times": 5},
+        {"times": None},
+        {"times": torch.tensor([])},
     ],
     ids=str,
-)  # fmt: skip
+)
 def test_odd_dictionaries_of_homer_are_refused_by_name(change, tmp_path):
     (tmp_path / "train").mkdir()
     day = {
-        "edges": torch.zeros(2, 1, 1), "times": torch.tensor([1, 2]), "class_names": ["home"],
-    }  # fmt: skip
+        "edges": torch.zeros(2, 1, 1),
+        "times": torch.tensor([1, 2]),
+        "class_names": ["home"],
+    }
     torch.save(day | change, tmp_path / "train" / "000.pt")
     with pytest.raises(ValueError, match=r"000\.pt"):
         read_homer(tmp_path)
@@ -187,13 +193,18 @@ def test_an_export_that_is_stopped_leaves_a_network_that_loads(stop, tmp_path, m
 @pytest.mark.parametrize(
     "change",
     [
-        {"loops": {"fit_loop": 3}}, {"loops": 5}, {"optimizer_states": [{"state": 3}]},
-        {"optimizer_states": [5]}, {"lr_schedulers": [1, 2]}, {"epoch": "x"},
-        {"global_step": None, "loops": None}, {"callbacks": 7},
+        {"loops": {"fit_loop": 3}},
+        {"loops": 5},
+        {"optimizer_states": [{"state": 3}]},
+        {"optimizer_states": [5]},
+        {"lr_schedulers": [1, 2]},
+        {"epoch": "x"},
+        {"global_step": None, "loops": None},
+        {"callbacks": 7},
         {"pytorch-lightning_version": 8},
     ],
     ids=str,
-)  # fmt: skip
+)
 def test_an_odd_state_to_go_on_from_is_refused(change, tmp_path, monkeypatch, capsys, small_run):
     content = torch.load(small_run, weights_only=True)
     path = tmp_path / "odd.ckpt"
@@ -207,10 +218,17 @@ def test_an_odd_state_to_go_on_from_is_refused(change, tmp_path, monkeypatch, ca
 
 
 SMALL = [
-    "--config=mlp.yaml", "--data.num_homes=2", "--data.num_val_homes=1", "--data.steps=3",
-    "--online.num_homes=1", "--online.steps=2", "--trainer.enable_progress_bar=false",
-    "--trainer.logger=false", "--trainer.enable_model_summary=false", "--data.data_dir=data",
-]  # fmt: skip
+    "--config=mlp.yaml",
+    "--data.num_homes=2",
+    "--data.num_val_homes=1",
+    "--data.steps=3",
+    "--online.num_homes=1",
+    "--online.steps=2",
+    "--trainer.enable_progress_bar=false",
+    "--trainer.logger=false",
+    "--trainer.enable_model_summary=false",
+    "--data.data_dir=data",
+]
 
 
 @pytest.fixture(scope="module")

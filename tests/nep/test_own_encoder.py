@@ -50,9 +50,13 @@ def list_commands() -> list[str]:
 def run(python: str, folder: Path, arguments: list[str]) -> subprocess.CompletedProcess:
     path = os.pathsep.join([".", str(ROOT)])
     return subprocess.run(
-        [python, *arguments], cwd=folder, capture_output=True, text=True, check=False,
+        [python, *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
         env={**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1", "COLUMNS": "200"},
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.slow

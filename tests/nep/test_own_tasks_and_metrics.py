@@ -69,18 +69,28 @@ def evaluate(folder: Path, *arguments: str) -> Path:
 def test_the_command_runs_outside_the_repository(folder, python):
     arguments = ["--metrics", "my_module:mrr", "--tasks", "my_module:TwoGuesses", "--out", "out"]
     done = subprocess.run(
-        [python, "-m", "nep.evaluate", *arguments, *SMALL], cwd=folder, capture_output=True,
-        text=True, check=False,
+        [python, "-m", "nep.evaluate", *arguments, *SMALL],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)])},
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stderr
     assert "Two Guesses" in done.stdout
     assert "mrr" in done.stdout
 
 
 def test_both_are_in_every_file(folder, capsys):
-    out = evaluate(folder, "--tasks", "my_module:TwoGuesses", "find_object", "--metrics",
-                   "my_module:mrr", "my_module:worst")  # fmt: skip
+    out = evaluate(
+        folder,
+        "--tasks",
+        "my_module:TwoGuesses",
+        "find_object",
+        "--metrics",
+        "my_module:mrr",
+        "my_module:worst",
+    )
     content = json.loads((out / "results.json").read_text())
     task = content["tasks"]["my_module:TwoGuesses"]
     assert (task["title"], task["metric"]) == ("Two Guesses", "accuracy")

@@ -20,9 +20,16 @@ pytestmark = [
 ROOT = Path(__file__).parents[2]
 COLLECT = ["--num_homes", "5", "--steps", "4", "--seed", "3"]
 EVALUATE = [
-    "--num_homes", "3", "--steps", "4", "--tasks", "find_object", "--policies", "bayesian",
+    "--num_homes",
+    "3",
+    "--steps",
+    "4",
+    "--tasks",
+    "find_object",
+    "--policies",
+    "bayesian",
     "ceiling",
-]  # fmt: skip
+]
 CODE = """
 import json, sys
 import ray
@@ -41,14 +48,19 @@ def on_ray(tmp_path_factory) -> Path:
     """Folders `data` and `results`, made by Ray."""
     folder = tmp_path_factory.mktemp("ray")
     commands = [
-        [*COLLECT, "--out", str(folder / "data")], [*EVALUATE, "--out", str(folder / "results")],
-    ]  # fmt: skip
+        [*COLLECT, "--out", str(folder / "data")],
+        [*EVALUATE, "--out", str(folder / "results")],
+    ]
     done = subprocess.run(
         [sys.executable, "-c", CODE, json.dumps(commands)],
-        cwd=ROOT, capture_output=True, text=True, check=False, timeout=600,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600,
         env=os.environ
         | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path]), "RAY_AUTH_MODE": "disabled"},
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stderr
     return folder
 

@@ -85,8 +85,11 @@ def read_times(folder: Path) -> dict[str, int]:
 
 def test_table_1_has_every_cell(folder):
     assert {path.name for path in (folder / "out").iterdir()} == {
-        "table_1.md", "table_1.csv", "table_1.json", "table_1.png"
-    }  # fmt: skip
+        "table_1.md",
+        "table_1.csv",
+        "table_1.json",
+        "table_1.png",
+    }
     stored = json.loads((folder / "out" / "table_1.json").read_text())
     assert list(stored["settings"]) == [setting.name for setting in SETTINGS]
     for rows in stored["settings"].values():
@@ -104,12 +107,31 @@ def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path, python):
     """
     checkpoint = folder / "runs" / "find_object-off" / "mlp" / "checkpoints" / "last.ckpt"
     subprocess.run(
-        [python, "-m", "nep.evaluate", "--out", str(tmp_path), "--tasks", "find_object",
-         "--no-dynamic-nodes", "--num_homes", "3", "--steps", "4", "--policies", "bayesian",
-         "--checkpoint", f"N={checkpoint}", "--threads", "1"],
-        check=True, cwd=Path(__file__).resolve().parents[2], capture_output=True,
+        [
+            python,
+            "-m",
+            "nep.evaluate",
+            "--out",
+            str(tmp_path),
+            "--tasks",
+            "find_object",
+            "--no-dynamic-nodes",
+            "--num_homes",
+            "3",
+            "--steps",
+            "4",
+            "--policies",
+            "bayesian",
+            "--checkpoint",
+            f"N={checkpoint}",
+            "--threads",
+            "1",
+        ],
+        check=True,
+        cwd=Path(__file__).resolve().parents[2],
+        capture_output=True,
         env=os.environ | dict.fromkeys(_THREAD_VARIABLES, "1"),
-    )  # fmt: skip
+    )
     want = json.loads((tmp_path / "results.json").read_text())["tasks"]["find_object"]["policies"]
     found = read_scores(folder, make_plan(folder), Setting("find_object", False))
     assert found["find_object-off/mlp"] == want["N"]
@@ -178,8 +200,9 @@ def test_what_has_changed_is_run_again(folder):
     assert list_plays(plan) == [f"predict_location-on {who}" for who in players]
     jobs = list_jobs(make_plan(folder, "--table", "figure", "--epochs", "2"))
     assert [job.name for job in jobs] == [
-        "collect predict_location-on", "train predict_location-on/mlp",
-    ]  # fmt: skip
+        "collect predict_location-on",
+        "train predict_location-on/mlp",
+    ]
     assert [job.after for job in jobs] == [(), (jobs[0].name,)]
 
 
@@ -190,8 +213,9 @@ def test_the_released_codes_homes_are_learnt_and_played_in(tmp_path):
     home = FitCLI(training.list_all_options()).datamodule.train_config.homes.home
     assert (home.furniture_per_room, home.objects_per_furniture, home.max_looks) == (6, 5, 10)
     games = plan.list_games()
-    play_all(games, lambda game: list_contestants(game.setting.task, ["random"], []),
-             plan.runs / SCORES)  # fmt: skip
+    play_all(
+        games, lambda game: list_contestants(game.setting.task, ["random"], []), plan.runs / SCORES
+    )
     assert "predict_location-on random" not in list_plays(plan)
     text = make_plan(tmp_path, "--table", "figure")
     assert "predict_location-on random" in list_plays(text)
@@ -210,9 +234,10 @@ def test_several_trainings_play_the_same_homes(tmp_path):
     assert len({plan.name_training(training) for training in trainings}) == 3
     names = [job.name for job in list_jobs(plan)]
     assert [name for name in names if name.startswith("train")] == [
-        "train predict_location-on/mlp", "train seed_5/predict_location-on/mlp",
+        "train predict_location-on/mlp",
+        "train seed_5/predict_location-on/mlp",
         "train seed_6/predict_location-on/mlp",
-    ]  # fmt: skip
+    ]
     assert "--seeds 3" in plan.describe("1").command
 
 
@@ -319,9 +344,13 @@ def test_configs_keep_what_they_say(tmp_path):
         enter(heat, SETTINGS[-1]), 3, ("--trainer.max_epochs=1",), tmp_path, tmp_path
     )
     assert training.list_options() == [
-        "--seed_everything=3", "--data.seed=3", "--config=heat.yaml", "--data.task=find_object",
-        "--data.home.dynamic_nodes=false", "--trainer.max_epochs=1",
-    ]  # fmt: skip
+        "--seed_everything=3",
+        "--data.seed=3",
+        "--config=heat.yaml",
+        "--data.task=find_object",
+        "--data.home.dynamic_nodes=false",
+        "--trainer.max_epochs=1",
+    ]
     configs = training.describe()["configs"]
     assert list(configs) == ["paper.yaml", "heat.yaml"]  # what it builds on, too
     assert "  learning_rate: 1.0e-4" in configs["paper.yaml"]

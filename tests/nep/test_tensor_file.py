@@ -137,7 +137,8 @@ HOSTILE = {
     ),
     "shared": (save_shared, "repeated too often"),
     "bytearray": (
-        lambda path: torch.save(Call(bytearray, 4 * 10**9), path), "__builtin__ bytearray', which",
+        lambda path: torch.save(Call(bytearray, 4 * 10**9), path),
+        "__builtin__ bytearray', which",
     ),
     "range": (lambda path: torch.save(Call(list, range(9)), path), "which is no plain value"),
     "code": (lambda path: torch.save(Call(print, "executed"), path), "__builtin__ print', which"),
@@ -167,9 +168,10 @@ HOSTILE = {
     "empty": (save_opcodes(b""), "pickle exhausted"),
     "underflow": (save_opcodes(b"\x80\x02a."), "IndexError in a damaged file"),
     "other zip": (
-        lambda path: zipfile.ZipFile(path, "w").writestr("a/b", "c"), "another zip file|no whole",
+        lambda path: zipfile.ZipFile(path, "w").writestr("a/b", "c"),
+        "another zip file|no whole",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", HOSTILE)
@@ -218,9 +220,12 @@ def make_content(units: int) -> dict:
         "state_dict": module.state_dict(),
         "hyper_parameters": dict(module.hparams),
         "datamodule_hyper_parameters": {
-            "features": {}, "feature_schema": 1, "text": builder.text_name, "training": None,
+            "features": {},
+            "feature_schema": 1,
+            "text": builder.text_name,
+            "training": None,
         },
-    }  # fmt: skip
+    }
 
 
 def test_a_network_of_strides_of_0_is_refused_before_it_is_built(tmp_path):

@@ -87,12 +87,18 @@ def follow(folder: Path, python: str, language: str, text: str) -> str:
         return ""
     script = f'set -e\npython() {{ {shlex.quote(python)} "$@"; }}\n{text}'
     environment = os.environ | {
-        "PYTHONPATH": str(folder), "OMP_NUM_THREADS": "1", "COLUMNS": "200",
-    }  # fmt: skip
+        "PYTHONPATH": str(folder),
+        "OMP_NUM_THREADS": "1",
+        "COLUMNS": "200",
+    }
     done = subprocess.run(
-        ["bash", "-c", script], cwd=folder, env=environment, capture_output=True, text=True,
+        ["bash", "-c", script],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
         check=False,
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 

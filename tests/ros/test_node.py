@@ -84,7 +84,8 @@ MODULES = {
     "rclpy": {},
     "rclpy.node": {"Node": StandIn},
     "rclpy.qos": {
-        "DurabilityPolicy": Message(TRANSIENT_LOCAL=1), "QoSProfile": Blank,
+        "DurabilityPolicy": Message(TRANSIENT_LOCAL=1),
+        "QoSProfile": Blank,
         "qos_profile_sensor_data": 5,
     },
     "geometry_msgs.msg": {"PoseStamped": Blank, "PoseWithCovarianceStamped": Blank},
@@ -96,7 +97,7 @@ MODULES = {
     "hydra_msgs.msg": {"DsgUpdate": Blank},
     "visualization_msgs.msg": {"Marker": Marker, "MarkerArray": Blank},
     "scene_graph_memory_msgs.srv": {"Rank": Blank, "Search": Blank},
-}  # fmt: skip
+}
 
 
 @pytest.fixture

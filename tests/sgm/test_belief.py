@@ -52,8 +52,9 @@ def test_looks_of_several_things_are_one_call_of_the_same_numbers():
     detector = Detector(0.3)
     one = make_looks([1, 0, 2.5], [1, 0, 0], [3, np.inf, np.inf], seen=[0, 0.8, 0])
     other = make_looks([0, 0, 0])
-    both = Looks(*(np.concatenate([getattr(own, name) for own in (one, other)])
-                   for name in Looks.__slots__))  # fmt: skip
+    both = Looks(
+        *(np.concatenate([getattr(own, name) for own in (one, other)]) for name in Looks.__slots__)
+    )
 
     def weigh(own):
         likelihood = compute_log_likelihood(own, MEMORY.batch, detector)

@@ -19,12 +19,24 @@ POSIX = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios",
 # documentation. `getattr(os, "O_NONBLOCK", 0)` asks whether there is one.
 EVERYWHERE = {
     "os": {
-        "PathLike", "SEEK_END", "cpu_count", "environ", "fstat", "fsync", "getpid", "listdir",
-        "name", "open", "path", "sep", "stat", "stat_result",
+        "PathLike",
+        "SEEK_END",
+        "cpu_count",
+        "environ",
+        "fstat",
+        "fsync",
+        "getpid",
+        "listdir",
+        "name",
+        "open",
+        "path",
+        "sep",
+        "stat",
+        "stat_result",
     },
     "signal": {"SIGINT", "SIGTERM", "SIG_IGN", "signal"},
     "socket": {"SOCK_STREAM", "SOL_SOCKET", "SO_REUSEADDR", "getaddrinfo", "socket"},
-}  # fmt: skip
+}
 FILES = """
 import os, sys
 import filelock  # takes locks of the system in its own way in Windows
@@ -110,9 +122,13 @@ def test_an_import_without_another_branch_is_found(source):
 def test_files_are_kept_without_locks_of_open_files(tmp_path, python):
     """What was left under a temporary name stays, as no one can say whether it is in use."""
     done = subprocess.run(
-        [python, "-c", FILES, "fcntl", "grp", "pwd", "resource", "termios"], cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [python, "-c", FILES, "fcntl", "grp", "pwd", "resource", "termios"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     things, files = done.stdout.split()[:2], done.stdout.split()[2:]
     assert things == ["mug", "pen"]

@@ -42,11 +42,14 @@ def test_by_hand():
 @pytest.mark.parametrize(
     "memory",
     [
-        make_home(FAR), make_home(None), make_home(NEAR, first_is_seen=True),
-        make_home(NEAR, relation="in"), make_home(NEAR, name="plate"),
+        make_home(FAR),
+        make_home(None),
+        make_home(NEAR, first_is_seen=True),
+        make_home(NEAR, relation="in"),
+        make_home(NEAR, name="plate"),
     ],
     ids=["far", "no position", "both at once", "inside", "another name"],
-)  # fmt: skip
+)
 def test_without_the_evidence_they_are_two(memory):
     assert not any(find_same(memory))
 

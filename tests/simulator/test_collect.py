@@ -36,8 +36,12 @@ def start(out: Path, *arguments: str, homes_per_job: int = 20, **options) -> sub
     )
     return subprocess.Popen(
         [sys.executable, "-c", code, "--out", str(out), *arguments],
-        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options,
-    )  # fmt: skip
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -249,9 +253,11 @@ def test_a_full_disk_is_answered_and_finished_homes_are_kept(tmp_path):
     arguments = ["--num_homes", "3", "--steps", "30", "--workers", "1"]
     limit = 20_000
     full = start(
-        tmp_path / "data", *arguments, homes_per_job=1,
+        tmp_path / "data",
+        *arguments,
+        homes_per_job=1,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
-    )  # fmt: skip
+    )
     _, errors = full.communicate(timeout=600)
     assert full.returncode == 1
     assert "Traceback" not in errors
@@ -273,12 +279,26 @@ def test_a_snapshot_takes_less_than_20_kilobytes(tmp_path):
 
 @pytest.mark.slow
 def test_the_module_runs_as_documented(tmp_path):
-    command = ["--num_homes", "1", "--steps", "2", "--policy", "bayesian", "--task",
-               "predict_location", "--workers", "1", "--no-dynamic-nodes"]  # fmt: skip
+    command = [
+        "--num_homes",
+        "1",
+        "--steps",
+        "2",
+        "--policy",
+        "bayesian",
+        "--task",
+        "predict_location",
+        "--workers",
+        "1",
+        "--no-dynamic-nodes",
+    ]
     done = subprocess.run(
         [sys.executable, "-m", "simulator.collect", "--out", str(tmp_path / "data"), *command],
-        cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     assert "collecting train snapshots" in done.stderr
     assert not load_manifest(tmp_path / "data")["settings"]["homes"]["home"]["dynamic_nodes"]
@@ -304,8 +324,10 @@ def test_a_folder_in_use_is_refused_and_left_alone(tmp_path):
         assert (out / "home_000001.safetensors.77.part").exists()
     collect(config, out, progress=False)
     assert sorted(path.name for path in out.iterdir()) == [
-        "home_000000.safetensors", "home_000001.safetensors", "manifest.json",
-    ]  # fmt: skip
+        "home_000000.safetensors",
+        "home_000001.safetensors",
+        "manifest.json",
+    ]
 
 
 def test_a_complete_collection_may_be_read_by_several_at_once(tmp_path):

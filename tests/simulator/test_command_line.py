@@ -60,14 +60,25 @@ def test_options_are_read_as_they_are_typed(typed, read):
 def test_every_rule_of_a_home_is_an_option():
     options = parse(
         make(),
-        ["--home.furniture_per_room", "6", "--home.detection_error=0.1", "--rooms", "kitchen",
-         "--sensing", "misses_per_type", "--sensing.rates.mug", "0.5"],
-    )  # fmt: skip
+        [
+            "--home.furniture_per_room",
+            "6",
+            "--home.detection_error=0.1",
+            "--rooms",
+            "kitchen",
+            "--sensing",
+            "misses_per_type",
+            "--sensing.rates.mug",
+            "0.5",
+        ],
+    )
     source = HomeOptions(**pick(options, HomeOptions)).make()
     assert source.home == HomeConfig(
-        rooms=("kitchen",), furniture_per_room=6, detection_error=0.1,
+        rooms=("kitchen",),
+        furniture_per_room=6,
+        detection_error=0.1,
         sensing=MissesPerType(rates={"mug": 0.5}),
-    )  # fmt: skip
+    )
     assert source.describe()["home"]["sensing"]["name"] == "misses_per_type"
 
 
@@ -154,9 +165,23 @@ def own(tmp_path, monkeypatch):
 def test_homes_and_a_policy_of_ones_own(own):
     out = own / "data"
     collect_module.main(
-        ["--homes", "own_homes.Mixed", "--homes.most", "2", "--policy", "own_homes:First",
-         "--num_homes", "3", "--steps", "4", "--workers", "1", "--out", str(out)]
-    )  # fmt: skip
+        [
+            "--homes",
+            "own_homes.Mixed",
+            "--homes.most",
+            "2",
+            "--policy",
+            "own_homes:First",
+            "--num_homes",
+            "3",
+            "--steps",
+            "4",
+            "--workers",
+            "1",
+            "--out",
+            str(out),
+        ]
+    )
     settings = load_manifest(out)["settings"]
     assert settings["homes"]["source"] == "mixed"
     assert settings["homes"]["most"] == 2

@@ -99,9 +99,10 @@ def test_the_manifest_is_not_written_for_every_home(tmp_path, monkeypatch):
     monkeypatch.setattr(collect_module, "_HOMES_PER_JOB", 1)
     monkeypatch.setattr(collect_module, "_MANIFEST_SHARE", 1.0)
     monkeypatch.setattr(
-        collect_module, "save_manifest",
+        collect_module,
+        "save_manifest",
         lambda out, settings, shards: (written.append(len(shards)), save(out, settings, shards)),
-    )  # fmt: skip
+    )
     collect(CollectConfig(num_homes=12, steps=1), tmp_path / "data", progress=False)
     assert written == [0, 1, 2, 4, 8, 12]
 

@@ -123,8 +123,11 @@ def test_scores_stay_what_they_were(default_prior, task):
     for name in SCORES[task]:
         scores = evaluate_policy(
             lambda homes, name=name: make_policy(name, homes),
-            SampledSource(default_prior), Streams(2, "test", range(3)), NUM_STEPS[task], task=task,
-        )  # fmt: skip
+            SampledSource(default_prior),
+            Streams(2, "test", range(3)),
+            NUM_STEPS[task],
+            task=task,
+        )
         # Rounded: a processor may add the terms of a sum in another order.
         found[name] = compute_digest(
             scores.values.round(9), scores.is_correct, scores.is_away, scores.likelihood.round(9)

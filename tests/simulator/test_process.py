@@ -26,9 +26,13 @@ def test_a_command_ends_in_silence_where_nobody_reads_on(python, command, unbuff
     os.close(reading)  # before anything is printed, which `| head -1` may be too late for
     interpreter = sys.executable if unbuffered else python
     done = subprocess.run(
-        [interpreter, "-m", *COMMANDS[command]], stdout=writing, stderr=subprocess.PIPE,
-        text=True, env=os.environ | {"PYTHONUNBUFFERED": unbuffered}, check=False,
-    )  # fmt: skip
+        [interpreter, "-m", *COMMANDS[command]],
+        stdout=writing,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+        check=False,
+    )
     os.close(writing)
     assert done.stderr == ""
     assert done.returncode in (0, 1)
@@ -103,6 +107,9 @@ def run(script, **variables):
     left_out = ("MPLCONFIGDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME")
     environment = {name: text for name, text in os.environ.items() if name not in left_out}
     return subprocess.run(
-        [sys.executable, str(script)], capture_output=True, text=True, check=False,
+        [sys.executable, str(script)],
+        capture_output=True,
+        text=True,
+        check=False,
         env=environment | {"PYTHONPATH": str(ROOT)} | variables,
-    )  # fmt: skip
+    )

@@ -62,8 +62,10 @@ def test_labels_are_read_by_it(fault, tmp_path):
 def test_config_files_are_read_by_it(command, fault, tmp_path, capsys):
     path = tmp_path / "odd.yaml"
     path.write_text(FAULTS[fault][0])
-    main = {"collect": partial(collect, [f"--out={tmp_path}/out", f"--config={path}"]),
-            "fit": partial(fit, [f"--config={path}"])}[command]  # fmt: skip
+    main = {
+        "collect": partial(collect, [f"--out={tmp_path}/out", f"--config={path}"]),
+        "fit": partial(fit, [f"--config={path}"]),
+    }[command]
     with pytest.raises(SystemExit) as stop:
         main()
     errors = f"{capsys.readouterr().err} {stop.value.code}"

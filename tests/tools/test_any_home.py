@@ -22,11 +22,14 @@ def make_scores(**accuracy):
     """Scores of one kind: two homes, all columns but the first guess alike."""
     return {
         player: {
-            "accuracy": values, "nll": [1.0, 1.0], "looks": [2.0, 2.0],
-            "calibration_error": [0.1], "away_accuracy": [0.2],
+            "accuracy": values,
+            "nll": [1.0, 1.0],
+            "looks": [2.0, 2.0],
+            "calibration_error": [0.1],
+            "away_accuracy": [0.2],
         }
         for player, values in accuracy.items()
-    }  # fmt: skip
+    }
 
 
 def test_the_best_rule_is_no_network_and_no_oracle():

@@ -28,9 +28,12 @@ def write_home(folder, cup_place):
     folder.mkdir(parents=True)
     furniture = [{"name": name, "room": "kitchen"} for name in ("shelf", "fridge", "table")]
     layout = {
-        "version": 1, "rooms": ["kitchen"], "furniture": furniture,
-        "start": "2024-05-06T00:00", "end_s": 12 * 86400,
-    }  # fmt: skip
+        "version": 1,
+        "rooms": ["kitchen"],
+        "furniture": furniture,
+        "start": "2024-05-06T00:00",
+        "end_s": 12 * 86400,
+    }
     (folder / "layout.json").write_text(json.dumps(layout))
     rows = ["time_s,object,furniture,relation,description", f"0,cup,{cup_place},in,"]
     rows += ["0,milk,fridge,in,"]
@@ -65,9 +68,11 @@ def test_a_further_prior_has_kinds_of_its_own(homes):
     without = list_benchmark(homes, 6, 14400.0, 2)
     more = [name for name in kinds if name not in without]
     assert more == [
-        "episodes-policy-words", "lives-policy-words", "episodes-patrol-words",
+        "episodes-policy-words",
+        "lives-policy-words",
+        "episodes-patrol-words",
         "lives-patrol-words",
-    ]  # fmt: skip
+    ]
     assert kinds[more[0]].sources[0].prior is prior
     assert kinds[more[0]].title.endswith("the prior `words`")
     assert [kinds[name].describe() for name in without] == [k.describe() for k in without.values()]
@@ -90,8 +95,10 @@ def test_priors_are_paired_home_by_home():
     about = {kind: {"units": units} for kind in kinds}
     rows = compare_priors(about, kinds, ["words", "own"], ["x", "absent"])
     assert [(row.first, row.second) for row in rows] == [
-        ("words", "shipped"), ("own", "shipped"), ("own", "words")
-    ]  # fmt: skip
+        ("words", "shipped"),
+        ("own", "shipped"),
+        ("own", "words"),
+    ]
     # Homes of words minus shipped: .3 - .1 and .4 - .1, so .2 and .3: mean .25, error .05,
     # t of one degree 12.706. p = 1 - 2 atan(5) / pi = .126.
     found = rows[0].difference
@@ -120,13 +127,15 @@ def test_on_patrol_all_policies_read_the_same_memory(homes):
     away = {
         looks: [
             evaluate_policy(
-                POLICIES[name].make, *kinds[f"episodes-{looks}-shipped"].sources,
-                Streams(0, "test", range(4)), 20,
+                POLICIES[name].make,
+                *kinds[f"episodes-{looks}-shipped"].sources,
+                Streams(0, "test", range(4)),
+                20,
             ).is_away
             for name in ("random", "myopic")
         ]
         for looks in ("policy", "patrol")
-    }  # fmt: skip
+    }
     np.testing.assert_array_equal(*away["patrol"])
     assert (away["policy"][0] != away["policy"][1]).any()
 
@@ -218,10 +227,12 @@ def test_the_page_of_language_priors_is_what_its_scores_say(tmp_path):
     notes = (results / "notes.md").read_text()
     guide = (results.parent / "docs" / "priors.md").read_text()
     for kind, title in (
-        ("shipped", "default (counted"), ("words", "word vectors alone"),
-        ("filled", "filled in by a language model"), ("household", "household (written"),
+        ("shipped", "default (counted"),
+        ("words", "word vectors alone"),
+        ("filled", "filled in by a language model"),
+        ("household", "household (written"),
         ("counted", "counted in the other"),
-    ):  # fmt: skip
+    ):
         line = next(line for line in notes.splitlines() if line.startswith(f"| {title}"))
         for player in ("priors", "adaptive", "any_home"):
             own = scores[f"episodes-policy-{kind}"][player]
@@ -229,10 +240,16 @@ def test_the_page_of_language_priors_is_what_its_scores_say(tmp_path):
             cell = " / ".join(shorten(np.mean(own[name]), form) for name, form in forms)
             assert f"| {cell} |" in line
     for kind, player in (
-        ("words", "priors"), ("filled", "priors"), ("shipped", "priors"), ("counted", "priors"),
-        ("filled", "bayesian"), ("filled", "frequentist"), ("words", "any_home"),
-        ("filled", "any_home"), ("shipped", "any_home"),
-    ):  # fmt: skip
+        ("words", "priors"),
+        ("filled", "priors"),
+        ("shipped", "priors"),
+        ("counted", "priors"),
+        ("filled", "bayesian"),
+        ("filled", "frequentist"),
+        ("words", "any_home"),
+        ("filled", "any_home"),
+        ("shipped", "any_home"),
+    ):
         own = np.mean(scores[f"episodes-policy-{kind}"][player]["accuracy"])
         assert shorten(own, ".3f") in guide.partition("In five scripted households")[2]
 

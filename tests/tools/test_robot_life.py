@@ -12,9 +12,12 @@ from tools.robot_life import RobotLife
 @pytest.fixture(scope="module")
 def life():
     rules = HomeConfig(
-        furniture_per_room=2, objects_per_furniture=2, dynamics=RoutineDynamics(),
-        looks="random", looks_per_step=2,
-    )  # fmt: skip
+        furniture_per_room=2,
+        objects_per_furniture=2,
+        dynamics=RoutineDynamics(),
+        looks="random",
+        looks_per_step=2,
+    )
     return RobotLife.record(SampledSource(None, rules), 12, 24, home=1, seed=5)
 
 

@@ -32,9 +32,11 @@ def main():
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda number, _: connection.send(bytes([number])))
     request = {
-        "arguments": arguments, "folder": os.getcwd(), "environment": dict(os.environ),
+        "arguments": arguments,
+        "folder": os.getcwd(),
+        "environment": dict(os.environ),
         "files": list(files),
-    }  # fmt: skip
+    }
     body = json.dumps(request).encode()
     rights = (_socket.SOL_SOCKET, _socket.SCM_RIGHTS, files)
     connection.sendmsg([len(body).to_bytes(8, "big")], [rights])

@@ -28,9 +28,18 @@ from collections.abc import Callable
 
 # What a fresh interpreter spends most of its time on.
 PACKAGES = (
-    "numpy", "scipy.stats", "numba", "torch", "torchmetrics", "lightning.pytorch.cli", "dgl",
-    "spacy", "matplotlib.pyplot", "rich.progress", "joblib",
-)  # fmt: skip
+    "numpy",
+    "scipy.stats",
+    "numba",
+    "torch",
+    "torchmetrics",
+    "lightning.pytorch.cli",
+    "dgl",
+    "spacy",
+    "matplotlib.pyplot",
+    "rich.progress",
+    "joblib",
+)
 
 _AT_EXIT: list[Callable[[], object]] = []  # what a fork does after all others
 

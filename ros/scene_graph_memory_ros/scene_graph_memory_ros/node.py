@@ -46,9 +46,10 @@ PARAMETERS: dict[str, Any] = {
 
 # Messages of detections, and the packages that define them.
 DETECTIONS = {
-    "Detection2DArray": "vision_msgs.msg", "Detection3DArray": "vision_msgs.msg",
+    "Detection2DArray": "vision_msgs.msg",
+    "Detection3DArray": "vision_msgs.msg",
     "DetectionArray": "yolo_msgs.msg",
-}  # fmt: skip
+}
 
 
 class MemoryNode(Node):
@@ -69,15 +70,20 @@ class MemoryNode(Node):
         graph = GraphFurniture(memory, areas=areas, labels=labels) if read["scene_graph"] else None
         mapper = FurnitureMapper(memory, areas=areas, labels=labels)
         self._live = LiveMemory(
-            memory, finder, discover=None if read["map_file"] else mapper, graph=graph,
-            labels=labels, step_seconds=read["step_seconds"],
+            memory,
+            finder,
+            discover=None if read["map_file"] else mapper,
+            graph=graph,
+            labels=labels,
+            step_seconds=read["step_seconds"],
             ignore=[name for name in read["ignore"] if name],  # ROS has no list without a value
             on_look=lambda look: self.get_logger().info(
                 f"looked at {self._live.memory.describe(look.furniture)}: {len(look.seen)} things"
             ),
-            map_frame=read["map_frame"], camera_frame=read["camera_frame"] or None,
+            map_frame=read["map_frame"],
+            camera_frame=read["camera_frame"] or None,
             uses_depth=read["uses_depth"],
-        )  # fmt: skip
+        )
         feed, builder = self._live.feed, self._live.builder
         still = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         depth = CompressedImage if read["compressed_depth"] else Image

@@ -211,15 +211,19 @@ def read_bag(
                 if home is not None:
                     home.add_to(memory)
                 live = LiveMemory(
-                    memory, Finder(Adaptive()), step_seconds=options.step_seconds,
+                    memory,
+                    Finder(Adaptive()),
+                    step_seconds=options.step_seconds,
                     discover=mapper if home is None or options.discover else None,
-                    ignore=options.ignore, labels=labels,
+                    ignore=options.ignore,
+                    labels=labels,
                     on_look=lambda look: looks.update(("looks",)),
                     map_frame=options.map_frame if home is None else home.frame,
-                    camera_frame=options.camera_frame, names=names,
+                    camera_frame=options.camera_frame,
+                    names=names,
                     pose_sd=(options.position_sd, options.angle_sd),
                     uses_depth="depth" in topics,
-                )  # fmt: skip
+                )
                 known = () if home is None else home.furniture
                 for number, row in zip(memory.furniture_ids, known, strict=True):
                     if row.is_open:

@@ -172,9 +172,13 @@ def _read_video_name(name: str, path: Path) -> tuple[str, datetime]:
 
 
 def _read_video(
-    name: str, start: datetime, associations: Mapping[str, Any], masks: Mapping[str, Any],
-    left_out: Counter[str], folder: Path,
-) -> _Video:  # fmt: skip
+    name: str,
+    start: datetime,
+    associations: Mapping[str, Any],
+    masks: Mapping[str, Any],
+    left_out: Counter[str],
+    folder: Path,
+) -> _Video:
     things: dict[str, list[list[_Move]]] = defaultdict(list)
     length = 0.0
     for own in associations.values():

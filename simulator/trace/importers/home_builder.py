@@ -64,8 +64,9 @@ class HomeBuilder:
     ) -> int:
         """Add furniture, as in `Furniture`, to a room from `add_room`, and return its index."""
         words = read_words("furniture label", label)
-        row = Furniture(words, room, description or words, position=position, box=box,
-                        open_cost=open_cost)  # fmt: skip
+        row = Furniture(
+            words, room, description or words, position=position, box=box, open_cost=open_cost
+        )
         self._furniture.append(row)
         return len(self._furniture) - 1
 

@@ -181,9 +181,11 @@ class _GraphReader:
                 if room is not None and self._usual_room is not None:
                     name = find_name(node)
                     self.builder.add_object(
-                        label, self._ensure_floor(room), description=name,
+                        label,
+                        self._ensure_floor(room),
+                        description=name,
                         position=_find_position(node),
-                    )  # fmt: skip
+                    )
                     return
                 reason = "in its room" if nearest is None else f"within {MAX_DISTANCE:g} m"
                 self.builder.leave_out(f"no furniture {reason}{_HINT}", label)
@@ -192,9 +194,14 @@ class _GraphReader:
         holder, num_links = found
         inside, name = self._compute_distance(node, holder) == 0, find_name(node)
         self.builder.add_object(
-            label, self._furniture[holder], inside, num_links > 1, name, relation,
+            label,
+            self._furniture[holder],
+            inside,
+            num_links > 1,
+            name,
+            relation,
             _find_position(node),
-        )  # fmt: skip
+        )
 
     def _ensure_floor(self, room: int) -> int:
         """Return the index of the floor of a room, which is furniture."""

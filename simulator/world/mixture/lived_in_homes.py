@@ -52,10 +52,15 @@ class LivedInSource(MixtureSource):
     kept_share = 0.1
 
     def __init__(
-        self, prior: PriorGraph | None = None, home: HomeConfig | None = None,
-        mixture: Mixture | None = None, pace: Literal["minutes", "hours"] = "minutes",
-        session_share: float = 0.7, hidden_share: float = 0.25, round_share: float = 0.3,
-    ) -> None:  # fmt: skip
+        self,
+        prior: PriorGraph | None = None,
+        home: HomeConfig | None = None,
+        mixture: Mixture | None = None,
+        pace: Literal["minutes", "hours"] = "minutes",
+        session_share: float = 0.7,
+        hidden_share: float = 0.25,
+        round_share: float = 0.3,
+    ) -> None:
         """Keep the distribution.
 
         Args:
@@ -127,9 +132,12 @@ def make_mixture(
 ) -> Mixture:
     """Return the distribution of sizes, looks and people for `LivedInSource`, by lengths."""
     return Mixture(
-        routine_share=1.0, carrying_share=0.5, resettling_share=0.3, step_seconds=step_seconds,
+        routine_share=1.0,
+        carrying_share=0.5,
+        resettling_share=0.3,
+        step_seconds=step_seconds,
         lives=lives,
-    )  # fmt: skip
+    )
 
 
 def draw_sessions(

@@ -199,9 +199,11 @@ class MixtureSource(HomeSource):
     default_mixture: ClassVar[Mixture] = Mixture()
 
     def __init__(
-        self, prior: PriorGraph | None = None, home: HomeConfig | None = None,
+        self,
+        prior: PriorGraph | None = None,
+        home: HomeConfig | None = None,
         mixture: Mixture | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Keep the distribution.
 
         Args:

@@ -27,9 +27,11 @@ def load_carried() -> dict[str, tuple[float, float]]:
 
 
 def add_carried(
-    homes: SampledState, rules: Mapping[int, RoutineRules], habits: Habits,
+    homes: SampledState,
+    rules: Mapping[int, RoutineRules],
+    habits: Habits,
     num_residents: np.ndarray,
-) -> Habits:  # fmt: skip
+) -> Habits:
     """Give everything that is carried an owner, who takes it along on every outing.
 
     Args:

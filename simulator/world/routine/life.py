@@ -123,9 +123,10 @@ def _make_habits(homes: SampledState, rules: Mapping[int, RoutineRules]) -> Habi
         habits.object_weight[home] = object_weights[:, homes.object_type[home]] * is_present
         own = homes.furniture_room[home] >= 0
         weights = compute_spot_weights(
-            homes.room_labels[home], homes.furniture_labels[home, own],
+            homes.room_labels[home],
+            homes.furniture_labels[home, own],
             homes.furniture_room[home, own],
-        )  # fmt: skip
+        )
         habits.spot_weight[home, :, own] = weights.T
     np.cumsum(habits.spot_weight, axis=2, out=habits.spot_weight)
     return habits

@@ -271,9 +271,12 @@ def _plan_day(habits: Habits, state: State, home: int) -> None:
             if share <= 0 or _uniform(random, home) >= share:
                 continue
             hour = habits.hour[home, resident, n, 1 if is_weekend else 0]
-            begin = midnight + hour + state.drift[home, resident] + (
-                _normal(random, home) * (rule.jitter_hours * HOUR)
-            )  # fmt: skip
+            begin = (
+                midnight
+                + hour
+                + state.drift[home, resident]
+                + (_normal(random, home) * (rule.jitter_hours * HOUR))
+            )
             before = habits.after[home, n]
             if before >= 0 and starts[before] >= 0:
                 begin = ends[before] + 1

@@ -153,9 +153,14 @@ def _draw_sessions(
 
 
 def _draw_uses(
-    habits: SessionHabits, home: int, rule: SessionRules, object_weights: np.ndarray,
-    homes: SampledState, slots: np.ndarray, rng: np.random.Generator,
-) -> None:  # fmt: skip
+    habits: SessionHabits,
+    home: int,
+    rule: SessionRules,
+    object_weights: np.ndarray,
+    homes: SampledState,
+    slots: np.ndarray,
+    rng: np.random.Generator,
+) -> None:
     """Draw what each thing (n,) is for, how often it is used, and what happens to it then."""
     types, of_thing = np.unique(homes.object_type[home, slots], return_inverse=True)
     weights = object_weights[:, types]  # (K, m)
@@ -184,9 +189,14 @@ def _draw_uses(
 
 
 def _draw_ways(
-    habits: SessionHabits, home: int, rule: SessionRules, homes: SampledState, kept: np.ndarray,
-    slots: np.ndarray, rng: np.random.Generator,
-) -> None:  # fmt: skip
+    habits: SessionHabits,
+    home: int,
+    rule: SessionRules,
+    homes: SampledState,
+    kept: np.ndarray,
+    slots: np.ndarray,
+    rng: np.random.Generator,
+) -> None:
     """Draw where things of each group go from each place, and spots of activities.
 
     Things (n,) are kept at furniture, (n,).

@@ -99,8 +99,11 @@ def test_commands_that_share_a_file_lose_nothing(tmp_path):
     assert json.loads(path.read_text())["scores"]["game"]["net"] == 0.7
     second.keep("game", {"three": 3.0}, "now")  # which holds the scores of the network before
     assert ScoreCache.load(path, {"game": 1}, {}).scores["game"].keys() == {
-        "one", "two", "three", "net",
-    }  # fmt: skip
+        "one",
+        "two",
+        "three",
+        "net",
+    }
 
 
 def test_scores_of_a_player_are_a_line_and_what_is_the_same_is_not_written(tmp_path):

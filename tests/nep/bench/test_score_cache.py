@@ -72,10 +72,15 @@ def test_a_folder_is_no_table(tmp_path):
 @pytest.mark.parametrize(
     "content",
     [
-        "[", "[]", '{"a": 1, "a": 2}', "\xff", "{}", '{"games": {}, "networks": [], "scores": {}}',
+        "[",
+        "[]",
+        '{"a": 1, "a": 2}',
+        "\xff",
+        "{}",
+        '{"games": {}, "networks": [], "scores": {}}',
         '{"games": {}, "networks": {}, "scores": {"home": 1}}',
     ],
-)  # fmt: skip
+)
 def test_a_damaged_file_is_named(tmp_path, content):
     path = tmp_path / "table.json"
     path.write_bytes(content.encode("latin-1"))

@@ -21,18 +21,32 @@ def test_a_first_run_prints_its_own_lines_alone_and_leaves_nothing_at_home(tmp_p
     (tmp_path / "run").mkdir()
     done = subprocess.run(
         [
-            sys.executable, "-m", "nep.fit", "--config=heat.yaml", "--model.encoder.units=8",
-            "--data.num_homes=2", "--data.steps=3", "--data.num_val_homes=1",
-            "--online.num_homes=1", "--online.steps=2", "--online.policies=[bayesian]",
-            "--trainer.max_epochs=3", "--data.workers=1", "--threads=1",
+            sys.executable,
+            "-m",
+            "nep.fit",
+            "--config=heat.yaml",
+            "--model.encoder.units=8",
+            "--data.num_homes=2",
+            "--data.steps=3",
+            "--data.num_val_homes=1",
+            "--online.num_homes=1",
+            "--online.steps=2",
+            "--online.policies=[bayesian]",
+            "--trainer.max_epochs=3",
+            "--data.workers=1",
+            "--threads=1",
         ],
-        cwd=tmp_path / "run", capture_output=True, text=True, check=False,
+        cwd=tmp_path / "run",
+        capture_output=True,
+        text=True,
+        check=False,
         env=environment
         | {"HOME": str(home) if has_home else "/dev/null/nobody", "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
+    )
     assert done.returncode == 0, done.stderr
-    epochs = re.findall(r"^epoch (\d) of 3: .*train/loss \d.*val/hits_at_1 .*, \d+ s$",
-                        done.stdout, re.MULTILINE)  # fmt: skip
+    epochs = re.findall(
+        r"^epoch (\d) of 3: .*train/loss \d.*val/hits_at_1 .*, \d+ s$", done.stdout, re.MULTILINE
+    )
     assert epochs == ["1", "2", "3"]
     for advice in ("GPU", "litlogger", "logging interval", "Setting the default", "\x1b", "cache"):
         assert advice not in done.stdout + done.stderr

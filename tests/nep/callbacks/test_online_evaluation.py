@@ -34,13 +34,22 @@ def fit(tmp_path_factory):
         patch.chdir(folder)
         patch.setattr(OnlineEvaluation, "_play", record)
         main(
-            ["--config", "mlp.yaml", "--trainer.max_epochs=3", "--data.num_homes=2",
-             "--data.steps=8",
-             "--data.num_val_homes=1", "--data.batch_size=8", "--data.workers=1",
-             "--online.num_homes=2",
-             "--online.steps=5", "--online.every_n_epochs=2",
-             "--trainer.log_every_n_steps=1", "--trainer.enable_progress_bar=false"]
-        )  # fmt: skip
+            [
+                "--config",
+                "mlp.yaml",
+                "--trainer.max_epochs=3",
+                "--data.num_homes=2",
+                "--data.steps=8",
+                "--data.num_val_homes=1",
+                "--data.batch_size=8",
+                "--data.workers=1",
+                "--online.num_homes=2",
+                "--online.steps=5",
+                "--online.every_n_epochs=2",
+                "--trainer.log_every_n_steps=1",
+                "--trainer.enable_progress_bar=false",
+            ]
+        )
     return folder / "runs" / "mlp" / "version_0", epochs
 
 
@@ -103,8 +112,11 @@ def test_table_is_sorted_and_paired(capsys):
     out = capsys.readouterr().out
     lines = [line.split() for line in out.splitlines()]
     assert [line[0] for line in lines if line and line[0] in evaluation.scores] == [
-        "bayesian", "NEP", "oracle", "ceiling"
-    ]  # fmt: skip
+        "bayesian",
+        "NEP",
+        "oracle",
+        "ceiling",
+    ]
     assert "-0.200 [-0.200, -0.200]" in out  # Bayesian: all homes differ by exactly 0.2
     # the ceiling: homes differ by 0.4, 0.2 and 0.3; of three, t = 4.303 standard errors of 0.0577
     assert "+0.300 [+0.052, +0.548]" in out
@@ -160,13 +172,24 @@ def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, 
     """Find Object without dynamic nodes: looks, of which fewer are better."""
     monkeypatch.chdir(tmp_path)
     cli = main(
-        ["--config", "mlp.yaml", "--trainer.max_epochs=1", "--data.num_homes=2", "--data.steps=4",
-         "--data.num_val_homes=1", "--data.batch_size=8", "--data.workers=1",
-         "--online.num_homes=2",
-         "--data.task=find_object", "--data.home.dynamic_nodes=false", "--online.steps=3",
-         "--online.policies=[bayesian, ceiling]", "--trainer.log_every_n_steps=1",
-         "--trainer.enable_progress_bar=false"]
-    )  # fmt: skip
+        [
+            "--config",
+            "mlp.yaml",
+            "--trainer.max_epochs=1",
+            "--data.num_homes=2",
+            "--data.steps=4",
+            "--data.num_val_homes=1",
+            "--data.batch_size=8",
+            "--data.workers=1",
+            "--online.num_homes=2",
+            "--data.task=find_object",
+            "--data.home.dynamic_nodes=false",
+            "--online.steps=3",
+            "--online.policies=[bayesian, ceiling]",
+            "--trainer.log_every_n_steps=1",
+            "--trainer.enable_progress_bar=false",
+        ]
+    )
     run = tmp_path / "runs" / "mlp" / "version_0"
     written = json.loads((run / "online_evaluation.json").read_text())
     assert set(written) == {"bayesian", "ceiling", "NEP-MLP"}
@@ -177,9 +200,11 @@ def test_plays_the_task_of_the_data_beside_some_policies(tmp_path, monkeypatch, 
                 if name == "NEP-MLP"
                 else make_policy(name, homes)
             ),
-            SampledSource(home=HomeConfig(dynamic_nodes=False)), Streams(0, "val", range(2)), 3,
+            SampledSource(home=HomeConfig(dynamic_nodes=False)),
+            Streams(0, "val", range(2)),
+            3,
             task="find_object",
-        )  # fmt: skip
+        )
         assert scores["looks_per_home"] == again.home_values.tolist()
         assert scores["looks_per_step"] == again.values.mean(axis=0).tolist()
     bayesian, ceiling, model = (

@@ -49,8 +49,13 @@ def make_edges(day, rooms=ROOMS, num_nodes=10, shift=0):
 
 def write_homer(folder):
     names, categories = zip(*NODES, strict=True)
-    common = {"node_ids": list(range(10)), "node_classes": names, "node_categories": categories,
-              "activities": ["idle"], "info": {"dt": 10}}  # fmt: skip
+    common = {
+        "node_ids": list(range(10)),
+        "node_classes": names,
+        "node_categories": categories,
+        "activities": ["idle"],
+        "info": {"dt": 10},
+    }
     (folder / "train").mkdir(parents=True)
     (folder / "test").mkdir()
     (folder / "common_data.json").write_text(json.dumps(common))
@@ -68,10 +73,15 @@ def write_homer_plus(folder):
         edges = make_edges(day, num_nodes=11, shift=1)
         edges[:, [1, 2], 0] = 1  # rooms hang on the home
         torch.save(
-            {"edges": edges, "times": torch.tensor([minute for minute, _ in day]),
-             "activity": torch.zeros(len(day)), "node_ids": list(range(11)), "class_names": names},
+            {
+                "edges": edges,
+                "times": torch.tensor([minute for minute, _ in day]),
+                "activity": torch.zeros(len(day)),
+                "node_ids": list(range(11)),
+                "class_names": names,
+            },
             folder / part / "000.pt",
-        )  # fmt: skip
+        )
     return folder
 
 
@@ -83,16 +93,20 @@ def list_events(trace):
 DAY = 86_400.0
 EXPECTED = {
     # The first snapshot, 6:20, is what the home is like at time 0; the apple is in the bowl.
-    (0.0, "cup", "table 1"), (0.0, "apple", "fridge"), (0.0, "bowl", "fridge"),
+    (0.0, "cup", "table 1"),
+    (0.0, "apple", "fridge"),
+    (0.0, "bowl", "fridge"),
     (0.0, "remote control", "bedroom floor"),
     # 6:30: the bowl goes to the table, the apple in it too.
-    (390 * 60.0, "cup", "table 2"), (390 * 60.0, "bowl", "table 1"),
+    (390 * 60.0, "cup", "table 2"),
+    (390 * 60.0, "bowl", "table 1"),
     (390 * 60.0, "apple", "table 1"),
     (400 * 60.0, "remote control", "table 2"),
     # The second day begins at 6:10 as its own first snapshot says.
-    (DAY + 370 * 60.0, "cup", "table 1"), (DAY + 370 * 60.0, "remote control", "bedroom floor"),
+    (DAY + 370 * 60.0, "cup", "table 1"),
+    (DAY + 370 * 60.0, "remote control", "bedroom floor"),
     (DAY + 1000 * 60.0, "apple", "fridge"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("write", [write_homer, write_homer_plus])
@@ -101,9 +115,11 @@ def test_a_household_becomes_a_trace(tmp_path, write):
     assert [room.label for room in trace.layout.rooms.values()] == ["kitchen", "bedroom"]
     furniture = [(row.name, row.label, row.room) for row in trace.layout.furniture.values()]
     assert furniture == [
-        ("table 1", "table", 0), ("fridge", "fridge", 0), ("bedroom floor", "floor", 1),
+        ("table 1", "table", 0),
+        ("fridge", "fridge", 0),
+        ("bedroom floor", "floor", 1),
         ("table 2", "table", 1),
-    ]  # fmt: skip
+    ]
     assert list_events(trace) == EXPECTED
     # What is on a table is "onTop", what is in a fridge "in": the source does not say.
     relations = {trace.layout.furniture[e.furniture].label: e.relation for e in trace.events}

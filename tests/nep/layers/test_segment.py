@@ -37,7 +37,7 @@ def test_attend_equals_dgl():
     ours = attend(attention, values, source, segment, 12)
     theirs = dgl.ops.u_mul_e_sum(
         graph, values.unflatten(1, (2, 4)), attention.unsqueeze(2)
-    ).flatten(1)  # fmt: skip
+    ).flatten(1)
     torch.testing.assert_close(ours, theirs)
     weight = torch.randn(12, 8, generator=generator)
     for mine, other in zip(

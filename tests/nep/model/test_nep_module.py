@@ -41,8 +41,10 @@ def test_loss_of_one_class_or_none():
 
 def test_half_is_the_best_constant_answer():
     target = torch.tensor([1.0] + [0.0] * 9)
-    losses = {p: balanced_bce(torch.full((10,), math.log(p / (1 - p))), target).item()
-              for p in (0.4, 0.5, 0.6)}  # fmt: skip
+    losses = {
+        p: balanced_bce(torch.full((10,), math.log(p / (1 - p))), target).item()
+        for p in (0.4, 0.5, 0.6)
+    }
     assert min(losses, key=losses.__getitem__) == 0.5
 
 
@@ -151,9 +153,14 @@ def test_the_cosine_schedule_ends_at_zero(random_batch):
             rates.append(trainer.optimizers[0].param_groups[0]["lr"])
 
     pl.Trainer(
-        max_epochs=2, logger=False, enable_checkpointing=False, enable_progress_bar=False,
-        enable_model_summary=False, accelerator="cpu", callbacks=[Watch()],
-    ).fit(module, loader, loader)  # fmt: skip
+        max_epochs=2,
+        logger=False,
+        enable_checkpointing=False,
+        enable_progress_bar=False,
+        enable_model_summary=False,
+        accelerator="cpu",
+        callbacks=[Watch()],
+    ).fit(module, loader, loader)
     # 8 steps: 0.01 x (1 + cos(pi t / 8)) / 2
     want = [0.01 * (1 + math.cos(math.pi * step / 8)) / 2 for step in range(8)]
     assert rates == pytest.approx(want)

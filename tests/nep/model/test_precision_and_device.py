@@ -87,9 +87,10 @@ def run(func, args, kwargs):
     is_copy = func in (torch.ops.aten._to_copy.default, torch.ops.aten.copy_.default)
     if any(is_there) and not is_copy:
         strangers = [
-            tensor for tensor, there in zip(tensors, is_there, strict=True)
+            tensor
+            for tensor, there in zip(tensors, is_there, strict=True)
             if not there and tensor.dim()
-        ]  # fmt: skip
+        ]
         if strangers:
             raise RuntimeError(f"{func} mixes devices: {[tuple(t.shape) for t in strangers]}")
     if target is not None:

@@ -99,13 +99,17 @@ def test_the_shipped_network_answers_as_in_torch(source, task):
         (
             partial(Sets, 16),
             FeatureConfig(
-                temporal=False, semantic=False, prior=False, candidates="all", evidence=True,
+                temporal=False,
+                semantic=False,
+                prior=False,
+                candidates="all",
+                evidence=True,
                 evidence_without=("hours", "hour", "others"),
             ),
         ),
     ],
     ids=["ensemble", "single", "no rounds", "without some features"],
-)  # fmt: skip
+)
 def test_networks_of_every_shape_answer_as_in_torch(encoder, features, tmp_path):
     model = make_model(encoder(), features)
     save_exported(tmp_path, model, {})

@@ -19,8 +19,10 @@ from nep.report.statistics import (
 def resample_plainly(values, units, num_resamples, tail):
     """Cluster bootstrap in a loop: draw households, take all plays of each."""
     rng = np.random.default_rng(0)
-    plays = [[v for v, own in zip(values, units, strict=True) if own == unit]
-             for unit in dict.fromkeys(units)]  # fmt: skip
+    plays = [
+        [v for v, own in zip(values, units, strict=True) if own == unit]
+        for unit in dict.fromkeys(units)
+    ]
     means = []
     for _ in range(num_resamples):
         drawn = [plays[number] for number in rng.integers(0, len(plays), len(plays))]
@@ -80,8 +82,11 @@ def test_interval_of_equal_values_is_a_point():
 
 
 def test_one_unit_tells_nothing():
-    for found in (compute_interval(np.ones(1)), [compute_p_value(np.ones(1))],
-                  [compute_detectable(np.ones(1))]):  # fmt: skip
+    for found in (
+        compute_interval(np.ones(1)),
+        [compute_p_value(np.ones(1))],
+        [compute_detectable(np.ones(1))],
+    ):
         assert np.isnan(found).all()
 
 
@@ -95,9 +100,7 @@ def test_interval_of_many_values_is_the_standard_one():
 
 # Of 1,000 trials of a true coverage of .95 the standard error is .007: four of them.
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("num_units", "least"), [(3, 0.92), (5, 0.92), (12, 0.92), (30, 0.92)]
-)  # fmt: skip
+@pytest.mark.parametrize(("num_units", "least"), [(3, 0.92), (5, 0.92), (12, 0.92), (30, 0.92)])
 def test_interval_covers_the_true_mean_of_households(num_units, least):
     """Households differ and each is played four times: their plays are no further units."""
     rng = np.random.default_rng(1)

@@ -86,9 +86,16 @@ def test_without_the_policies_to_compare_with_there_are_no_such_columns(looks):
     rows = compute_rows(TASKS["find_object"], {"NEP": looks["NEP"]})
     header, cells = format_table(TASKS["find_object"], rows)
     assert header == [
-        "policy", "looks", "std", "answers right", "right if away", "right if out of place", "ECE",
-        "NLL", "recall",
-    ]  # fmt: skip
+        "policy",
+        "looks",
+        "std",
+        "answers right",
+        "right if away",
+        "right if out of place",
+        "ECE",
+        "NLL",
+        "recall",
+    ]
     assert cells == [["NEP", "3.50", "1.50", "0.500", "1.000", "1.000", "0.250", "0.29", "0.500"]]
     assert rows[0].gap_closed is None
 
@@ -138,11 +145,17 @@ def test_one_entry_makes_a_column_everywhere(monkeypatch):
 def test_a_single_home_has_neither_interval_nor_spread():
     """Nobody knows how far another home would be from it."""
     one_home = [
-        TaskScores(np.array([[looks]]), *(np.array([[value]]) for value in (True, True, False)),
-                   np.array([[0.75]]), np.array([[0.75]]), np.array([[1]]),
-                   np.array([[False]]), np.array([[-1]]))
+        TaskScores(
+            np.array([[looks]]),
+            *(np.array([[value]]) for value in (True, True, False)),
+            np.array([[0.75]]),
+            np.array([[0.75]]),
+            np.array([[1]]),
+            np.array([[False]]),
+            np.array([[-1]]),
+        )
         for looks in (4.0, 3.0)
-    ]  # fmt: skip
+    ]
     scores = dict(zip(("bayesian", "NEP"), map(ScoreSummary.of, one_home), strict=True))
     rows = compute_rows(TASKS["find_object"], scores)
     header, cells = format_table(TASKS["find_object"], rows)

@@ -62,8 +62,9 @@ def click_map(browser, x, y, right=0, down=0):
         browser,
         "const box = map.canvas.getBoundingClientRect(), [x, y] = view.toScreen([...arguments]);"
         "return [box.left + x, box.top + y]",
-        float(x), float(y),
-    )  # fmt: skip
+        float(x),
+        float(y),
+    )
     place = [round(at[0]) + right, round(at[1]) + down]
     ActionChains(browser).move_by_offset(*place).pause(0.2).click().perform()
     ActionChains(browser).move_by_offset(-place[0], -place[1]).perform()

@@ -29,10 +29,35 @@ FORGED = [
     None, True, False, -1, 0.5, 1.5, 2**53 + 1, 10**18, 10**30, 10**400, 1e308, -1e308, "",
     "x" * 5000, [], {}, [[]], nest(90), ["x"], [0, 1, 2, 3], {"points": []}, {"evilmod:P": 5},
 ]  # fmt: skip
-NO_NAMES = ["nobody", "none", "evilmod:P", "os:system", ".:", "..x:y", "nep.view.server:PageServer",
-            "\ud800", "\0", "../../x", "<b>x</b>"]  # fmt: skip
-RAW = ["", "null", "[]", "1", '"x"', "NaN", "-Infinity", "1e999", "9" * 5000, "[" * 9000, "{",
-       "'x'", '{"call": "watch", "call": "names"}', b"\xff\xfe{\0}\0"]  # fmt: skip
+NO_NAMES = [
+    "nobody",
+    "none",
+    "evilmod:P",
+    "os:system",
+    ".:",
+    "..x:y",
+    "nep.view.server:PageServer",
+    "\ud800",
+    "\0",
+    "../../x",
+    "<b>x</b>",
+]
+RAW = [
+    "",
+    "null",
+    "[]",
+    "1",
+    '"x"',
+    "NaN",
+    "-Infinity",
+    "1e999",
+    "9" * 5000,
+    "[" * 9000,
+    "{",
+    "'x'",
+    '{"call": "watch", "call": "names"}',
+    b"\xff\xfe{\0}\0",
+]
 
 
 @pytest.fixture
@@ -51,8 +76,13 @@ def post(server, caplog, tmp_path):
     caplog.set_level(logging.WARNING)
 
     def send(body):
-        content = body if isinstance(body, bytes) else body.encode() if isinstance(body, str) \
-            else json.dumps(body).encode()  # fmt: skip
+        content = (
+            body
+            if isinstance(body, bytes)
+            else body.encode()
+            if isinstance(body, str)
+            else json.dumps(body).encode()
+        )
         status, _, answer = server.respond("POST", "/", HEADERS, content)
         assert caplog.records == [], content[:300]
         assert "evilmod" not in sys.modules, content[:300]
@@ -117,9 +147,10 @@ def test_other_paths_methods_and_pages_are_refused(server):
         assert server.respond("POST", path, HEADERS, body)[0] == 404
     assert server.respond("PUT", "/", HEADERS, body)[0] == 404
     for name, value in (
-        ("host", "somewhere.example:80"), ("origin", "http://somewhere.example"),
+        ("host", "somewhere.example:80"),
+        ("origin", "http://somewhere.example"),
         ("sec-fetch-site", "cross-site"),
-    ):  # fmt: skip
+    ):
         assert server.respond("POST", "/", {**HEADERS, name: value}, body)[0] == 403, name
         assert server.respond("GET", "/", {**HEADERS, name: value}, b"")[0] == 403, name
 

@@ -138,8 +138,9 @@ def test_demo(browser, tmp_path, monkeypatch):
     for axis in ("axis", "history"):
         ticks = browser.execute_script(
             "return [...document.getElementById(arguments[0]).querySelectorAll('.major, .minor')]"
-            ".map(text => text.textContent)", axis,
-        )  # fmt: skip
+            ".map(text => text.textContent)",
+            axis,
+        )
         assert "Mon 6 May" in ticks
         assert "12:00" in ticks
 
@@ -158,9 +159,11 @@ def test_metres(browser, serve, flat, tmp_path):
     # A name that looks like markup is a text, and nothing of it has run.
     script = THINGS[-1]
     assert browser.execute_script(
-        "return map.things.flat().some(thing => thing.name === arguments[0])"
-        .replace("map.", "document.getElementById('map-a').homeMap."), script,
-    )  # fmt: skip
+        "return map.things.flat().some(thing => thing.name === arguments[0])".replace(
+            "map.", "document.getElementById('map-a').homeMap."
+        ),
+        script,
+    )
     find(browser, "words").clear()
     find(browser, "words").send_keys(script, "\n")
     wait_for(browser, lambda: read(browser, "#answer-a h3").startswith(script))

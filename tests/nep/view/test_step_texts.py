@@ -84,8 +84,9 @@ def test_furniture_says_by_what_a_thing_is_gone(memory, log, is_log):
     story = Replay(read_log(log), "home") if is_log else StillMemory(memory, "home.sgm")
     things, _ = tell_furniture(story, story.memory_at(1), TABLE)
     assert {row[:2] for row in things.rows} == {
-        ("car keys", "said to be elsewhere"), ("mug", "said to be elsewhere"),
-    }  # fmt: skip
+        ("car keys", "said to be elsewhere"),
+        ("mug", "said to be elsewhere"),
+    }
     memory.step()
     memory.observe(TABLE, [])
     story = Replay(read_log(log), "home") if is_log else StillMemory(memory, "home.sgm")

@@ -104,10 +104,18 @@ def test_changes_are_those_of_the_memory(desk):
         tuple(getattr(change, name) for name in fields) for change in memory.changes(0)
     ]
     assert told["rows"][0] == {
-        "kind": "moved", "thing": "red mug", "id": "", "from_place": 2, "to_place": 1, "after": 0,
-        "time": 6, "probability": 1.0, "by": "", "from": "desk in study",
+        "kind": "moved",
+        "thing": "red mug",
+        "id": "",
+        "from_place": 2,
+        "to_place": 1,
+        "after": 0,
+        "time": 6,
+        "probability": 1.0,
+        "by": "",
+        "from": "desk in study",
         "to": "counter top in kitchen",
-    }  # fmt: skip
+    }
     assert told["more"] == 0
     assert next(row["kind"] for row in desk.tell_changes(5)["rows"]) == "gone"
 
@@ -246,9 +254,13 @@ def test_ctrl_c_ends_it_cleanly(log):
         port = free.getsockname()[1]
     command = [sys.executable, "-m", "nep.view", str(log), "--no_browser", "--port", str(port)]
     page = subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        command,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )  # fmt: skip
+    )
     line = page.stdout.readline()
     assert line.startswith("Open http://127.0.0.1:"), page.stderr.read()
     time.sleep(0.5)

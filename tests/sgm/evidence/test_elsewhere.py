@@ -73,9 +73,8 @@ def test_the_network_knows_working_mornings_too(memory):
     """Less surely than the rule: that is at least .75 sure in the morning."""
     finder = ObjectFinder.load()
     morning, noon, evening, saturday = (
-        say(finder, memory, "car keys", *when)
-        for when in ((9, 50), (13, 0), (20, 0), (9, 50, 21))
-    )  # fmt: skip
+        say(finder, memory, "car keys", *when) for when in ((9, 50), (13, 0), (20, 0), (9, 50, 21))
+    )
     assert min(morning, noon) > 0.5
     assert max(evening, saturday) < 0.3
     for thing in ("kettle", "mug", "book"):

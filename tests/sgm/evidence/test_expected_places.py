@@ -82,9 +82,12 @@ def _memory_with_cupboard(name):
 
 def test_without_a_prior_words_say_nothing():
     prior = PlacePrior(
-        PriorGraph.default(), [["kitchen"]], [list(KITCHEN)], np.zeros((1, 4), dtype=int),
+        PriorGraph.default(),
+        [["kitchen"]],
+        [list(KITCHEN)],
+        np.zeros((1, 4), dtype=int),
         view=np.zeros_like,
-    )  # fmt: skip
+    )
     share, cosine = prior.find_by_words(np.zeros(1, dtype=int), ["mug"])
     assert not share.any()
     assert cosine.tolist() == [0]

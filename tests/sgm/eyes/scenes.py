@@ -68,8 +68,9 @@ def compute_true_share(box, relation, solid, poses, camera=CAMERA, farthest=4.0,
 
 def detect(name, thing, pose, camera=CAMERA, score=0.9, **more):
     """The detection of a box in the image, not hidden."""
-    corners = np.vstack([np.column_stack([thing.corners, np.full(4, z)])
-                         for z in (thing.bottom, thing.top)])  # fmt: skip
+    corners = np.vstack(
+        [np.column_stack([thing.corners, np.full(4, z)]) for z in (thing.bottom, thing.top)]
+    )
     pixels = camera.project(pose.to_camera(corners))
     box = (*pixels.min(axis=0), *pixels.max(axis=0))
     return Detection(name, score, box, **more)

@@ -218,8 +218,10 @@ def test_a_crowd_of_detections_and_frames_out_of_order_are_counted():
     poses, rng = look_around(TABLE.center, num=6, turn=0.1), np.random.default_rng(0)
     corner, side = rng.uniform(0, 100, (999, 2)), rng.uniform(0, 40, (999, 2))
     names = ["Couches", "Стол", "mug"]
-    crowd = [Detection(names[n % 3], 0.9, box=(*a, *(a + b)))
-             for n, (a, b) in enumerate(zip(corner, side, strict=True))]  # fmt: skip
+    crowd = [
+        Detection(names[n % 3], 0.9, box=(*a, *(a + b)))
+        for n, (a, b) in enumerate(zip(corner, side, strict=True))
+    ]
     walk.see(poses, [("TABLES", TABLE)], also=crowd)
     assert walk.builder.counts["detections of furniture"] == 6 * (333 + 1)
     beyond = mapper.counts["detections of furniture beyond what is read"]
@@ -306,8 +308,11 @@ def test_odd_detections_end_in_no_furniture():
     for _ in range(2):  # two frames of one time
         walk.builder.frame(walk.time, poses[0], CAMERA, odd)
     walk.tell(memory)
-    labels = [memory.layout.furniture[number].label for number in memory.furniture_ids
-              if mapper.is_found(number)]  # fmt: skip
+    labels = [
+        memory.layout.furniture[number].label
+        for number in memory.furniture_ids
+        if mapper.is_found(number)
+    ]
     assert "table" in labels
     assert set(labels) <= {"table", "closet"}
     assert walk.builder.counts["frame came twice"] == 1

@@ -84,8 +84,10 @@ def test_names_are_ignored_in_looks_and_by_a_service():
     service = MemoryService(memory, Finder(Bayesian()), ignore=["person"])
     service.observe("fridge", [Sighting("milk", "in"), Sighting("person")])
     assert memory.descriptions == ("milk",)
-    for make in (lambda own: LookBuilder({}, ignore=own),
-                 lambda own: MemoryService(memory, Finder(Bayesian()), ignore=own)):  # fmt: skip
+    for make in (
+        lambda own: LookBuilder({}, ignore=own),
+        lambda own: MemoryService(memory, Finder(Bayesian()), ignore=own),
+    ):
         with pytest.raises(TypeError, match="ignore must be a list, got 'wall'"):
             make("wall")
         with pytest.raises(ValueError, match="must be a non-empty text"):

@@ -125,8 +125,12 @@ def test_holes_in_the_depth_are_unknown():
         depth[:, :] = (np.nan, 0.0, -np.inf)[number]
         builder.frame(0.2 * number, pose, CAMERA, [detect("mug", put_on(TABLE, 0, 0), pose)], depth)
     assert list(builder.finish()) == []
-    assert builder.counts == {"frames": 3, "detections": 3, "detections of low score": 0,
-                              "detections without depth": 3}  # fmt: skip
+    assert builder.counts == {
+        "frames": 3,
+        "detections": 3,
+        "detections of low score": 0,
+        "detections without depth": 3,
+    }
 
 
 def test_points_beside_an_edge_by_hand():
@@ -422,8 +426,11 @@ def test_furniture_may_change():
         (lambda b, at: b.frame(0.0, at, None), TypeError, "intrinsics must be of"),
         (lambda b, at: b.frame(0.0, at, CAMERA, 3), TypeError, "detections must hold Detection ob"),
         (lambda b, at: b.frame(0.0, at, CAMERA, ["mug"]), TypeError, "detections"),
-        (lambda b, at: b.frame(0.0, at, CAMERA, (), np.ones((2, 2))), ValueError,
-         r"depth must be numbers of shape \(120, 160\), as the intrinsics say, got float64"),
+        (
+            lambda b, at: b.frame(0.0, at, CAMERA, (), np.ones((2, 2))),
+            ValueError,
+            r"depth must be numbers of shape \(120, 160\), as the intrinsics say, got float64",
+        ),
         (lambda b, at: b.frame(0.0, at, CAMERA, (), "depth"), ValueError, "depth"),
         (lambda b, at: b.set_open(1), KeyError, "furniture must be the id of one with"),
         (lambda b, at: b.set_open(7), ValueError, "furniture must have a door"),
@@ -434,7 +441,7 @@ def test_furniture_may_change():
         (lambda b, at: Gate(farthest=0.1), ValueError, "farthest must be beyond nearest"),
         (lambda b, at: Gate(most_speed=-1), ValueError, "most_speed must be at least 0"),
     ],
-)  # fmt: skip
+)
 def test_bad_calls_are_one_line(call, kind, message):
     builder = LookBuilder({7: TABLE})
     with pytest.raises(kind, match=message) as error:

@@ -63,8 +63,11 @@ def test_corrections_are_taken(files, capsys):
     spot.update(name="key board", label="hook")
     fridge.update(center=[4.0, 2.0, 0.85], interior="open", room="hall")
     data["rooms"].append("hall")
-    data["furniture"] = [fridge, spot, {"name": "bench", "room": "hall", "center": [9, 9, 0.2],
-                                        "size": [1, 1, 0.4]}]  # fmt: skip
+    data["furniture"] = [
+        fridge,
+        spot,
+        {"name": "bench", "room": "hall", "center": [9, 9, 0.2], "size": [1, 1, 0.4]},
+    ]
     (files / "map.yaml").write_text(yaml.safe_dump(data))
     assert run(files, "correct", "home.sgm", "--map", "map.yaml") == 0
     said = capsys.readouterr().out
@@ -72,8 +75,12 @@ def test_corrections_are_taken(files, capsys):
         assert part in said
     memory = SceneGraphMemory.load(files / "home.sgm")
     names = [memory.describe(number) for number in memory.furniture_ids]
-    assert names == ['the "big" fridge: white in hall', "key board in bedroom",
-                     "shelf in bedroom", "bench in hall"]  # fmt: skip
+    assert names == [
+        'the "big" fridge: white in hall',
+        "key board in bedroom",
+        "shelf in bedroom",
+        "bench in hall",
+    ]
     assert memory.last_seen("keys").furniture == spot["id"]  # what was seen there stays
     assert memory.layout.furniture[fridge["id"]].box.interior == "open"
 
@@ -82,11 +89,15 @@ def test_bad_maps_are_one_line(files, capsys):
     for text, message in (
         ("a: [", "map must be YAML"),
         ("[]", "map must have rooms and furniture"),
-        ("rooms: [a]\nfurniture: [{name: b, room: a, center: [0,0,0], size: [1,1,1], id: 99}]",
-         "id of furniture must be one of the memory, got 99"),
-        ("rooms: [a]\nfurniture: [{name: b, room: a, center: [0,0,0], size: [1,1,1], id: x}]",
-         "must be a whole number, got 'x'"),
-    ):  # fmt: skip
+        (
+            "rooms: [a]\nfurniture: [{name: b, room: a, center: [0,0,0], size: [1,1,1], id: 99}]",
+            "id of furniture must be one of the memory, got 99",
+        ),
+        (
+            "rooms: [a]\nfurniture: [{name: b, room: a, center: [0,0,0], size: [1,1,1], id: x}]",
+            "must be a whole number, got 'x'",
+        ),
+    ):
         (files / "map.yaml").write_text(text)
         assert run(files, "correct", "home.sgm", "--map", "map.yaml") == 1
         error = capsys.readouterr().err

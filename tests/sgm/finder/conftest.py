@@ -17,11 +17,35 @@ ROOMS = {
     "hall": ("shoe rack", "chest of drawers"),
 }
 THINGS = (
-    "milk", "butter", "large red mug", "small blue mug", "kettle", "plate", "bowl", "fork",
-    "spatula", "apple", "bread", "remote control", "book", "magazine", "pillow", "laptop",
-    "cell phone", "keys", "wallet", "umbrella", "sneakers", "jacket", "towel", "soap bar",
-    "toothbrush", "toilet paper", "scissors", "pen",
-)  # fmt: skip
+    "milk",
+    "butter",
+    "large red mug",
+    "small blue mug",
+    "kettle",
+    "plate",
+    "bowl",
+    "fork",
+    "spatula",
+    "apple",
+    "bread",
+    "remote control",
+    "book",
+    "magazine",
+    "pillow",
+    "laptop",
+    "cell phone",
+    "keys",
+    "wallet",
+    "umbrella",
+    "sneakers",
+    "jacket",
+    "towel",
+    "soap bar",
+    "toothbrush",
+    "toilet paper",
+    "scissors",
+    "pen",
+)
 
 
 class Home:

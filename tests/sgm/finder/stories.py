@@ -104,9 +104,11 @@ class Story:
             f"{key} {said[key]:.2f} > {p}" for key, p in self.at_most.items() if said[key] > p
         ]
         if self.likelier and said[self.likelier[0]] <= said[self.likelier[1]]:
-            wrong.append("{} {:.2f} <= {} {:.2f}".format(
-                *(part for key in self.likelier for part in (key, said[key]))
-            ))  # fmt: skip
+            wrong.append(
+                "{} {:.2f} <= {} {:.2f}".format(
+                    *(part for key in self.likelier for part in (key, said[key]))
+                )
+            )
         return ", ".join(wrong)
 
 

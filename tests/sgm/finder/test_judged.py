@@ -86,9 +86,11 @@ def test_names_of_several_things_come_along_as_they_would_be_asked_for(
     assert passes == [4, 5]
     evidence = [  # alike but for the count of what was asked for
         new._policy.ask_anew(asked.batch, asked.queries)[0].tolist()
-        for asked in (home.memory.ask([f"red {kind}" for kind in own]) for own in (
-            ("kettle",), ("kettle", "lamp")))
-    ]  # fmt: skip
+        for asked in (
+            home.memory.ask([f"red {kind}" for kind in own])
+            for own in (("kettle",), ("kettle", "lamp"))
+        )
+    ]
     assert evidence[0] != evidence[1]
 
 

@@ -278,9 +278,13 @@ def test_a_closed_room_and_a_place_without_a_way(make_home):
     home = make_home()
     bathroom = home.furniture[13:16]
     looking = Finder(Bayesian()).search(
-        home.memory, "wrench", start="door", exclude=bathroom[:2], give_up_at=1,
+        home.memory,
+        "wrench",
+        start="door",
+        exclude=bathroom[:2],
+        give_up_at=1,
         distance=lambda a, b: float("inf") if b == bathroom[2] else 1.0,
-    )  # fmt: skip
+    )
     offered = set()
     while (look := looking.next()) is not None:
         offered.add(look.place.furniture)

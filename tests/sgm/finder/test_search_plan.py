@@ -105,9 +105,13 @@ def test_a_look_again_costs_no_way():
     # At the door gains per cost are .45 / 2 and .3 / 3; after the first place the other is 5 away.
     metres = {("door", 10): 1, ("door", 11): 2, (10, 11): 4, (11, 10): 4}
     plan = plan_search(
-        "mug", make_places(0.6, 0.4, detection=0.75), "door",
-        lambda here, there: metres[here, there], 1.0, 0.25,
-    )  # fmt: skip
+        "mug",
+        make_places(0.6, 0.4, detection=0.75),
+        "door",
+        lambda here, there: metres[here, there],
+        1.0,
+        0.25,
+    )
     assert [look.place.furniture for look in plan][:3] == [10, 10, 11]
     assert [look.cost for look in plan][:3] == [2, 1, 5]
 
@@ -170,9 +174,13 @@ def compare_with_optimum(seed: int, num_places: int, most: int) -> float:
         places = make_places(*(left / left.sum()), detection=0.75)
         places = [place for place in places if looks[place.furniture - 10] < most]
         plan = plan_search(
-            "mug", places, "start" if at == num_places else 10 + at,
-            lambda a, b: cost[num_places if a == "start" else a - 10, b - 10] - 1.0, 1.0, 0.25,
-        )  # fmt: skip
+            "mug",
+            places,
+            "start" if at == num_places else 10 + at,
+            lambda a, b: cost[num_places if a == "start" else a - 10, b - 10] - 1.0,
+            1.0,
+            0.25,
+        )
         place = plan.looks[0].place.furniture - 10
         spent += left.sum() * cost[at, place]
         looks, at = go(looks, place), place

@@ -129,8 +129,10 @@ def test_places_of_one_name_are_told_apart(service):
     answer = service.observe("shelf", [Sighting("book")])
     assert answer.status == "ambiguous"
     assert answer.candidates == (
-        "shelf in study (place 3)", "shelf in study (place 4)", "shelf in kitchen",
-    )  # fmt: skip
+        "shelf in study (place 3)",
+        "shelf in study (place 4)",
+        "shelf in kitchen",
+    )
     assert service.list_things().rows == (), "nothing was noted"
     for number, name in zip((3, 4, 5), answer.candidates, strict=True):
         assert service.observe(name, []).place == number
@@ -208,8 +210,10 @@ def test_lists_have_k_rows_and_say_how_many_are_left_out(service, wall):
     two = service.list_things(k=2)
     assert (len(two.rows), two.left_out) == (2, 3)
     assert [(row.thing, row.what) for row in service.history("pens").rows] == [
-        ("red pen", "missed"), ("blue pen", "seen"), ("red pen", "seen"),
-    ]  # fmt: skip
+        ("red pen", "missed"),
+        ("blue pen", "seen"),
+        ("red pen", "seen"),
+    ]
     assert service.history("pens", k=1).left_out == 2
     places = service.list_places("kitchen")
     assert [row.name for row in places.rows] == [
@@ -295,8 +299,9 @@ def test_what_people_say_and_the_robot_does(service, wall):
     assert (told.by, told.what, told.at.words) == ("anna", "moved", "yesterday at 18:10")
     asked = service.picked_up("mug")
     assert (asked.status, asked.ask) == (
-        "ambiguous", "Do you mean the red mug or the blue mug?",
-    )  # fmt: skip
+        "ambiguous",
+        "Do you mean the red mug or the blue mug?",
+    )
     assert service.memory.carried == ()
     assert service.picked_up("red mug").said == "the robot carries red mug"
     assert service.where_is("red mug").with_robot > 0.9
@@ -381,8 +386,11 @@ def test_every_change_is_told_once(service, wall):
     service.observe("desk", [])
     end()
     assert [[(row.what, row.thing) for row in one.changes] for one in told] == [
-        [], [("moved", "mug"), ("new", "book")], [], [],
-    ]  # fmt: skip
+        [],
+        [("moved", "mug"), ("new", "book")],
+        [],
+        [],
+    ]
 
 
 def test_rooms_of_one_name_are_asked_about(service):

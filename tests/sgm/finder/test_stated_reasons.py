@@ -47,9 +47,10 @@ def test_a_person_moved_it_later_and_a_look_bears_that_out(memory):
     memory.note_moved("keys", DRAWER, "you")
     memory.step(141)
     told = choose(
-        memory, "seen here 144 steps ago; you said it was moved 141 steps ago",
+        memory,
+        "seen here 144 steps ago; you said it was moved 141 steps ago",
         "seen here yesterday at 20:00; you said it was moved yesterday at 20:30",
-    )  # fmt: skip
+    )
     assert tell(memory, "keys", TABLE) == told
     memory.observe(TABLE, [])
     told += choose(memory, "; not there in a look since", "; not there at 20:00")
@@ -82,14 +83,16 @@ def test_what_somebody_said_is_corrected_by_somebody_else(memory):
     memory.note_moved("keys", SHELF, "tom")
     memory.step()
     told = choose(
-        memory, "anna said so 2 steps ago; tom said it was moved 1 step ago",
+        memory,
+        "anna said so 2 steps ago; tom said it was moved 1 step ago",
         "anna said so at 20:00; tom said it was moved at 20:10",
-    )  # fmt: skip
+    )
     assert tell(memory, "keys", DRAWER) == told
     told = choose(
-        memory, "seen here 2 steps ago; anna said it was moved 2 steps ago",
+        memory,
+        "seen here 2 steps ago; anna said it was moved 2 steps ago",
         "seen here at 20:00; anna said it was moved at 20:00",
-    )  # fmt: skip
+    )
     assert tell(memory, "keys", TABLE) == told
     memory.observe(TABLE, [Sighting("keys")])  # a look has the last word, and ends neither
     assert [seen.by for seen in memory.places_of("keys")] == ["", "tom", "anna"]

@@ -16,8 +16,9 @@ def test_one_stands_before_the_front():
 def test_a_position_that_was_given_is_kept():
     given = Furniture("fridge", 0, "fridge", position=(9.0, 9.0), box=FRIDGE.box)
     assert compute_positions({5: given, 6: Furniture("table", 0, "table")}) == {
-        5: (9.0, 9.0), 6: None,
-    }  # fmt: skip
+        5: (9.0, 9.0),
+        6: None,
+    }
 
 
 def test_outside_all_boxes_and_on_the_floor_of_the_room():

@@ -43,8 +43,12 @@ boxes = st.none() | st.sampled_from(
 CALLS = {
     "add_room": st.tuples(st.sampled_from((*ROOMS, ""))),
     "add_furniture": st.tuples(
-        st.sampled_from((*FURNITURE, "\n")), places, st.none() | st.just("old thing"),
-        positions | st.just((1, "x")), boxes, st.sampled_from((None, 0, 2.5, -1)),
+        st.sampled_from((*FURNITURE, "\n")),
+        places,
+        st.none() | st.just("old thing"),
+        positions | st.just((1, "x")),
+        boxes,
+        st.sampled_from((None, 0, 2.5, -1)),
     ),
     "move_furniture": st.tuples(places, st.none() | places, positions | st.just("here"), boxes),
     "name_furniture": st.tuples(places, st.sampled_from((*FURNITURE, "\n"))),
@@ -53,34 +57,36 @@ CALLS = {
     "remove_furniture": st.tuples(places),
     "remove_object": st.tuples(st.sampled_from((*THINGS, "unicorn", ""))),
     "observe": st.tuples(
-        places, sightings | st.just(["mug"]), coverages | by_relation | st.just(0),
+        places,
+        sightings | st.just(["mug"]),
+        coverages | by_relation | st.just(0),
         st.lists(st.sampled_from((*THINGS, "unicorn", "")), max_size=2),
     ),
     "note_absent": st.tuples(places, st.sampled_from((*THINGS, "")), coverages | st.just(2)),
     "query": st.tuples(st.sampled_from((*THINGS, ""))),
     "note_moved": st.tuples(
-        st.sampled_from(NAMES), places, st.sampled_from(("anna", "Tom", "")),
-        st.sampled_from(("in", "on", "under")), st.sampled_from((None, 0.75, 1, 0.3)),
+        st.sampled_from(NAMES),
+        places,
+        st.sampled_from(("anna", "Tom", "")),
+        st.sampled_from(("in", "on", "under")),
+        st.sampled_from((None, 0.75, 1, 0.3)),
         st.none() | places,
     ),
     "picked_up": st.tuples(
         st.sampled_from(NAMES), st.none() | places, st.sampled_from((None, 0.8, 2))
     ),
-    "put_down": st.tuples(
-        st.sampled_from(NAMES), places, st.sampled_from(("in", "on", "under"))
-    ),
+    "put_down": st.tuples(st.sampled_from(NAMES), places, st.sampled_from(("in", "on", "under"))),
     "rename": st.tuples(st.sampled_from(NAMES), st.sampled_from((*THINGS, "new name", ""))),
     "merge": st.tuples(st.sampled_from(NAMES), st.sampled_from((*NAMES, "b"))),
-    "split": st.tuples(st.sampled_from((*NAMES, "b"))) | st.tuples(
-        st.sampled_from(NAMES), places, st.sampled_from((*THINGS, "other name", ""))
-    ),
+    "split": st.tuples(st.sampled_from((*NAMES, "b")))
+    | st.tuples(st.sampled_from(NAMES), places, st.sampled_from((*THINGS, "other name", ""))),
     "transform": st.tuples(
         st.floats(-4, 4), positions | st.just("far"), st.sampled_from(("", "new map", "\n"))
     ),
     "forget": st.tuples(places | st.sampled_from((*NAMES, "unicorn"))),
     "step": st.tuples(st.integers(-1, 3) | st.just(2**31)),
     "step_to": st.tuples(st.integers(0, 12) | st.sampled_from((10**9, 2**40))),
-}  # fmt: skip
+}
 
 
 def call(memory: SceneGraphMemory, name: str, arguments: tuple) -> Exception | None:

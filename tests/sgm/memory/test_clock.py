@@ -92,10 +92,16 @@ def test_a_memory_keeps_its_clock(memory, tmp_path):
 
 @pytest.mark.parametrize(
     "clock",
-    [7, {}, {"start": "noon", "step_seconds": 60}, {"start": "2026-11-16", "step_seconds": -1},
-     {"start": 5, "step_seconds": 60}, {"start": "2026-11-16", "step_seconds": "60"},
-     {"start": "2026-11-16T07:30+01:00", "step_seconds": 60}],
-)  # fmt: skip
+    [
+        7,
+        {},
+        {"start": "noon", "step_seconds": 60},
+        {"start": "2026-11-16", "step_seconds": -1},
+        {"start": 5, "step_seconds": 60},
+        {"start": "2026-11-16", "step_seconds": "60"},
+        {"start": "2026-11-16T07:30+01:00", "step_seconds": 60},
+    ],
+)
 def test_a_forged_clock_is_refused(memory, tmp_path, clock):
     path = tmp_path / "home.sgm"
     memory.save(path)

@@ -158,8 +158,9 @@ def test_a_ghost_is_forgotten(memory, tmp_path):
     assert memory.furniture_ids == (FRIDGE, TABLE)
     lines = read_log(tmp_path / "looks.jsonl")[-2:]
     assert [(line.kind, line.values["by"]) for line in lines] == [
-        ("remove_object", "anna"), ("remove_furniture", "robot"),
-    ]  # fmt: skip
+        ("remove_object", "anna"),
+        ("remove_furniture", "robot"),
+    ]
 
 
 def play(memory):
@@ -203,15 +204,21 @@ def test_statements_are_saved_and_go_on(memory, tmp_path):
         (lambda m: m.note_moved("keys", None, "anna"), KeyError, "furniture must be an id"),
         (lambda m: m.note_moved("keys", DRAWER, ""), ValueError, "by must be a non-empty text"),
         (lambda m: m.note_moved("keys", DRAWER, "anna", "under"), ValueError, "relation must be"),
-        (lambda m: m.note_moved("keys", DRAWER, "anna", confidence=0.2), ValueError,
-         r"confidence of a statement must lie in \[0.5, 1\], got 0.2 by 'anna'. Leave out"),
-        (lambda m: m.put_down("keys", DRAWER), ValueError,
-         r"one that the robot carries to be put down, got 'keys'; it carries nothing. Call"),
+        (
+            lambda m: m.note_moved("keys", DRAWER, "anna", confidence=0.2),
+            ValueError,
+            r"confidence of a statement must lie in \[0.5, 1\], got 0.2 by 'anna'. Leave out",
+        ),
+        (
+            lambda m: m.put_down("keys", DRAWER),
+            ValueError,
+            r"one that the robot carries to be put down, got 'keys'; it carries nothing. Call",
+        ),
         (lambda m: m.forget("vase"), KeyError, "one that was seen or asked for, got 'vase'"),
         (lambda m: m.forget(9), KeyError, "furniture must be an id from add_furniture, got 9"),
         (lambda m: m.picked_up("keys", was_at=9), KeyError, "furniture must be an id"),
     ],
-)  # fmt: skip
+)
 def test_bad_calls_say_what_is_wrong_and_change_nothing(memory, call, error, message):
     before = dump(memory)
     with pytest.raises(error, match=message):

@@ -142,8 +142,11 @@ def test_saved_loaded_and_replayed_to_the_bit(tmp_path):
     lines = read_log(tmp_path / "looks.jsonl")
     looks = [line.values for line in lines if line.kind == "look"]
     assert [(look["coverage"], look["hidden"]) for look in looks] == [
-        (1.0, []), ((0.0, 1.0), ["spoon"]), ((0.0, 0.5), ["cup"]), ((0.0, 1.0), ["basket"]),
-    ]  # fmt: skip
+        (1.0, []),
+        ((0.0, 1.0), ["spoon"]),
+        ((0.0, 0.5), ["cup"]),
+        ((0.0, 1.0), ["basket"]),
+    ]
     *_, (again, _, _) = replay(lines)
     assert dump(again) == dump(memory)
     for one in (memory, loaded):
@@ -205,10 +208,11 @@ def test_a_batch_of_homes_counts_each_as_alone(make_tiny_memory):
         edges = memory.edges
         return {
             (homes[edges["home"][row]], edges["object"][row] // len(shares)): (
-                edges["missed"][row].item(), edges["is_true"][row].item()
+                edges["missed"][row].item(),
+                edges["is_true"][row].item(),
             )
             for row in range(edges.num_rows)
-        }  # fmt: skip
+        }
 
     alone = {}
     for home, share in enumerate(shares):
@@ -242,9 +246,16 @@ def test_bad_coverage(coverage, message):
 
 @pytest.mark.parametrize(
     ("hidden", "kind", "message"),
-    [("milk", TypeError, "hidden must be a list of descriptions, got 'milk' at fridge in kitchen"),
-     ([""], ValueError, "description of what is hidden must"), (3, TypeError, "hidden must be")],
-)  # fmt: skip
+    [
+        (
+            "milk",
+            TypeError,
+            "hidden must be a list of descriptions, got 'milk' at fridge in kitchen",
+        ),
+        ([""], ValueError, "description of what is hidden must"),
+        (3, TypeError, "hidden must be"),
+    ],
+)
 def test_bad_hidden(hidden, kind, message):
     with pytest.raises(kind, match=message):
         make_memory().observe(0, [], 1.0, hidden)

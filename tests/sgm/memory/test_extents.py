@@ -95,8 +95,9 @@ def test_traces_carry_them(tmp_path):
     memory = make_memory(log=tmp_path / "looks.jsonl")
     trace = make_trace(read_log(tmp_path / "looks.jsonl"))
     assert [row.box for row in trace.layout.furniture.values()] == [
-        *memory.boxes.values(), None,
-    ]  # fmt: skip
+        *memory.boxes.values(),
+        None,
+    ]
     (tmp_path / "layout.json").write_text(make_layout_json(trace.layout, None, None))
     again, _, _ = load_layout(tmp_path / "layout.json")
     assert again == trace.layout

@@ -140,8 +140,10 @@ def test_forged_ids_are_refused(memory):
     content = memory._state.get_content()
     data = json.loads(json.dumps(content.to_json()))
     for change in (
-        {"ids": [[0, "m1"], [2, "m1"]]}, {"ids": [[9, "m1"]]}, {"ids": [[0, ""]]},
+        {"ids": [[0, "m1"], [2, "m1"]]},
+        {"ids": [[9, "m1"]]},
+        {"ids": [[0, ""]]},
         {"embeddings": [[0, ["x"]]]},
-    ):  # fmt: skip
+    ):
         with pytest.raises(ValueError, match=r"two objects|not there|id must|embedding must"):
             type(content).from_json(data | change)

@@ -34,8 +34,10 @@ def start(python):
     def begin(path):
         process = subprocess.Popen(
             [python, "-c", SAVE, str(path)],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         started.append(process)
         return process, process.stdout.readline().strip()
 

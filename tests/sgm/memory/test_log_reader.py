@@ -37,14 +37,27 @@ def test_every_change_is_a_line(memory, path):
     memory.remove_room(1)
     lines = [json.loads(line) for line in path.read_text().splitlines()]
     assert [line["kind"] for line in lines] == [
-        "start", "room", "furniture", "look", "absent", "step", "remove_object", "room", "move",
-        "remove_furniture", "remove_room",
-    ]  # fmt: skip
+        "start",
+        "room",
+        "furniture",
+        "look",
+        "absent",
+        "step",
+        "remove_object",
+        "room",
+        "move",
+        "remove_furniture",
+        "remove_room",
+    ]
     assert lines[2]["position"] == [1.0, 2]
     assert lines[3] == {
-        "kind": "look", "time": 0, "at": "2026-11-20T08:00:00", "furniture": 0, "coverage": 0.5,
+        "kind": "look",
+        "time": 0,
+        "at": "2026-11-20T08:00:00",
+        "furniture": 0,
+        "coverage": 0.5,
         "seen": [["milk", "in", 0.9]],
-    }  # fmt: skip
+    }
     assert (lines[5]["time"], lines[5]["at"]) == (3, "2026-11-20T08:30:00")
     assert [line.kind for line in read_log(path)] == [line["kind"] for line in lines]
 
@@ -92,11 +105,13 @@ def test_a_loaded_memory_says_how_the_home_is(memory, path, tmp_path):
         ("milk\n", "line 1 of a log must be one that SceneGraphMemory wrote, got JSONDecodeError"),
         ('{"kind":"step","time":1,"num_steps":1}\n', "'step' before any start"),
         ('{"kind":"dance","time":1}\n', "kind 'dance' at time 1"),
-        ('{"kind":"start","time":0,"version":4,"clock":null,"rooms":[],"furniture":[]}\n',
-         r"^log version must be 1, got 4 in .*looks\.jsonl\. Make it again"),
+        (
+            '{"kind":"start","time":0,"version":4,"clock":null,"rooms":[],"furniture":[]}\n',
+            r"^log version must be 1, got 4 in .*looks\.jsonl\. Make it again",
+        ),
         ("[1]\n", "TypeError"),
     ],
-)  # fmt: skip
+)
 def test_another_file_is_refused_before_anything_is_written(path, text, message):
     path.write_text(text)
     with pytest.raises(ValueError, match=message):

@@ -46,12 +46,24 @@ def test_counters_over_a_sequence_of_looks(make_tiny_memory):
     """
     memory = make_tiny_memory()
     mug = (7, MUG, ON)
-    for furniture, seen in [(TABLE, [mug]), (TABLE, []), (TABLE, [mug]),
-                            (SHELF, [(7, MUG, IN)]), (TABLE, [])]:  # fmt: skip
+    for furniture, seen in [
+        (TABLE, [mug]),
+        (TABLE, []),
+        (TABLE, [mug]),
+        (SHELF, [(7, MUG, IN)]),
+        (TABLE, []),
+    ]:
         memory.step()
         look(memory, furniture, seen)
-    counters = ("num_observed", "num_true", "num_changed", "last_observed", "last_changed",
-                "last_true", "is_true")  # fmt: skip
+    counters = (
+        "num_observed",
+        "num_true",
+        "num_changed",
+        "last_observed",
+        "last_changed",
+        "last_true",
+        "is_true",
+    )
     assert read_edges(memory, *counters) == {
         # looked at 4 times, true twice; true -> false -> true -> false: 3 changes, last at 5
         (7, TABLE, ON): (4, 2, 3, 5, 5, 3, False),
@@ -143,8 +155,11 @@ def test_candidates_are_the_prior_s_places_and_the_remembered_edges(make_tiny_me
     look(memory, BED, [(7, MUG, ON)])
     candidates = list_candidates(memory, ask(memory, 7, MUG))[0]
     assert [tuple(place) for place in np.argwhere(candidates)] == [
-        (SHELF, IN), (TABLE, ON), (BED, ON), (DESK, ON),
-    ]  # fmt: skip
+        (SHELF, IN),
+        (TABLE, ON),
+        (BED, ON),
+        (DESK, ON),
+    ]
     memory = make_tiny_memory(threshold=0.3)  # mug: shelf 0.4, table 0.4, desk 0.2
     candidates = list_candidates(memory, ask(memory, 7, MUG))[0]
     assert [tuple(place) for place in np.argwhere(candidates)] == [(SHELF, IN), (TABLE, ON)]
@@ -200,16 +215,27 @@ class PlainMemory:
                     edge["num_changed"] += 1
                     edge["last_changed"] = self.time
                 edge["is_true"] = now
-        hypothetical = set() if self.asked is None else {
-            (self.asked, relation) for relation in (IN, ON) if candidates[furniture][relation]
-        }  # fmt: skip
+        hypothetical = (
+            set()
+            if self.asked is None
+            else {
+                (self.asked, relation) for relation in (IN, ON) if candidates[furniture][relation]
+            }
+        )
         for key, relation in seen | hypothetical:
             now = (key, relation) in seen
-            self.edges.setdefault((key, furniture, relation), {
-                "num_observed": 1, "num_true": int(now), "num_changed": 0, "is_true": now,
-                "last_observed": self.time, "last_changed": NEVER,
-                "last_true": self.time if now else NEVER,
-            })  # fmt: skip
+            self.edges.setdefault(
+                (key, furniture, relation),
+                {
+                    "num_observed": 1,
+                    "num_true": int(now),
+                    "num_changed": 0,
+                    "is_true": now,
+                    "last_observed": self.time,
+                    "last_changed": NEVER,
+                    "last_true": self.time if now else NEVER,
+                },
+            )
         for key in {key for key, _ in seen}:
             node = self.nodes.setdefault(
                 key, {"num_observed": 0, "num_moved": 0, "last_moved": NEVER, "at": furniture}
@@ -257,8 +283,11 @@ def test_equal_to_plain_loops(make_tiny_memory, tiny_prior, seed):
         found = {}
         for i in np.flatnonzero(memory.edges["home"] == home):
             row = memory.edges["object"][i]
-            key = (memory.objects["key"][row], memory.edges["furniture"][i],
-                   memory.edges["relation"][i])  # fmt: skip
+            key = (
+                memory.objects["key"][row],
+                memory.edges["furniture"][i],
+                memory.edges["relation"][i],
+            )
             assert memory.objects["home"][row] == home
             assert key not in found
             found[key] = {
@@ -370,9 +399,11 @@ def test_a_layout_may_grow(make_tiny_memory, tiny_prior):
     rooms = np.append(memory.furniture_room, [[0]], axis=1)
     labels = np.append(memory.furniture_label, memory.furniture_label[:, [TABLE]], axis=1)
     place_prior = PlacePrior(
-        tiny_prior, [["kitchen", "bedroom"]],
-        [["fridge", "shelf", "table", "bed", "shelf", "desk", "table"]], rooms,
-    )  # fmt: skip
+        tiny_prior,
+        [["kitchen", "bedroom"]],
+        [["fridge", "shelf", "table", "bed", "shelf", "desk", "table"]],
+        rooms,
+    )
     memory.set_layout(LayoutArrays(memory.room_label, labels, rooms, place_prior))
     # mug: shelf 0.4, two tables 0.4 each, desk 0.2: sum 1.4
     assert read_edges(memory, "prior")[7, TABLE, ON] == pytest.approx((0.4 / 1.4,))

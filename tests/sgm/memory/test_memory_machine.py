@@ -147,12 +147,14 @@ class MemoryMachine(RuleBasedStateMachine):
         assert [room["label"] for room in view["rooms"]] == list(self.rooms.values())
         found = {
             (furniture["id"], one["description"], one["relation"]): [
-                one["times_seen"], one["last_seen"], one["is_there"]
+                one["times_seen"],
+                one["last_seen"],
+                one["is_there"],
             ]
             for room in view["rooms"]
             for furniture in room["furniture"]
             for one in furniture["objects"]
-        }  # fmt: skip
+        }
         assert found == self.seen
         for description in OBJECTS:
             last = self.memory.last_seen(description)

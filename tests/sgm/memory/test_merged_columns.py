@@ -44,9 +44,14 @@ def expect(column, rows, how):
     """Return what a rule says of the two rows; the first stays."""
     older, newer = rows[column.name].tolist()
     expected = {
-        "own": older, "sum": older + newer, "max": max(older, newer), "min": min(older, newer),
-        "first": min(older, newer), "newest": newer, "known": newer,
-    }  # fmt: skip
+        "own": older,
+        "sum": older + newer,
+        "max": max(older, newer),
+        "min": min(older, newer),
+        "first": min(older, newer),
+        "newest": newer,
+        "known": newer,
+    }
     if how == "mean":
         first, second = rows[column.merges.by[0]].tolist()
         return (older * first + newer * second) / (first + second)

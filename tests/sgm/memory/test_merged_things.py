@@ -136,8 +136,9 @@ def test_what_is_said_is_of_the_one_thing(memory):
     there = {seen.furniture for seen in memory.places_of("torch") if seen.is_there}
     assert there == {DESK}
     assert [event.by for event in memory.history("torch") if event.kind == "moved"] == [
-        "tom", "anna",
-    ]  # fmt: skip
+        "tom",
+        "anna",
+    ]
     assert {change.thing for change in memory.changes(0)} == {"torch", "spoon"}
 
 

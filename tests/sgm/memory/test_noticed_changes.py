@@ -34,8 +34,9 @@ def test_new_moved_and_gone(memory):
     memory.observe(FRIDGE, [Sighting("milk", "in", 0.75), Sighting("cup", "in")])
     memory.step(2)
     assert tell(memory.changes(1)) == [
-        ("moved", "cup", TABLE, FRIDGE, 0, 4), ("new", "milk", None, FRIDGE, 0, 4),
-    ]  # fmt: skip
+        ("moved", "cup", TABLE, FRIDGE, 0, 4),
+        ("new", "milk", None, FRIDGE, 0, 4),
+    ]
     assert [change.probability for change in memory.changes(1)] == [1, 0.75]
     memory.observe(TABLE, [])
     assert tell(memory.changes(5)) == [("gone", "plate", TABLE, None, 0, 6)]
@@ -45,8 +46,12 @@ def test_new_moved_and_gone(memory):
         (change.time for change in everything), reverse=True
     )
     assert {(c.kind, c.thing) for c in everything} == {
-        ("new", "cup"), ("new", "plate"), ("new", "milk"), ("moved", "cup"), ("gone", "plate"),
-    }  # fmt: skip
+        ("new", "cup"),
+        ("new", "plate"),
+        ("new", "milk"),
+        ("moved", "cup"),
+        ("gone", "plate"),
+    }
 
 
 def test_of_what_was_moved_since_it_came_no_look_tells_when_it_came(memory):
@@ -131,9 +136,11 @@ def test_the_history_of_a_thing(memory):
     memory.observe(FRIDGE, [Sighting("cup", "in", 0.75)])
     told = [(event.time, event.kind, event.furniture, event.by) for event in memory.history("cup")]
     assert told == [
-        (6, "seen", FRIDGE, ""), (5, "missed", SHELF, ""), (4, "moved", SHELF, "anna"),
+        (6, "seen", FRIDGE, ""),
+        (5, "missed", SHELF, ""),
+        (4, "moved", SHELF, "anna"),
         (0, "seen", TABLE, ""),
-    ]  # fmt: skip
+    ]
     assert memory.history("the cup")[0].confidence == 0.75
     assert memory.history("unicorn") == []
     memory.remove_furniture(FRIDGE)
@@ -145,8 +152,11 @@ def test_what_was_taken_elsewhere_within_one_step(memory):
     memory.picked_up("cup")
     memory.put_down("cup", SHELF)
     assert [event.kind for event in memory.history("cup")] == [
-        "put_down", "picked_up", "moved", "seen",
-    ]  # fmt: skip
+        "put_down",
+        "picked_up",
+        "moved",
+        "seen",
+    ]
     last = memory.last_seen("cup")
     assert (last.furniture, last.is_there, last.by) == (SHELF, True, "robot")
     memory.observe(SHELF, [])  # it has gone from the shelf, not from the fridge

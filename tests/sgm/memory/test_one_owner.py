@@ -54,9 +54,12 @@ def try_in_another_process(path, *calls: str, folder=None) -> list[str]:
     """What other owners are told, one call after the other."""
     done = subprocess.run(
         [sys.executable, "-c", OPEN, str(path), *calls],
-        cwd=folder, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return done.stdout.splitlines()
 
 
@@ -90,8 +93,16 @@ def link(home, tmp_path, way):
     return tmp_path / "c" / "home.sgm"
 
 
-WAYS = ("symbolic link", "link to a link", "linked folder", "hard link", "dots", "relative",
-        "moved", "moved folder")  # fmt: skip
+WAYS = (
+    "symbolic link",
+    "link to a link",
+    "linked folder",
+    "hard link",
+    "dots",
+    "relative",
+    "moved",
+    "moved folder",
+)
 
 
 @pytest.mark.parametrize("way", WAYS)

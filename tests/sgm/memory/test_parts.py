@@ -16,9 +16,14 @@ from simulator import SceneGraphMemory
 from tests.imports import find_imports
 
 PARTS = (
-    MemoryLayout, MemoryLooks, MemoryClock, MemoryQuestions, MemoryThings, MemoryStatements,
+    MemoryLayout,
+    MemoryLooks,
+    MemoryClock,
+    MemoryQuestions,
+    MemoryThings,
+    MemoryStatements,
     MemoryFiles,
-)  # fmt: skip
+)
 # Makes or copies a memory, or asks a part for each kind of what is forgotten.
 OTHER_CALLS = {"load", "copy", "forget"}
 CALLS = sorted(

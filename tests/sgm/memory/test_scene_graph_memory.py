@@ -144,17 +144,24 @@ def test_equal_to_the_memory_of_a_simulated_home():
         memory.step()
         query = memory.query(table.text(code))
         batched, single = (
-            take_snapshots(rollout.memory, step.queries), take_snapshots(memory.batch, query)
-        )  # fmt: skip
+            take_snapshots(rollout.memory, step.queries),
+            take_snapshots(memory.batch, query),
+        )
         for names in (
             ("query_prior",),
             ("furniture.prob",),
             ("furniture.num_observed",),
-            ("objects.label", "objects.num_observed", "objects.last_observed",
-             "objects.num_moved"),
-            ("edges.furniture", "edges.relation", "edges.prior", "edges.num_observed",
-             "edges.num_true", "edges.last_changed", "edges.is_true"),
-        ):  # fmt: skip
+            ("objects.label", "objects.num_observed", "objects.last_observed", "objects.num_moved"),
+            (
+                "edges.furniture",
+                "edges.relation",
+                "edges.prior",
+                "edges.num_observed",
+                "edges.num_true",
+                "edges.last_changed",
+                "edges.is_true",
+            ),
+        ):
             np.testing.assert_array_equal(_sort_rows(single, names), _sort_rows(batched, names))
         # What the rollout is about to see, sighted again by hand.
         furniture = int(step.choice[0])
@@ -216,8 +223,9 @@ def test_an_object_may_be_at_two_places_at_once(home):
     memory.observe(table, [Sighting("apple")])
     memory.step()
     assert [(p.furniture, p.relation, p.is_there) for p in memory.places_of("apple")] == [
-        (fridge, "in", True), (table, "onTop", True)
-    ]  # fmt: skip
+        (fridge, "in", True),
+        (table, "onTop", True),
+    ]
     memory.observe(fridge, [])  # the other apple is still believed to be on the table
     assert [p.is_there for p in memory.places_of("apple")] == [False, True]
 
@@ -233,9 +241,14 @@ def test_when_was_it_last_seen(home):
     memory.observe(fridge, [])
     memory.step(4)
     assert memory.last_seen("MILK") == SeenAt(
-        time=2, steps_ago=7, furniture=fridge, relation="in", is_there=False, times_seen=1,
+        time=2,
+        steps_ago=7,
+        furniture=fridge,
+        relation="in",
+        is_there=False,
+        times_seen=1,
         times_looked=2,
-    )  # fmt: skip
+    )
     memory.observe(table, [Sighting("milk")])
     assert [place.furniture for place in memory.places_of("milk")] == [table, fridge]
 
@@ -312,9 +325,13 @@ def test_rooms_furniture_and_objects_as_json(home):
     memory.observe(fridge, [Sighting("milk", "in")])
     view = json.loads(json.dumps(memory.to_dict()))
     milk = {
-        "description": "milk", "relation": "in", "is_there": True, "last_seen": 1,
-        "times_seen": 2, "times_looked": 2,
-    }  # fmt: skip
+        "description": "milk",
+        "relation": "in",
+        "is_there": True,
+        "last_seen": 1,
+        "times_seen": 2,
+        "times_looked": 2,
+    }
     egg = {**milk, "description": "egg", "is_there": False, "last_seen": 0, "times_seen": 1}
     assert view == {
         "time": 1,
@@ -324,18 +341,24 @@ def test_rooms_furniture_and_objects_as_json(home):
                 "label": "kitchen",
                 "furniture": [
                     {
-                        "id": fridge, "label": "fridge", "description": "white fridge",
-                        "last_looked": 1, "objects": [milk, egg],
+                        "id": fridge,
+                        "label": "fridge",
+                        "description": "white fridge",
+                        "last_looked": 1,
+                        "objects": [milk, egg],
                     },
                     {
-                        "id": table, "label": "dining table", "description": "dining table",
-                        "last_looked": None, "objects": [],
+                        "id": table,
+                        "label": "dining table",
+                        "description": "dining table",
+                        "last_looked": None,
+                        "objects": [],
                     },
                 ],
             }
         ],
         "unplaced": [],
-    }  # fmt: skip
+    }
 
 
 def test_many_steps_at_once_are_steps_one_by_one(home):

@@ -234,13 +234,19 @@ def test_the_log_of_several_threads_makes_the_memory_again_to_the_bit(tmp_path):
         seen = [Sighting(rng.choice(THINGS)) for _ in range(rng.randrange(3))]
         return rng.choices(
             [
-                ("observe", (number, seen)), ("note_absent", (number, thing)), ("step", (1,)),
-                ("query", (thing,)), ("remove_object", (thing,)), ("remove_furniture", (number,)),
-                ("remove_room", (room,)), ("add_room", ("hall",)),
-                ("add_furniture", ("shelf", room)), ("move_furniture", (number, room)),
+                ("observe", (number, seen)),
+                ("note_absent", (number, thing)),
+                ("step", (1,)),
+                ("query", (thing,)),
+                ("remove_object", (thing,)),
+                ("remove_furniture", (number,)),
+                ("remove_room", (room,)),
+                ("add_room", ("hall",)),
+                ("add_furniture", ("shelf", room)),
+                ("move_furniture", (number, room)),
             ],
             (24, 6, 6, 4, 4, 2, 1, 3, 9, 4),
-        )[0]  # fmt: skip
+        )[0]
 
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-5)

@@ -92,11 +92,15 @@ def test_counts_are_in_the_file(tmp_path):
 @pytest.mark.parametrize(
     ("name", "values"),
     [
-        ("looks", [[2], [0], [1]]), ("looks", [[0], [NUM_WEEK_HOURS], [1]]),
-        ("looks", [[0], [0], [1 << 16]]), ("looks", [[-1], [0], [1]]),
-        ("seen", [[1], [0], [1]]), ("seen", [[0], [0]]), ("seen", [[0.5], [0], [1]]),
+        ("looks", [[2], [0], [1]]),
+        ("looks", [[0], [NUM_WEEK_HOURS], [1]]),
+        ("looks", [[0], [0], [1 << 16]]),
+        ("looks", [[-1], [0], [1]]),
+        ("seen", [[1], [0], [1]]),
+        ("seen", [[0], [0]]),
+        ("seen", [[0.5], [0], [1]]),
     ],
-)  # fmt: skip
+)
 def test_counts_that_fit_no_home_are_refused(name, values):
     with pytest.raises(ValueError, match=f"week hours {name} must"):
         WeekHours.from_json(json.loads(json.dumps({"looks": [], "seen": [], name: values})), 2, 1)

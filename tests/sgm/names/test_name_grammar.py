@@ -46,12 +46,17 @@ def test_a_cereal_box_is_both():
 @pytest.mark.parametrize(
     ("question", "name"),
     [
-        ("where is the red mug?", "the red mug"), ("the remote please", "the remote"),
-        ("Can you find my keys?", "my keys"), ("I can't find my glasses", "my glasses"),
-        ("the book that I was reading", "the book"), ("can opener", "can opener"),
-        ("do you know where dad's phone is", "dad's phone"), ("where", "where"), ("?", "?"),
+        ("where is the red mug?", "the red mug"),
+        ("the remote please", "the remote"),
+        ("Can you find my keys?", "my keys"),
+        ("I can't find my glasses", "my glasses"),
+        ("the book that I was reading", "the book"),
+        ("can opener", "can opener"),
+        ("do you know where dad's phone is", "dad's phone"),
+        ("where", "where"),
+        ("?", "?"),
     ],
-)  # fmt: skip
+)
 def test_what_people_say_around_a_name(question, name):
     assert strip_question(question) in (name, "")
 

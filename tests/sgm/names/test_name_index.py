@@ -8,8 +8,18 @@ from sgm.names.comparison import ALL_SAID, compare
 from sgm.names.name_matching import RELATED, SYNONYM, NameIndex
 
 WORDS = "red blue mug cup box of soap bottle piano bench dad's phone glasses keys zorb 1 2".split()
-TABLES = ("_descriptions", "_readings", "_written", "_words", "_things", "_contents", "_endings",
-          "_same", "_spelled", "_texts")  # fmt: skip
+TABLES = (
+    "_descriptions",
+    "_readings",
+    "_written",
+    "_words",
+    "_things",
+    "_contents",
+    "_endings",
+    "_same",
+    "_spelled",
+    "_texts",
+)
 
 
 def sample_names(rng, number):

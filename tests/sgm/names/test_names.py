@@ -11,9 +11,19 @@ from sgm.names.spelling import count_mistakes
 from sgm.names.words import compute_singular, read_name
 
 SEEN = (
-    "kettle", "large red mug", "blue mug", "remote control", "umbrella", "cell phone",
-    "salt shaker", "sneakers", "Anna's keys", "knife", "scissors", "desk lamp",
-)  # fmt: skip
+    "kettle",
+    "large red mug",
+    "blue mug",
+    "remote control",
+    "umbrella",
+    "cell phone",
+    "salt shaker",
+    "sneakers",
+    "Anna's keys",
+    "knife",
+    "scissors",
+    "desk lamp",
+)
 TYPES = ("mug", "remote control", "cell phone", "salt shaker", "kettle", "desk lamp", "knife")
 PAGE = Path(__file__).resolve().parents[3].joinpath("docs", "robot", "names.md").read_text("utf-8")
 
@@ -95,11 +105,18 @@ def test_what_tells_one_thing_from_another():
 @pytest.mark.parametrize(
     ("plural", "singular"),
     [
-        ("mugs", "mug"), ("dishes", "dish"), ("boxes", "box"), ("glasses", "glass"),
-        ("cherries", "cherry"), ("shelves", "shelf"), ("bus", "bus"), ("glass", "glass"),
-        ("chassis", "chassis"), ("watches", "watch"),
+        ("mugs", "mug"),
+        ("dishes", "dish"),
+        ("boxes", "box"),
+        ("glasses", "glass"),
+        ("cherries", "cherry"),
+        ("shelves", "shelf"),
+        ("bus", "bus"),
+        ("glass", "glass"),
+        ("chassis", "chassis"),
+        ("watches", "watch"),
     ],
-)  # fmt: skip
+)
 def test_plurals(plural, singular):
     assert compute_singular(plural) == singular
 

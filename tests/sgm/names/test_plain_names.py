@@ -37,10 +37,15 @@ def make_names():
 def read_all(names):
     """What is read of each name; what is wrong with it, where it is none."""
     for cached in (
-        words.normalize, words._read_words, words._read_name, instances.split_instance,
-        instances.is_spelled, name_module._read, name_module._read_numbered,
+        words.normalize,
+        words._read_words,
+        words._read_name,
+        instances.split_instance,
+        instances.is_spelled,
+        name_module._read,
+        name_module._read_numbered,
         name_module._order_base,
-    ):  # fmt: skip
+    ):
         cached.cache_clear()
     found = []
     for text in names:

@@ -49,8 +49,10 @@ def test_expectations_are_those_of_a_long_simulation(leave, come, looks):
     assert found.evidence == pytest.approx(weight.mean(), abs=0.005)
     assert found.presence == pytest.approx((weight * state).sum() / weight.sum(), abs=0.01)
     for expected, seen in (
-        (found.departures, departures), (found.arrivals, arrivals), (found.time_present, present),
-    ):  # fmt: skip
+        (found.departures, departures),
+        (found.arrivals, arrivals),
+        (found.time_present, present),
+    ):
         mean = (weight * seen).sum() / weight.sum()
         error = np.sqrt((weight**2 * (seen - mean) ** 2).sum()) / weight.sum()
         assert expected == pytest.approx(mean, abs=4 * error + 0.02 * mean)

@@ -55,9 +55,14 @@ def make_depth(time, depth, encoding="16UC1", is_bigendian=0, padding=0):
     data = rows.view(np.uint8).reshape(len(depth), -1)
     data = np.pad(data, ((0, 0), (0, padding)))
     return Message(
-        header=make_header(time), height=len(depth), width=depth.shape[1], encoding=encoding,
-        is_bigendian=is_bigendian, step=data.shape[1], data=data.ravel(),
-    )  # fmt: skip
+        header=make_header(time),
+        height=len(depth),
+        width=depth.shape[1],
+        encoding=encoding,
+        is_bigendian=is_bigendian,
+        step=data.shape[1],
+        data=data.ravel(),
+    )
 
 
 def make_compressed_depth(time, depth, kind="16UC1", scale=(10.0, -0.5)):
@@ -70,9 +75,10 @@ def make_compressed_depth(time, depth, kind="16UC1", scale=(10.0, -0.5)):
     Image.fromarray(np.rint(values).astype(np.uint16)).save(file, "PNG")
     data = struct.pack("<iff", 0, *scale) + file.getvalue()
     return Message(
-        header=make_header(time), format=f"{kind}; compressedDepth png",
+        header=make_header(time),
+        format=f"{kind}; compressedDepth png",
         data=np.frombuffer(data, dtype=np.uint8),
-    )  # fmt: skip
+    )
 
 
 def make_yolo(time, rows, frame="camera", boxes_3d=(), frame_3d="map"):

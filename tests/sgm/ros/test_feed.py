@@ -28,19 +28,23 @@ MAP = {
     "rooms": ["kitchen"],
     "furniture": [
         {
-            "name": "table 1", "room": "kitchen", "center": list(TABLE.center),
-            "size": list(TABLE.size), "yaw": TABLE.yaw,
+            "name": "table 1",
+            "room": "kitchen",
+            "center": list(TABLE.center),
+            "size": list(TABLE.size),
+            "yaw": TABLE.yaw,
         }
     ],
-}  # fmt: skip
+}
 
 
 def find_box(box, pose):
     """Left, top, right, bottom of a box in the image."""
     corners = box.to_map(
         np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-        * np.array(box.size) / 2
-    )  # fmt: skip
+        * np.array(box.size)
+        / 2
+    )
     pixels = CAMERA.project(pose.to_camera(corners))
     return (*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
 
@@ -373,13 +377,19 @@ def test_labels_floors_and_doors_of_a_map():
             "rooms": ["kitchen", {"name": "bedroom 2", "floor": [[0, 0], [3, 4]]}],
             "furniture": [
                 {
-                    "name": "white fridge", "label": "fridge", "room": "kitchen",
-                    "center": [1, 1, 0.9], "size": [0.6, 0.6, 1.8], "interior": "door",
-                    "is_open": True, "open_cost": 2, "position": [2, 1],
+                    "name": "white fridge",
+                    "label": "fridge",
+                    "room": "kitchen",
+                    "center": [1, 1, 0.9],
+                    "size": [0.6, 0.6, 1.8],
+                    "interior": "door",
+                    "is_open": True,
+                    "open_cost": 2,
+                    "position": [2, 1],
                 }
             ],
         }
-    )  # fmt: skip
+    )
     assert (home.frame, home.rooms) == ("world", ("kitchen", "bedroom"))
     floor, fridge = home.furniture
     assert (floor.label, floor.room, floor.box) == ("floor", 1, Box.of_floor((0, 0), (3, 4)))

@@ -51,9 +51,14 @@ def fits(schema, value):
     if "enum" in schema and value not in schema["enum"]:
         return False
     kinds = {
-        "object": dict, "array": list, "string": str, "boolean": bool, "null": type(None),
-        "integer": int, "number": (int, float),
-    }  # fmt: skip
+        "object": dict,
+        "array": list,
+        "string": str,
+        "boolean": bool,
+        "null": type(None),
+        "integer": int,
+        "number": (int, float),
+    }
     kind = schema["type"]
     if not isinstance(value, kinds[kind]) or (isinstance(value, bool) and kind != "boolean"):
         return False
@@ -188,8 +193,12 @@ def test_arguments_are_what_python_takes():
     seen = BY_NAME["observe"].read({"place": 2, "seen": ["cup", {"thing": "pen", "owner": "Ann"}]})
     assert seen["seen"] == [Sighting("cup"), Sighting("pen", owner="Ann")]
     one = {
-        "thing": "cup", "id": "7", "embedding": [1, 0.5], "position": [1, 2, 0.9], "position_sd": 0,
-    }  # fmt: skip
+        "thing": "cup",
+        "id": "7",
+        "embedding": [1, 0.5],
+        "position": [1, 2, 0.9],
+        "position_sd": 0,
+    }
     (sighting,) = BY_NAME["observe"].read({"place": 2, "seen": [one]})["seen"]
     assert sighting == Sighting(
         "cup", id="7", embedding=(1.0, 0.5), position=(1.0, 2.0, 0.9), position_sd=0.0

@@ -98,10 +98,14 @@ def test_more_idle_connections_than_files(tmp_path, limit, number):
     with (
         (tmp_path / "said").open("wb") as said,
         subprocess.Popen(
-            ["bash", "-c", script + "--finder bayesian"], stdout=subprocess.PIPE, stderr=said,
-            text=True, cwd=tmp_path, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+            ["bash", "-c", script + "--finder bayesian"],
+            stdout=subprocess.PIPE,
+            stderr=said,
+            text=True,
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         ) as process,
-    ):  # fmt: skip
+    ):
         port = int(process.stdout.readline().rstrip("/\n").rpartition(":")[2])
         idle = []
         try:

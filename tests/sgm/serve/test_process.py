@@ -144,8 +144,11 @@ def test_a_signal_ends_it_with_a_snapshot(tmp_path, forge, number):
     feed.close()
     client.close()
     assert [file.name for file in sorted(tmp_path.iterdir())] == [
-        "home.sgm", "home.sgm.log", "home.sgm.log.000001", "home.sgm.log.lock",
-    ]  # fmt: skip
+        "home.sgm",
+        "home.sgm.log",
+        "home.sgm.log.000001",
+        "home.sgm.log.lock",
+    ]
     assert KeptHome.open(path).memory.num_furniture == 1
 
 

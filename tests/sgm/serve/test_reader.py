@@ -84,8 +84,12 @@ def ask_all(served):
 
 def test_calls_that_only_read_are_those_of_a_copy():
     assert {call.name for call in CALLS if call.only_reads} == {
-        "where_is", "list_places", "list_things", "history", "changes",
-    }  # fmt: skip
+        "where_is",
+        "list_places",
+        "list_things",
+        "history",
+        "changes",
+    }
 
 
 @pytest.mark.slow

@@ -182,9 +182,7 @@ async def connect(path, names):
     caller.close()
 
 
-@pytest.mark.parametrize(
-    "start", [connect, pytest.param(start_stdio, marks=pytest.mark.slow)]
-)  # fmt: skip
+@pytest.mark.parametrize("start", [connect, pytest.param(start_stdio, marks=pytest.mark.slow)])
 def test_an_agent_asks_back_searches_and_puts_down(tmp_path, start):
     """The dialogue of docs/agents.md."""
     home = tmp_path / "home.sgm"
@@ -210,9 +208,11 @@ def test_an_agent_asks_back_searches_and_puts_down(tmp_path, start):
             assert begun["next"]["name"] == "desk in study"
             # They are not there: somebody has put them into the drawer.
             begun = await call(
-                "search_next", search_id=begun["search_id"], result="seen",
+                "search_next",
+                search_id=begun["search_id"],
+                result="seen",
                 seen=["paper knife", "stapler"],
-            )  # fmt: skip
+            )
             while begun["next"]["name"] != "drawer in kitchen":
                 begun = await call("search_next", search_id=begun["search_id"], result="not_found")
             begun = await call("search_next", search_id=begun["search_id"], result="found")
@@ -233,8 +233,10 @@ def test_an_agent_asks_back_searches_and_puts_down(tmp_path, start):
             assert "list_things" in unknown["ask"]
             things = await call("list_things")
             assert {row["thing"] for row in things["rows"]} == {
-                "scissors", "paper knife", "stapler",
-            }  # fmt: skip
+                "scissors",
+                "paper knife",
+                "stapler",
+            }
 
     anyio.run(talk)
     kept = KeptHome.open(home)

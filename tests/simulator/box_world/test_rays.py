@@ -94,8 +94,9 @@ def test_parts_of_furniture():
         for part in list_parts(box, shape):
             corners = part.to_map(
                 np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-                * np.array(part.size) / 2
-            )  # fmt: skip
+                * np.array(part.size)
+                / 2
+            )
             assert box.contains(corners, 1e-9).all(), shape
 
 

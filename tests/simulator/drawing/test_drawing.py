@@ -185,8 +185,10 @@ def test_history_is_drawn(axes, history):
     assert len(axes.lines) == 3  # the stays
     assert [text.get_text() for text in axes.get_yticklabels()] == ["desk", "fridge"]
     assert axes.get_legend_handles_labels()[1] == [
-        "truly there", "look that saw it", "look that did not",
-    ]  # fmt: skip
+        "truly there",
+        "look that saw it",
+        "look that did not",
+    ]
     axes.figure.canvas.draw()
 
 

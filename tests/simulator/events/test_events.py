@@ -124,8 +124,10 @@ def test_splits_share_no_home_and_no_time():
     table = collect(range(4), steps=10)
     parts = table.split_homes(val=0.25, test=0.25)
     assert [np.unique(table.events.home[mask]).tolist() for mask in parts.values()] == [
-        [0, 1], [2], [3]
-    ]  # fmt: skip
+        [0, 1],
+        [2],
+        [3],
+    ]
     parts = table.split_time(val=0.2, test=0.2)
     times = [np.unique(table.events.time[mask]) for mask in parts.values()]
     assert [(time.min(), time.max()) for time in times] == [(1, 6), (7, 8), (9, 10)]
@@ -138,8 +140,7 @@ def test_splits_share_no_home_and_no_time():
 
 
 def test_partial_views_and_confidences_are_columns():
-    rules = HomeConfig(furniture_per_room=3, objects_per_furniture=4,
-                       sensing=PartialViews())  # fmt: skip
+    rules = HomeConfig(furniture_per_room=3, objects_per_furniture=4, sensing=PartialViews())
     table = collect(source=SampledSource(home=rules))
     assert ((table.events.coverage > 0) & (table.events.coverage < 1)).any()
 
@@ -207,8 +208,20 @@ def test_tgb_columns_by_hand(tmp_path):
 
 
 def test_the_command_writes_once_and_refuses_other_settings(tmp_path, capsys):
-    small = ["--format", "events", "--num_homes", "2", "--steps", "4", "--workers", "1",
-             "--home.furniture_per_room", "3", "--home.objects_per_furniture", "4"]  # fmt: skip
+    small = [
+        "--format",
+        "events",
+        "--num_homes",
+        "2",
+        "--steps",
+        "4",
+        "--workers",
+        "1",
+        "--home.furniture_per_room",
+        "3",
+        "--home.objects_per_furniture",
+        "4",
+    ]
     out = tmp_path / "events"
     main([*small, "--out", str(out)])
     assert "events.csv, nodes.csv, questions.csv" in capsys.readouterr().out

@@ -13,8 +13,21 @@ pytestmark = pytest.mark.slow
 
 def test_video_writes_film_and_still(tmp_path):
     film, still = tmp_path / "search.gif", tmp_path / "search.png"
-    args = ["video", "--policy", "bayesian", "--searches", "1", "--warm-up", "1", "--tile", "32",
-            "--out", str(film), "--still", str(still)]  # fmt: skip
+    args = [
+        "video",
+        "--policy",
+        "bayesian",
+        "--searches",
+        "1",
+        "--warm-up",
+        "1",
+        "--tile",
+        "32",
+        "--out",
+        str(film),
+        "--still",
+        str(still),
+    ]
     assert main(args) == 0
     with Image.open(film) as image:
         assert image.format == "GIF"
@@ -44,8 +57,18 @@ def test_bad_arguments_end_with_their_message_alone(args, message, capsys):
 def test_play_takes_keys_until_it_is_left(monkeypatch, policy, capsys):
     from simulator.igridson.env import IGridsonEnv
 
-    keys = [pygame.K_UP, pygame.K_LEFT, pygame.K_UP, pygame.K_UP, pygame.K_SPACE, pygame.K_x,
-            pygame.K_n, pygame.K_h, pygame.K_RIGHT, pygame.K_q]  # fmt: skip
+    keys = [
+        pygame.K_UP,
+        pygame.K_LEFT,
+        pygame.K_UP,
+        pygame.K_UP,
+        pygame.K_SPACE,
+        pygame.K_x,
+        pygame.K_n,
+        pygame.K_h,
+        pygame.K_RIGHT,
+        pygame.K_q,
+    ]
     events = [pygame.event.Event(pygame.KEYUP, key=pygame.K_UP)]
     events += [pygame.event.Event(pygame.KEYDOWN, key=key) for key in keys]
     monkeypatch.setattr(pygame.event, "wait", lambda: events.pop(0))
@@ -81,7 +104,9 @@ def test_a_missing_extra_is_named():
 def test_the_banner_of_pygame_stays_away():
     done = subprocess.run(
         [sys.executable, "-m", "simulator.igridson", "--help"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout.startswith("usage: python -m simulator.igridson")
     assert "pygame" not in done.stdout

@@ -28,8 +28,10 @@ def test_small_layout_cell_by_cell(small_text):
     layout = parse_layout(small_text)
     assert layout.size == (9, 5)
     assert layout.places == [
-        ("kitchen", "fridge"), ("kitchen", "counter top"), ("bedroom", "bed"),
-    ]  # fmt: skip
+        ("kitchen", "fridge"),
+        ("kitchen", "counter top"),
+        ("bedroom", "bed"),
+    ]
     assert layout.furniture_at.tolist() == [
         [-1] * 9,
         [-1, 0, -1, -1, -1, -1, -1, 2, -1],
@@ -51,17 +53,29 @@ def test_furniture_is_ordered_room_after_room(small_text):
 
 
 BROKEN = {
-    "in a wall": ("1 3  2x1", "1 3  4x1", "'counter top' must stand on floor, got a wall at "
-                  "column 4, row 3"),
+    "in a wall": (
+        "1 3  2x1",
+        "1 3  4x1",
+        "'counter top' must stand on floor, got a wall at column 4, row 3",
+    ),
     "in a door": ("1 3  2x1", "4 2  1x1", "got a door at column 4, row 2"),
     "outside": ("7 1  1x3", "9 1  1x3", "map of 9 x 5 cells, got column 9, row 1"),
-    "two on one cell": ("1 3  2x1", "1 1  1x2", "'counter top' must have its cells to itself, "
-                        "got 'fridge' at column 1, row 1"),
+    "two on one cell": (
+        "1 3  2x1",
+        "1 1  1x2",
+        "'counter top' must have its cells to itself, got 'fridge' at column 1, row 1",
+    ),
     "no door": ("#kkk+bbb#", "#kkk#bbb#", "no door that leads to 'bedroom' at column 5, row 1"),
-    "door into nothing": ("#########\n#kkk#", "####+####\n#kkk#", "border must be wall all round, "
-                          "got a door at column 4, row 0"),
-    "blocked door": ("7 1  1x3  bed", "5 1  1x3  bed", "door at column 4, row 2: 'bed' at "
-                     "column 5, row 2"),
+    "door into nothing": (
+        "#########\n#kkk#",
+        "####+####\n#kkk#",
+        "border must be wall all round, got a door at column 4, row 0",
+    ),
+    "blocked door": (
+        "7 1  1x3  bed",
+        "5 1  1x3  bed",
+        "door at column 4, row 2: 'bed' at column 5, row 2",
+    ),
     "open border": ("#kkk+bbb#", "kkkk+bbb#", "got floor at column 0, row 2"),
     "start in a wall": ("\n2 2\n", "\n0 2\n", "got column 0, row 2, which is a wall"),
     "start in furniture": ("\n2 2\n", "\n1 1\n", "got column 1, row 1, which is 'fridge'"),
@@ -80,7 +94,7 @@ BROKEN = {
     "no section": ("start\n2 2\n", "", "section 'start'"),
     "text before a section": ("layout 1\n", "layout 1\nhello\n", "got 'hello' in line 2"),
     "two starts": ("\n2 2\n", "\n2 2\n3 2\n", "got 2 lines"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", BROKEN)

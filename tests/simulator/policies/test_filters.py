@@ -36,9 +36,12 @@ def make_rules(moves, initial=None, move=0.2, asked=0.5, remove=0.0, add=0.0, mi
     return Rules(
         moves=np.array(moves, dtype=float),
         initial=np.array(initial if initial is not None else [0] * 6, dtype=float),
-        move_rate=np.array(move), asked_move_rate=np.array(asked),
-        remove_rate=np.array(remove), add_rate=np.array(add), miss_rate=np.array(miss),
-    )  # fmt: skip
+        move_rate=np.array(move),
+        asked_move_rate=np.array(asked),
+        remove_rate=np.array(remove),
+        add_rate=np.array(add),
+        miss_rate=np.array(miss),
+    )
 
 
 def look(policy, memory, furniture, is_seen, home=0, coverage=1.0):
@@ -376,9 +379,14 @@ def test_rules_are_those_of_each_home(make_tiny_memory, tiny_prior):
     """Two homes of unequal rules: each as if both had its own."""
     configs = [
         HomeConfig(rooms=("kitchen", "bedroom"), detection_error=0.1, move_share=0.2),
-        HomeConfig(rooms=("kitchen", "bedroom"), dynamic_nodes=False, cross_room_moves=True,
-                   objects_per_furniture=2, noise_zero_prob=0.5),
-    ]  # fmt: skip
+        HomeConfig(
+            rooms=("kitchen", "bedroom"),
+            dynamic_nodes=False,
+            cross_room_moves=True,
+            objects_per_furniture=2,
+            noise_zero_prob=0.5,
+        ),
+    ]
     for cls in (PriorFilter, HomeFilter):
         answers = []
         for rules in (configs, configs[0], configs[1]):

@@ -112,9 +112,12 @@ def test_movers_follow_the_prior_at_possible_places(make_tiny_memory, policy):
     rules, belief = start(policy, memory)
     transitions = np.empty((4, 6))
     make_transitions(
-        rules.moves[0], belief[TYPE_POSSIBLE, 0], belief[OWN_POSSIBLE, 0], memory.furniture_room[0],
+        rules.moves[0],
+        belief[TYPE_POSSIBLE, 0],
+        belief[OWN_POSSIBLE, 0],
+        memory.furniture_room[0],
         transitions,
-    )  # fmt: skip
+    )
     # shelf 0.4 x 0.5625, table 0.4 x 1, desk 0.2 x 0.5625 -> / 0.7375
     expected = np.array([0, 0.225, 0.4, 0, 0, 0.1125]) / 0.7375
     np.testing.assert_allclose(transitions[0], expected, rtol=1e-6)

@@ -36,9 +36,9 @@ def play(name, prior, numbers):
             np.random.default_rng([step, number]).choice(np.flatnonzero(present), 2)
             for number, present in zip(numbers, homes.is_present, strict=True)
         ]
-        codes = np.concatenate([
-            [*homes.object_code[row, slot], step] for row, slot in enumerate(slots)
-        ])  # fmt: skip
+        codes = np.concatenate(
+            [[*homes.object_code[row, slot], step] for row, slot in enumerate(slots)]
+        )
         queries = rollout.query(home, codes)
         scores = policy.scores(rollout.memory, queries)
         is_furniture = rollout.memory.is_furniture[home]
@@ -47,10 +47,14 @@ def play(name, prior, numbers):
         assert (scores[~is_furniture] == -np.inf).all()
         assert not probability[~is_furniture].any()
         width = homes.home_num_furniture
-        answers.append([
-            np.stack([part[3 * row : 3 * row + 3, : width[row]] for part in (scores, probability)])
-            for row in range(len(numbers))
-        ])  # fmt: skip
+        answers.append(
+            [
+                np.stack(
+                    [part[3 * row : 3 * row + 3, : width[row]] for part in (scores, probability)]
+                )
+                for row in range(len(numbers))
+            ]
+        )
         rollout.look((7 * step + np.array(numbers)) % width)
     return answers
 

@@ -87,8 +87,9 @@ def test_bayesian_posterior_by_hand(memory):
     Bed: the prior excludes it, but it was seen there: mu = 0.001 and mu (1 - mu) < 0.05, so that
     alpha + beta = 0.1: p = (0.0001 + 1) / 1.1.
     """
-    queries = play(memory, (TABLE, ON), (TABLE, None), (TABLE, ON), (DESK, ON), (DESK, None),
-                   (BED, ON))  # fmt: skip
+    queries = play(
+        memory, (TABLE, ON), (TABLE, None), (TABLE, ON), (DESK, ON), (DESK, None), (BED, ON)
+    )
     scores = Bayesian().scores(memory, queries)
     expected = [NO, 0.4, 3.52 / 6.8, 1.0001 / 1.1, NO, 1.44 / 4.2]
     np.testing.assert_allclose(scores, [expected], rtol=1e-6)
@@ -247,8 +248,14 @@ def test_profile_of_the_policies(default_prior, dynamic_nodes):
         found[name] = evaluate_policy(
             POLICIES[name].make, SampledSource(default_prior, config), streams, 60
         ).home_values.mean()
-    profile = {"random": 0.035, "priors": 0.18, "myopic": 0.235, "bayesian": 0.30,
-               "last_seen_prior": 0.29, "ceiling": 0.425}  # fmt: skip
+    profile = {
+        "random": 0.035,
+        "priors": 0.18,
+        "myopic": 0.235,
+        "bayesian": 0.30,
+        "last_seen_prior": 0.29,
+        "ceiling": 0.425,
+    }
     assert found == pytest.approx(profile, abs=0.08)
     assert found["random"] + 0.08 < found["priors"] < found["bayesian"]
     assert found["bayesian"] + 0.05 < found["ceiling"]

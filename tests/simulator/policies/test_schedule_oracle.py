@@ -72,9 +72,11 @@ def test_looks_weigh_the_days_by_hand(make_tiny_memory):
     place[0, :, 0] = np.arange(24 * days) // 24 % 4 == 3
     place[0, :, 1] = 3  # another thing, which never moves
     homes = SimpleNamespace(
-        clock=np.array([[0.0, 3600.0]]), detection_error=np.array([0.25]),
-        object_code=np.array([[7, 8]]), sample_hours=lambda num: place[:, :num],
-    )  # fmt: skip
+        clock=np.array([[0.0, 3600.0]]),
+        detection_error=np.array([0.25]),
+        object_code=np.array([[7, 8]]),
+        sample_hours=lambda num: place[:, :num],
+    )
     policy = ScheduleOracle(homes)
     memory = make_tiny_memory()
     policy.reset(memory)

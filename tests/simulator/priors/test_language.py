@@ -49,12 +49,17 @@ def test_word_prior_by_hand(monkeypatch):
     weights = {(row.room, row.furniture): row.prob for row in prior.placements}
     total = np.exp(2) + 1 + np.exp(-2)
     assert weights == pytest.approx(
-        {("kitchen", "fridge"): np.exp(2) / total, ("kitchen", "shelf"): 1 / total,
-         ("bedroom", "shelf"): np.exp(-2) / total}, abs=1e-6,
-    )  # fmt: skip
+        {
+            ("kitchen", "fridge"): np.exp(2) / total,
+            ("kitchen", "shelf"): 1 / total,
+            ("bedroom", "shelf"): np.exp(-2) / total,
+        },
+        abs=1e-6,
+    )
     assert {row.furniture: row.relation for row in prior.placements} == {
-        "fridge": "in", "shelf": "onTop"
-    }  # fmt: skip
+        "fridge": "in",
+        "shelf": "onTop",
+    }
     assert prior.objects == BASE.objects
     monkeypatch.setattr("simulator.priors.language.NUM_PLACES", 2)
     two = make_word_prior(BASE, Vectors(), temperature=0.5)
@@ -64,11 +69,16 @@ def test_word_prior_by_hand(monkeypatch):
 
 
 def test_word_prior_reads_no_placement():
-    other = PriorGraph(BASE.rooms, BASE.furniture, BASE.objects, (
-        Placement("kitchen", "fridge", "milk", "in", 0.01),
-        Placement("kitchen", "shelf", "milk", "onTop", 0.98),
-        Placement("bedroom", "shelf", "milk", "onTop", 0.01),
-    ))  # fmt: skip
+    other = PriorGraph(
+        BASE.rooms,
+        BASE.furniture,
+        BASE.objects,
+        (
+            Placement("kitchen", "fridge", "milk", "in", 0.01),
+            Placement("kitchen", "shelf", "milk", "onTop", 0.98),
+            Placement("bedroom", "shelf", "milk", "onTop", 0.01),
+        ),
+    )
     one, two = (make_word_prior(base, Vectors()) for base in (BASE, other))
     assert one.placements == two.placements
 
@@ -82,11 +92,18 @@ def write(tmp_path: Path, *rows: str) -> Path:
 def test_a_filled_table_by_hand(tmp_path):
     """Milk 3 : 1; a mug with weight 2 on any shelf, one on each; rows of a place add up."""
     prior = read_filled(
-        write(tmp_path, "kitchen,fridge,Milk,in,2", "kitchen,fridge,milk,in,1",
-              "kitchen,shelf,milk,,1", ",shelf,mug,,2"), BASE,
-    )  # fmt: skip
-    found = {(row.object, row.room, row.furniture, row.relation): row.prob
-             for row in prior.placements}  # fmt: skip
+        write(
+            tmp_path,
+            "kitchen,fridge,Milk,in,2",
+            "kitchen,fridge,milk,in,1",
+            "kitchen,shelf,milk,,1",
+            ",shelf,mug,,2",
+        ),
+        BASE,
+    )
+    found = {
+        (row.object, row.room, row.furniture, row.relation): row.prob for row in prior.placements
+    }
     assert found == {
         ("milk", "kitchen", "fridge", "in"): 0.75,
         ("milk", "kitchen", "shelf", "onTop"): 0.25,

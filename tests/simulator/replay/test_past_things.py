@@ -88,8 +88,9 @@ def test_what_was_split_off_takes_its_sightings_along(memory, log):
     memory.observe(SHELF, [Sighting("vase")])
     story = Replay(read_log(log), "home")
     assert [row for row in list_found(story, "vase") if row[2]] == [
-        (0, "shelf", True), (1, "shelf", True),
-    ]  # fmt: skip
+        (0, "shelf", True),
+        (1, "shelf", True),
+    ]
     own = [(step, place) for step, place, found in list_found(story, "mug") if found]
     assert (0, "table") in own
     assert (0, "shelf") not in own
@@ -135,8 +136,9 @@ def say_much(memory):
 def test_who_said_what_is_in_the_story(memory, log):
     say_much(memory)
     story = Replay(read_log(log), "home")
-    told = [(s.step, s.num_looks, s.kind, s.thing, s.by, s.place, s.other)
-            for s in story.statements]  # fmt: skip
+    told = [
+        (s.step, s.num_looks, s.kind, s.thing, s.by, s.place, s.other) for s in story.statements
+    ]
     shelf, drawer, table = (f"{name} in kitchen" for name in ("shelf", "drawer", "table"))
     assert told == [
         (1, 1, "moved", "keys", "anna", shelf, ""),
@@ -163,12 +165,14 @@ def test_what_was_said_is_no_look_of_a_memory_file(memory):
     memory.step()
     story = StillMemory(memory.copy(), "home.sgm")
     assert [(look.step, look.furniture) for look in story.looks] == [(0, TABLE)]
-    told = [(said.step, said.kind, said.thing, said.by, said.furniture)
-            for said in story.statements]  # fmt: skip
+    told = [
+        (said.step, said.kind, said.thing, said.by, said.furniture) for said in story.statements
+    ]
     assert told == [
-        (1, "moved", "keys", "anna", SHELF), (1, "picked_up", "mug", "robot", None),
+        (1, "moved", "keys", "anna", SHELF),
+        (1, "picked_up", "mug", "robot", None),
         (1, "put_down", "mug", "robot", DRAWER),
-    ]  # fmt: skip
+    ]
     memory.observe(SHELF, [Sighting("keys")])
     story = StillMemory(memory.copy(), "home.sgm")
     assert (2, SHELF, ("keys",)) in [(look.step, look.furniture, look.seen) for look in story.looks]

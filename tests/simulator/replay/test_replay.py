@@ -132,9 +132,13 @@ def test_bad_logs_and_steps():
 @pytest.fixture(scope="module")
 def week():
     rules = HomeConfig(
-        rooms=("kitchen", "bedroom"), furniture_per_room=3, objects_per_furniture=2,
-        looks="patrol", looks_per_step=2, dynamics=RoutineDynamics(step_seconds=7200),
-    )  # fmt: skip
+        rooms=("kitchen", "bedroom"),
+        furniture_per_room=3,
+        objects_per_furniture=2,
+        looks="patrol",
+        looks_per_step=2,
+        dynamics=RoutineDynamics(step_seconds=7200),
+    )
     return record_run(SampledSource(PriorGraph.default(), rules), 60, home=3)
 
 
@@ -157,9 +161,13 @@ def test_a_run_tells_looks_questions_and_truth(week):
 
 def test_the_same_run_again_is_the_same(week):
     rules = HomeConfig(
-        rooms=("kitchen", "bedroom"), furniture_per_room=3, objects_per_furniture=2,
-        looks="patrol", looks_per_step=2, dynamics=RoutineDynamics(step_seconds=7200),
-    )  # fmt: skip
+        rooms=("kitchen", "bedroom"),
+        furniture_per_room=3,
+        objects_per_furniture=2,
+        looks="patrol",
+        looks_per_step=2,
+        dynamics=RoutineDynamics(step_seconds=7200),
+    )
     again = record_run(SampledSource(PriorGraph.default(), rules), 60, home=3)
     assert again.looks == week.looks
     assert again.questions == week.questions
@@ -245,8 +253,14 @@ def test_a_robot_that_steps_every_second(log, monkeypatch):
     content = MemoryContent.empty(PriorGraph.household().checksum)
     lines = [LogLine("start", 0, {"clock": None, "layout": content.layout, "memory": content})]
     lines.append(LogLine("room", 0, {"room": 0, "label": "hall"}))
-    lines.append(LogLine("furniture", 0, dict.fromkeys(("position", "description"), None)
-                         | {"furniture": 0, "room": 0, "label": "shelf"}))  # fmt: skip
+    lines.append(
+        LogLine(
+            "furniture",
+            0,
+            dict.fromkeys(("position", "description"), None)
+            | {"furniture": 0, "room": 0, "label": "shelf"},
+        )
+    )
     for second in range(1, 30_001):
         lines.append(LogLine("step", second, {"num_steps": 1}))
         if second % 100 == 0:

@@ -5,9 +5,14 @@ from sgm.memory.log_reader import read_log
 from simulator.robot_home.__main__ import main
 
 SMALL = (
-    "--home.furniture_per_room", "2", "--home.objects_per_furniture", "2", "--dynamics", "paper",
+    "--home.furniture_per_room",
+    "2",
+    "--home.objects_per_furniture",
+    "2",
+    "--dynamics",
+    "paper",
     "--quiet",
-)  # fmt: skip
+)
 
 
 @pytest.mark.slow

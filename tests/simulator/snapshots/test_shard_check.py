@@ -29,9 +29,14 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("collection")
     rules = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
     config = CollectConfig(
-        homes=SampledSource(home=rules), num_homes=1, steps=20, task="relative_likelihood",
-        belief=True, evidence=True, relevance=True,
-    )  # fmt: skip
+        homes=SampledSource(home=rules),
+        num_homes=1,
+        steps=20,
+        task="relative_likelihood",
+        belief=True,
+        evidence=True,
+        relevance=True,
+    )
     collect(config, folder, progress=False)
     return folder
 
@@ -81,9 +86,13 @@ def replace(name, array):
 BIG = 2**31 - 1
 BAD = {
     "claims 2^31 snapshots": (
-        set_at("edge_version_valid_to", BIG, -1), "versions of edge that do not follow each other"),
+        set_at("edge_version_valid_to", BIG, -1),
+        "versions of edge that do not follow each other",
+    ),
     "a version from the future": (
-        set_at("object_version_valid_from", BIG), "versions of object that do not follow"),
+        set_at("object_version_valid_from", BIG),
+        "versions of object that do not follow",
+    ),
     "negative": (set_at("furniture_version_valid_from", -5), "valid_from outside of 0 to"),
     "another object": (set_at("snapshot_query", 10_000), "snapshot_query outside of 0 to"),
     "another place": (set_at("edge_furniture", -1), "edge_furniture outside of 0 to 11"),
@@ -95,20 +104,26 @@ BAD = {
     "texts": (cast("edge_prior", np.int32), "edge_prior of type int32"),
     "floats": (cast("snapshot_time", np.float32), "snapshot_time of type float32"),
     "a time stamp that cannot be before the start": (
-        cast("edge_version_last_observed", np.uint8), "last_observed of type uint8"),
+        cast("edge_version_last_observed", np.uint8),
+        "last_observed of type uint8",
+    ),
     "too few": (cut("edge_relation"), r"edge_relation of shape \(\d+,\)"),
     "no axis": (replace("home_clock", np.float64(1)), r"home_clock of shape \(\)"),
     "nothing wide": (
         replace("snapshot_furniture_extra_x", np.zeros((100, 12, 0), np.float32)),
-        r"extra_x of shape \(100, 12, 0\)"),
+        r"extra_x of shape \(100, 12, 0\)",
+    ),
     "missing": (lambda a: a.pop("edge_version_is_true"), "no array edge_version_is_true"),
     "unknown": (replace("edge_colour", np.zeros(3)), "an array 'edge_colour' that has no meaning"),
     "not in order": (
-        set_at("edge_version_of", 1), "versions of edge that do not follow each other"),
+        set_at("edge_version_of", 1),
+        "versions of edge that do not follow each other",
+    ),
     "an edge of nothing": (
         lambda arrays: arrays["edge_object"].fill(len(arrays["object_label"]) - 1),
-        "an edge before its object"),
-}  # fmt: skip
+        "an edge before its object",
+    ),
+}
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -171,7 +186,7 @@ GOOD = {NAME: "a" * 64}
         ({**SETTINGS, "labels": "house"}, GOOD, "labels that are no list of texts"),
         ({**SETTINGS, "labels": [1]}, GOOD, "labels that are no list of texts"),
     ],
-)  # fmt: skip
+)
 def test_a_manifest_that_nobody_collected_is_refused(tmp_path, settings, shards, message):
     with pytest.raises(ValueError, match=rf"manifest must be one that .*got .*{message}"):
         check_manifest({"settings": settings, "shards": shards}, tmp_path)

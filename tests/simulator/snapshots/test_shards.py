@@ -67,9 +67,10 @@ def test_a_missing_shard_is_named(tmp_path):
 def test_a_manifest_comes_back(tmp_path):
     save_manifest(tmp_path, {"seed": 3, "rooms": ["kitchen"]}, {"house": "abc"})
     assert load_manifest(tmp_path) == {
-        "version": 1, "settings": {"seed": 3, "rooms": ["kitchen"]},
+        "version": 1,
+        "settings": {"seed": 3, "rooms": ["kitchen"]},
         "shards": {"house": "abc"},
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.parametrize(

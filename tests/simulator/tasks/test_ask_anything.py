@@ -45,23 +45,31 @@ def test_a_collection_says_which_questions_it_has(tmp_path):
     sizes = []
     for task in (TASK, "predict_location"):
         config = CollectConfig(
-            homes=SampledSource(home=HOUSE), num_homes=2, steps=6, policy="adaptive", task=task,
+            homes=SampledSource(home=HOUSE),
+            num_homes=2,
+            steps=6,
+            policy="adaptive",
+            task=task,
             evidence=True,
-        )  # fmt: skip
+        )
         out = tmp_path / task.rpartition(":")[2]
         collect(config, out, progress=False)
         shards = load_manifest(out)["shards"]
-        arrays = [load_shard(out / get_shard_name(home), shards[get_shard_name(home)])
-                  for home in range(2)]  # fmt: skip
+        arrays = [
+            load_shard(out / get_shard_name(home), shards[get_shard_name(home)])
+            for home in range(2)
+        ]
         moved = np.concatenate([own["snapshot_question_evidence"] for own in arrays])
         moved = moved[:, QUESTION_COLUMNS.index("movement.any_moved")]
         beliefs = [
-            np.concatenate([
-                own["snapshot_furniture_extra_evidence"].reshape(-1, len(PLACE_COLUMNS))
-                for own in arrays
-            ])[:, PLACE_COLUMNS.index(f"filters.belief_{name}")]
+            np.concatenate(
+                [
+                    own["snapshot_furniture_extra_evidence"].reshape(-1, len(PLACE_COLUMNS))
+                    for own in arrays
+                ]
+            )[:, PLACE_COLUMNS.index(f"filters.belief_{name}")]
             for name in ("asked", "learnt")
-        ]  # fmt: skip
+        ]
         sizes.append((moved.max(), np.abs(beliefs[0] - beliefs[1]).max()))
     assert sizes[0] == (0, 0)
     assert min(sizes[1]) > 0.05
@@ -168,9 +176,14 @@ def test_shares_of_questions_are_checked():
 def test_a_collection_keeps_the_kind_of_each_question(tmp_path):
     """Evidence of a marked question is that of the paper's task, of the others that of people."""
     config = CollectConfig(
-        homes=SampledSource(home=HOUSE), num_homes=3, steps=12, policy="adaptive", task=TASK,
-        asked=QuestionShares(task=0.5), evidence=True,
-    )  # fmt: skip
+        homes=SampledSource(home=HOUSE),
+        num_homes=3,
+        steps=12,
+        policy="adaptive",
+        task=TASK,
+        asked=QuestionShares(task=0.5),
+        evidence=True,
+    )
     collect(config, tmp_path, progress=False)
     shards = load_manifest(tmp_path)
     assert shards["settings"]["asked"]["task"] == 0.5

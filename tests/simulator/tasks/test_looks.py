@@ -62,9 +62,10 @@ def test_further_looks_of_a_policy_are_at_random(tiny_prior):
 
 def test_homes_look_by_their_own_rules(tiny_prior):
     configs = [
-        RULES, replace(RULES, looks="patrol", furniture_per_room=2),
+        RULES,
+        replace(RULES, looks="patrol", furniture_per_room=2),
         replace(RULES, looks="random", looks_per_step=3),
-    ]  # fmt: skip
+    ]
     together, _ = play(tiny_prior, configs)
     for home, config in enumerate(configs):
         assert together[home] == play(tiny_prior, [config], homes=[home])[0][0]

@@ -103,9 +103,12 @@ def test_candidate_recall_is_near_one(default_prior):
     place of the prior."""
     ticks = []
     scores = evaluate_policy(
-        POLICIES["bayesian"].make, SampledSource(default_prior), Streams(2, "val", range(6)), 20,
+        POLICIES["bayesian"].make,
+        SampledSource(default_prior),
+        Streams(2, "val", range(6)),
+        20,
         on_step=lambda: ticks.append(1),
-    )  # fmt: skip
+    )
     assert METRICS["candidate_recall"].compute(scores) > 0.99
     assert scores.is_correct.shape == scores.has_candidate.shape == (6, 20)
     assert len(ticks) == 20

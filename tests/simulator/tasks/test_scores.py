@@ -68,8 +68,9 @@ def test_metrics_of_answers_by_hand(scores):
         }
     )
     assert {name for name, metric in METRICS.items() if not metric.is_higher_better} == {
-        "calibration_error", "nll"
-    }  # fmt: skip
+        "calibration_error",
+        "nll",
+    }
 
 
 def test_metrics_of_steps_by_hand(scores):

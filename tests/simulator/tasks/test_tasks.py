@@ -81,9 +81,13 @@ def test_a_search_is_answered_until_it_ends(make_default_homes):
 def test_scores_of_an_evaluation_fit_together(default_prior, task_name):
     ticks = []
     scores = evaluate_policy(
-        POLICIES["bayesian"].make, SampledSource(default_prior), Streams(2, "val", range(3)), 10,
-        on_step=lambda: ticks.append(1), task=task_name,
-    )  # fmt: skip
+        POLICIES["bayesian"].make,
+        SampledSource(default_prior),
+        Streams(2, "val", range(3)),
+        10,
+        on_step=lambda: ticks.append(1),
+        task=task_name,
+    )
     assert len(ticks) == 10
     assert scores.values.shape == (3, 10)
     num_answers = 50 if task_name == "relative_likelihood" else 10
@@ -113,6 +117,9 @@ def test_an_unknown_task_is_refused(default_prior):
         ValueError, match=r"predict_location, relative_likelihood, find_object, got"
     ):
         evaluate_policy(
-            POLICIES["random"].make, SampledSource(default_prior), Streams(0, "val", [0]), 1,
+            POLICIES["random"].make,
+            SampledSource(default_prior),
+            Streams(0, "val", [0]),
+            1,
             task="dance",
-        )  # fmt: skip
+        )

@@ -50,8 +50,11 @@ def test_homes_are_named_by_what_they_are():
             source = make(home=HomeConfig(dynamic_nodes=nodes == "on"))
             streams = Streams(0, "test", range(100))
             assert name_test_set(source, streams, 100) == f"paper-{places}-{nodes}-v1"
-            for other in (Streams(1, "test", range(100)), Streams(0, "val", range(100)),
-                          Streams(0, "test", range(99))):  # fmt: skip
+            for other in (
+                Streams(1, "test", range(100)),
+                Streams(0, "val", range(100)),
+                Streams(0, "test", range(99)),
+            ):
                 assert name_test_set(source, other, 100) is None
             assert name_test_set(source, streams, 99) is None
     more = Streams(0, "test", range(200))

@@ -109,9 +109,13 @@ def write_bag(tmp_path):
                     time = START + 700 * visit + 0.2 * number
                     turn = make_quaternion(pose.rotation)
                     bodies = [body for _, body in things]
-                    put("/tf", time, Message(
-                        transforms=[make_transform(time, "odom", "camera", pose.position, turn)]
-                    ))  # fmt: skip
+                    put(
+                        "/tf",
+                        time,
+                        Message(
+                            transforms=[make_transform(time, "odom", "camera", pose.position, turn)]
+                        ),
+                    )
                     depth = render([TABLE, FLOOR, *bodies], pose)
                     put("/camera/depth/image_raw", time, make_depth(time, depth))
                     put("/depth/compressedDepth", time, make_compressed_depth(time, depth))
@@ -144,8 +148,10 @@ def test_a_bag_is_read_as_in_the_guide(write_bag, tmp_path, capsys):
     exec(compile(ask.replace("home.sgm", memory), "bags.md", "exec"), {})
     assert "dining table in home" in capsys.readouterr().out
     for name, own in (
-        ("RECORDING", folder), ("map.yaml", tmp_path / "map.yaml"), ("/yolo", "/detections"),
-    ):  # fmt: skip
+        ("RECORDING", folder),
+        ("map.yaml", tmp_path / "map.yaml"),
+        ("/yolo", "/detections"),
+    ):
         assert f'"{name}"' in code
         code = code.replace(f'"{name}"', repr(str(own)))
     exec(compile(code, "bags.md", "exec"), {})
@@ -173,9 +179,12 @@ def test_a_bag_becomes_a_memory(write_bag, tmp_path, storage, detections):
 
 @pytest.mark.parametrize(
     ("detections", "depth"),
-    [("/yolo", "/camera/depth/image_raw"), ("/detections", "/depth/compressedDepth"),
-     ("/in_map", "/camera/depth/image_raw")],
-)  # fmt: skip
+    [
+        ("/yolo", "/camera/depth/image_raw"),
+        ("/detections", "/depth/compressedDepth"),
+        ("/in_map", "/camera/depth/image_raw"),
+    ],
+)
 def test_what_robots_publish_is_read(write_bag, tmp_path, detections, depth):
     options = BagOptions(detections=detections, depth=depth)
     looks = read_bag(write_bag(), load_home_map(tmp_path / "map.yaml"), options)

@@ -44,8 +44,10 @@ def look(memory, place, *seen, coverage=1.0):
 
 
 def list_events(path):
-    return [(event.time_s / HOUR, event.object, event.furniture)
-            for event in make_trace(read_log(path)).events]  # fmt: skip
+    return [
+        (event.time_s / HOUR, event.object, event.furniture)
+        for event in make_trace(read_log(path)).events
+    ]
 
 
 def test_a_thing_is_where_it_was_seen_until_it_is_seen_elsewhere(memory, path):
@@ -127,9 +129,12 @@ def test_of_a_kind_there_are_as_many_as_were_seen_in_one_step(memory, path):
     memory.step()
     look(memory, BED, "plate", "plate", "plate")
     assert list_events(path)[2:] == [
-        (1, "plate 2", GONE), (1, "plate 2", SHELF),
-        (2, "plate", BED), (2, "plate 2", BED), (2, "plate 3", BED),
-    ]  # fmt: skip
+        (1, "plate 2", GONE),
+        (1, "plate 2", SHELF),
+        (2, "plate", BED),
+        (2, "plate 2", BED),
+        (2, "plate 3", BED),
+    ]
 
 
 def test_what_is_doubtful_forgotten_or_removed(memory, path):
@@ -212,6 +217,8 @@ def test_what_people_say_and_the_robot_does_moves_things(tmp_path):
     memory.put_down("fork", sink, "in")
     trace = make_trace(read_log(tmp_path / "looks.jsonl"), "home")
     assert [(e.time_s, e.object, e.furniture, e.relation) for e in trace.events] == [
-        (0, "cup", table, 1), (0, "fork", table, 1), (3600, "cup", shelf, 0),
+        (0, "cup", table, 1),
+        (0, "fork", table, 1),
+        (3600, "cup", shelf, 0),
         (7200, "fork", sink, 0),
-    ]  # fmt: skip
+    ]

@@ -42,8 +42,10 @@ def folder(tmp_path):
             "y": {"name": "knife", "tracks": [track(20.0, 21.0, "k5", "k6")]},
         },
         FIRST: {
-            "a": {"name": "mug", "tracks": [track(40.0, 45.0, "m3", "m4"),
-                                            track(10.0, 12.0, "m1", "m2")]},
+            "a": {
+                "name": "mug",
+                "tracks": [track(40.0, 45.0, "m3", "m4"), track(10.0, 12.0, "m1", "m2")],
+            },
             "b": {"name": "orange peel", "tracks": [track(30.0, 33.0, "p1", "p2")]},
             "c": {"name": "knife", "tracks": [track(50.0, 52.0, "k1", "k2")]},
             "d": {"name": "Knife2", "tracks": [track(60.0, 61.0, "k3", "k4")]},
@@ -51,22 +53,30 @@ def folder(tmp_path):
             "f": {"name": "lid", "tracks": [track(3.0, 4.0, "no such mask")]},
         },
         OTHER: {"z": {"name": "pan", "tracks": [track(1.5, 4.5, "q1", "q2")]}},
-    }  # fmt: skip
+    }
     masks = {
         FIRST: {
-            "m1": mask(10, "P01_cupboard.009"), "m2": mask(12, "P01_counter.002"),
-            "m3": mask(40, "P01_counter.002"), "m4": mask(45, "P01_sink.001"),
-            "p1": mask(30, "P01_counter.002"), "p2": mask(33, None),
-            "k1": mask(50, "P01_drawer.001"), "k2": mask(52, "P01_counter.002"),
-            "k3": mask(60, "P01_drawer.001"), "k4": mask(61, "P01_sink.001"),
-            "c1": mask(1, "Null"), "c2": mask(2, None),
+            "m1": mask(10, "P01_cupboard.009"),
+            "m2": mask(12, "P01_counter.002"),
+            "m3": mask(40, "P01_counter.002"),
+            "m4": mask(45, "P01_sink.001"),
+            "p1": mask(30, "P01_counter.002"),
+            "p2": mask(33, None),
+            "k1": mask(50, "P01_drawer.001"),
+            "k2": mask(52, "P01_counter.002"),
+            "k3": mask(60, "P01_drawer.001"),
+            "k4": mask(61, "P01_sink.001"),
+            "c1": mask(1, "Null"),
+            "c2": mask(2, None),
         },
         SECOND: {
-            "m5": mask(5, "P01_cupboard.009"), "m6": mask(6, "P01_counter.002"),
-            "k5": mask(20, "P01_counter.002"), "k6": mask(21, "P01_drawer.001"),
+            "m5": mask(5, "P01_cupboard.009"),
+            "m6": mask(6, "P01_counter.002"),
+            "k5": mask(20, "P01_counter.002"),
+            "k6": mask(21, "P01_drawer.001"),
         },
         OTHER: {"q1": mask(1.5, "P02_hob"), "q2": mask(4.5, "P02_counter.010")},
-    }  # fmt: skip
+    }
     return write(tmp_path / "hd_epic", associations, masks)
 
 
@@ -80,30 +90,46 @@ def test_a_kitchen_worked_out_by_hand(folder):
     assert (first.name, other.name) == ("P01", "P02")
     labels = [(node.label, node.name) for node in first.layout.furniture.values()]
     assert labels == [
-        ("counter", "counter 2"), ("cupboard", "cupboard 9"), ("drawer", "drawer 1"),
+        ("counter", "counter 2"),
+        ("cupboard", "cupboard 9"),
+        ("drawer", "drawer 1"),
         ("sink", "sink 1"),
-    ]  # fmt: skip
+    ]
     assert first.start == datetime(2024, 2, 2)
     began = 11 * 3600 + 2 * 60 + 50
     later = (24 + 8) * 3600
     assert tell(first) == [
-        (began, "mug", "cupboard 9"), (began, "orange peel", "counter 2"),
-        (began, "knife", "drawer 1"), (began, "knife 2", "drawer 1"),
-        (began + 10, "mug", ""), (began + 12, "mug", "counter 2"),
+        (began, "mug", "cupboard 9"),
+        (began, "orange peel", "counter 2"),
+        (began, "knife", "drawer 1"),
+        (began, "knife 2", "drawer 1"),
+        (began + 10, "mug", ""),
+        (began + 12, "mug", "counter 2"),
         (began + 30, "orange peel", ""),  # put down at no fixture: used up
-        (began + 40, "mug", ""), (began + 45, "mug", "sink 1"),
-        (began + 50, "knife", ""), (began + 52, "knife", "counter 2"),
-        (began + 60, "knife 2", ""), (began + 61, "knife 2", "sink 1"),
+        (began + 40, "mug", ""),
+        (began + 45, "mug", "sink 1"),
+        (began + 50, "knife", ""),
+        (began + 52, "knife", "counter 2"),
+        (began + 60, "knife 2", ""),
+        (began + 61, "knife 2", "sink 1"),
         (later, "mug", "cupboard 9"),  # the next video finds it there; the knife is where it was
-        (later + 5, "mug", ""), (later + 6, "mug", "counter 2"),
-        (later + 20, "knife", ""), (later + 21, "knife", "drawer 1"),
-    ]  # fmt: skip
+        (later + 5, "mug", ""),
+        (later + 6, "mug", "counter 2"),
+        (later + 20, "knife", ""),
+        (later + 21, "knife", "drawer 1"),
+    ]
     assert first.until_s == later + 21
     assert {event.object: event.description for event in first.events} == {
-        "mug": "mug", "orange peel": "orange peel", "knife": "knife", "knife 2": "knife",
-    }  # fmt: skip
-    relations = {first.layout.furniture[event.furniture].label: event.relation
-                 for event in first.events if event.furniture != GONE}  # fmt: skip
+        "mug": "mug",
+        "orange peel": "orange peel",
+        "knife": "knife",
+        "knife 2": "knife",
+    }
+    relations = {
+        first.layout.furniture[event.furniture].label: event.relation
+        for event in first.events
+        if event.furniture != GONE
+    }
     assert relations == {"counter": 1, "cupboard": 0, "drawer": 0, "sink": 0}
     assert tell(other)[0] == (12 * 3600, "pan", "hob")
 
@@ -150,16 +176,25 @@ def test_the_command_writes_traces_that_can_be_played(folder, tmp_path, capsys):
         ({"P01-20241302-110250": {}}, {}, r"video must be PARTICIPANT-YYYYMMDD-HHMMSS"),
         ({FIRST: {"a": {"name": "mug"}}}, {}, r"association must be an object with name and tr"),
         ({FIRST: {"a": {"name": 3, "tracks": []}}}, {}, r"name must be a text, got 3"),
-        ({FIRST: {"a": {"name": "mug", "tracks": [{"time_segment": [2, 1], "masks": []}]}}}, {},
-         r"time_segment must be two times in seconds, in order, got \[2, 1\]"),
-        ({FIRST: {"a": {"name": "mug", "tracks": [track(0, 1, "m")]}}},
-         {FIRST: {"m": {"frame_number": "x"}}}, "mask must be an object with a frame_number"),
-        ({FIRST: {"a": {"name": "mug", "tracks": [track(0, 1, "m")]}}},
-         {FIRST: {"m": {"frame_number": 1, "fixture": 7}}}, "fixture must be a name or null, got"),
+        (
+            {FIRST: {"a": {"name": "mug", "tracks": [{"time_segment": [2, 1], "masks": []}]}}},
+            {},
+            r"time_segment must be two times in seconds, in order, got \[2, 1\]",
+        ),
+        (
+            {FIRST: {"a": {"name": "mug", "tracks": [track(0, 1, "m")]}}},
+            {FIRST: {"m": {"frame_number": "x"}}},
+            "mask must be an object with a frame_number",
+        ),
+        (
+            {FIRST: {"a": {"name": "mug", "tracks": [track(0, 1, "m")]}}},
+            {FIRST: {"m": {"frame_number": 1, "fixture": 7}}},
+            "fixture must be a name or null, got",
+        ),
         ({FIRST: {}}, {}, "participants must have things at fixtures, got none for P01"),
         ({}, {}, "participants must be among none, got no video"),
     ],
-)  # fmt: skip
+)
 def test_files_of_another_form_are_refused_in_one_line(tmp_path, associations, masks, message):
     folder = write(tmp_path / "own", associations, masks)
     with pytest.raises(ValueError, match=message):

@@ -41,17 +41,32 @@ def make_node(category, number, position, label=0, size=None, turn=0.0):
             "world_P_center": position,
         }
     attributes = {
-        "type": KINDS[category], "name": f"{category}({number})", "position": position,
-        "color": [0, 0, 0], "semantic_label": label, "is_active": True, "last_update_time_ns": 1,
+        "type": KINDS[category],
+        "name": f"{category}({number})",
+        "position": position,
+        "color": [0, 0, 0],
+        "semantic_label": label,
+        "is_active": True,
+        "last_update_time_ns": 1,
         "bounding_box": box
         | {"world_R_center": NO_TURN | {"w": math.cos(half), "z": math.sin(half)}},
-        "mesh_connections": [], "registered": True, "world_R_object": NO_TURN,
-        "active_frontier": False, "anti_frontier": False, "deformation_connections": [],
-        "distance": 1.0, "frontier_scale": [0.0] * 3, "need_cleanup": False,
-        "num_basis_points": 1, "num_frontier_voxels": 0, "orientation": NO_TURN,
-        "pcl_mesh_connections": [], "real_place": True, "voxblox_mesh_connections": [],
+        "mesh_connections": [],
+        "registered": True,
+        "world_R_object": NO_TURN,
+        "active_frontier": False,
+        "anti_frontier": False,
+        "deformation_connections": [],
+        "distance": 1.0,
+        "frontier_scale": [0.0] * 3,
+        "need_cleanup": False,
+        "num_basis_points": 1,
+        "num_frontier_voxels": 0,
+        "orientation": NO_TURN,
+        "pcl_mesh_connections": [],
+        "real_place": True,
+        "voxblox_mesh_connections": [],
         "mesh_vertex_labels": [],
-    }  # fmt: skip
+    }
     symbol = (ord(category) << 56) + number
     return {"id": symbol, "layer": LAYERS[category], "attributes": attributes}
 
@@ -79,9 +94,14 @@ def apartment(tmp_path):
     ]
     path = tmp_path / "apartment.json"
     content = {
-        "directed": False, "multigraph": False, "layer_ids": [2, 3, 4, 5], "mesh_layer_id": 1,
-        "mesh_edges": [], "nodes": nodes, "edges": edges,
-    }  # fmt: skip
+        "directed": False,
+        "multigraph": False,
+        "layer_ids": [2, 3, 4, 5],
+        "mesh_layer_id": 1,
+        "mesh_edges": [],
+        "nodes": nodes,
+        "edges": edges,
+    }
     path.write_text(json.dumps(content))
     (tmp_path / "labels.yaml").write_text(LABELS)
     return path
@@ -123,9 +143,14 @@ def test_graphs_without_rooms_or_furniture_are_put_into_one_room(tmp_path, capfd
     ):
         path, memory_file = tmp_path / "graph.json", tmp_path / "home.sgm"
         content = {
-            "directed": False, "multigraph": False, "layer_ids": [2, 3, 4, 5], "mesh_layer_id": 1,
-            "mesh_edges": [], "nodes": nodes, "edges": [],
-        }  # fmt: skip
+            "directed": False,
+            "multigraph": False,
+            "layer_ids": [2, 3, 4, 5],
+            "mesh_layer_id": 1,
+            "mesh_edges": [],
+            "nodes": nodes,
+            "edges": [],
+        }
         path.write_text(json.dumps(content))
         arguments = ["import", "spark-dsg", str(path), "--memory", str(memory_file)]
         arguments += ["--labels", str(labels)]

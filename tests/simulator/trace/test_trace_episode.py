@@ -14,13 +14,15 @@ def list_rows(episode):
             episode.step.tolist(),
             episode.slot.tolist(),
             episode.place.tolist(),
-            [episode.descriptions[i] if p >= 0 else None
-             for i, p in zip(episode.description, episode.place, strict=True)],
+            [
+                episode.descriptions[i] if p >= 0 else None
+                for i, p in zip(episode.description, episode.place, strict=True)
+            ],
             episode.is_move.tolist(),
             episode.is_new.tolist(),
             strict=True,
         )
-    )  # fmt: skip
+    )
 
 
 def test_changes_by_hand(write_home):
@@ -84,9 +86,9 @@ def test_too_short_or_empty(write_home):
 
 def test_days_from_midnight_to_midnight(write_home):
     events = "time_s,object,furniture,relation\n0,mug,table,in\n" + "".join(
-        f"{time},mug,{place},in\n" for time, place in
-        [(50_000, "shelf 1"), (100_000, "table"), (190_000, "shelf 2")]
-    )  # fmt: skip
+        f"{time},mug,{place},in\n"
+        for time, place in [(50_000, "shelf 1"), (100_000, "table"), (190_000, "shelf 2")]
+    )
     # Second 0 is 18:00, so that midnights are at 21600, 108000 and 194400 s.
     trace = load_trace(write_home(events=events, start="2024-05-06T18:00", end_s=200_000))
     days, left_out = split_days(trace, HOUR)

@@ -95,8 +95,9 @@ def test_without_the_truth_dynamics_are_counted(write_home, tiny_prior):
     source = RecordedSource.from_traces([trace], tiny_prior, step_seconds=3600)
     homes = source.make(Streams(0, "test", [0]))
     code = {homes.object_descriptions.text(c): c for c in range(4)}
-    rows = homes.transition_rows(np.zeros(3, int), np.array([code["large red mug"], code["book"],
-                                                              code["pen"]]))  # fmt: skip
+    rows = homes.transition_rows(
+        np.zeros(3, int), np.array([code["large red mug"], code["book"], code["pen"]])
+    )
     # Arrivals of the mug: twice on the table (place 1), twice in shelf 1 (place 2).
     np.testing.assert_allclose(rows[0], [0, 0.5, 0.5, 0, 0, 0])
     np.testing.assert_allclose(rows[1], [0, 0, 0.5, 0, 0, 0.5])

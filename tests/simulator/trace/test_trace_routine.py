@@ -22,10 +22,12 @@ STEPS = 96
 def make_source(dynamic_nodes=True):
     return SampledSource(
         home=HomeConfig(
-            furniture_per_room=3, objects_per_furniture=4, dynamic_nodes=dynamic_nodes,
+            furniture_per_room=3,
+            objects_per_furniture=4,
+            dynamic_nodes=dynamic_nodes,
             dynamics=RULES,
         )
-    )  # fmt: skip
+    )
 
 
 def test_the_trace_has_the_clock_of_the_home_and_every_move(tmp_path):

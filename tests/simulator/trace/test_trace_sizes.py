@@ -8,9 +8,13 @@ from simulator.trace import load_trace
 from simulator.trace.source import RecordedSource
 
 TRUTH = {
-    "version": 1, "step_seconds": 60, "num_slots": 4, "rules": {}, "transitions": {},
+    "version": 1,
+    "step_seconds": 60,
+    "num_slots": 4,
+    "rules": {},
+    "transitions": {},
     "place_weights": {},
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("end_s", [1e12, 1e15, 1e300])

@@ -16,9 +16,15 @@ def add_noise(weights, draws, place_room, **rules):
         for name, value in rules.items()
     }
     noisy[rows, places] = compute_noisy_weights(
-        weights[rows, places], rows, places, draws[rows, places],
-        np.zeros(len(weights), int), place_room[None], np.array([len(place_room)]), **rules,
-    )  # fmt: skip
+        weights[rows, places],
+        rows,
+        places,
+        draws[rows, places],
+        np.zeros(len(weights), int),
+        place_room[None],
+        np.array([len(place_room)]),
+        **rules,
+    )
     return noisy
 
 

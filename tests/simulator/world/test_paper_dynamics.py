@@ -234,8 +234,12 @@ def test_the_bounds_choose_whom_they_stop_at_random(make_tiny_homes):
 
 
 def test_the_last_object_never_leaves(make_tiny_homes):
-    homes = make_tiny_homes(20, layout=[("kitchen", "table"), ("bedroom", "desk")],
-                              objects_per_furniture=1, count_slack=1)  # fmt: skip
+    homes = make_tiny_homes(
+        20,
+        layout=[("kitchen", "table"), ("bedroom", "desk")],
+        objects_per_furniture=1,
+        count_slack=1,
+    )
     homes.object_remove_prob[homes.is_present] = 1
     homes.lives[0].remove_objects()
     assert (homes.is_present.sum(axis=1) == 1).all()

@@ -20,11 +20,13 @@ CONFIGS = (
     HomeConfig(rooms=("kitchen",), furniture_per_room=4, objects_per_furniture=2),
     HomeConfig(
         rooms=("bedroom", "bedroom", "kitchen", "bathroom", "bedroom"),
-        furniture_per_room=(12, 3, 20, 1, 9), move_share=0.1, detection_error=0.1,
+        furniture_per_room=(12, 3, 20, 1, 9),
+        move_share=0.1,
+        detection_error=0.1,
     ),
     HomeConfig(rooms=("bathroom", "living room"), furniture_per_room=6, dynamic_nodes=False),
     HomeConfig(furniture_per_room=2, cross_room_moves=True, noise_zero_prob=0.5, noise_scale=0.1),
-)  # fmt: skip
+)
 NUM_STEPS = 20
 BY_SLOT = ("object_type", "object_code", "object_place", "object_moved", "object_move_weight")
 
@@ -36,11 +38,14 @@ def histories(default_prior):
     def play(homes):
         states = [
             {
-                "furniture": homes.furniture_type, "furniture code": homes.furniture_code,
-                "furniture_room": homes.furniture_room, "labels": homes.furniture_labels,
-                "weights": homes.place_weights, "add": homes.type_add_prob,
+                "furniture": homes.furniture_type,
+                "furniture code": homes.furniture_code,
+                "furniture_room": homes.furniture_room,
+                "labels": homes.furniture_labels,
+                "weights": homes.place_weights,
+                "add": homes.type_add_prob,
             }
-        ]  # fmt: skip
+        ]
         for _ in range(NUM_STEPS):
             homes.evolve()
             slots = sample_query(homes)
@@ -106,8 +111,12 @@ def test_several_rooms_of_a_kind_are_rooms_of_their_own(histories):
     homes, states, _ = histories
     home = 2  # its rooms 0, 1 and 4 are bedrooms
     assert np.bincount(homes.furniture_room[home, homes.is_furniture[home]]).tolist() == [
-        12, 3, 20, 1, 9,
-    ]  # fmt: skip
+        12,
+        3,
+        20,
+        1,
+        9,
+    ]
     moves = crossed = 0
     for before, after in itertools.pairwise(states[1:]):
         moved = np.flatnonzero(after["object_moved"][home] & (before["object_place"][home] >= 0))

@@ -22,8 +22,9 @@ def list_truth(homes, home, furniture):
 
 def list_seen(observation, home):
     own = observation.seen_home == home
-    pairs = zip(observation.seen_code[own].tolist(), observation.seen_relation[own].tolist(),
-                strict=True)  # fmt: skip
+    pairs = zip(
+        observation.seen_code[own].tolist(), observation.seen_relation[own].tolist(), strict=True
+    )
     return sorted(pairs)
 
 
@@ -166,8 +167,12 @@ def test_confidences_are_how_often_they_are_right(make_default_homes):
 
 def test_homes_of_one_group_may_have_sensing_of_their_own(make_default_homes, default_prior):
     blind = HomeConfig(detection_error=1.0)
-    configs = [blind, HomeConfig(sensing=PartialViews(), detection_error=0.0), blind,
-               HomeConfig(detection_error=0.0)]  # fmt: skip
+    configs = [
+        blind,
+        HomeConfig(sensing=PartialViews(), detection_error=0.0),
+        blind,
+        HomeConfig(detection_error=0.0),
+    ]
     homes = SampledHomes(default_prior, configs, Streams(0, "test", range(4)))
     seen = observe(homes, np.array([0, 3, -1, 1]))
     assert seen.home.tolist() == [0, 1, 3]

@@ -123,8 +123,10 @@ def test_orders_by_hand(plan, monkeypatch):
     files = make_report(plan)
     text = files["claims.md"].decode()
     assert find_cells(text, "32 places, on")[1:] == [
-        "0.300 (0.300, 0.300)", "0.300 (0.300, 0.300)", "0.633 (0.500, 0.500, 0.900)",
-    ]  # fmt: skip
+        "0.300 (0.300, 0.300)",
+        "0.300 (0.300, 0.300)",
+        "0.633 (0.500, 0.500, 0.900)",
+    ]
     lines = [line for line in text.splitlines() if line.startswith("| 32 places, on | NEP")]
     heat = next(line for line in lines if "NEP-HEAT better than NEP-GCN" in line)
     # .2 in every training and home, whatever the correction for three rows.
@@ -165,12 +167,19 @@ def test_a_change_of_one_network_is_compared_with_the_others_as_they_are(plan, f
     )  # fmt: skip
     text = make_report(plan)["claims.md"].decode()
     assert find_cells(text, "as many parameters as NEP-HEAT")[1:] == [
-        "0.400 (+0.100 [+0.100, +0.100])", "0.500 (+0.300 [+0.300, +0.300])", "",
-        "+0.100 [+0.100, +0.100]", "+0.000 [+0.000, +0.000]",
-    ]  # fmt: skip
+        "0.400 (+0.100 [+0.100, +0.100])",
+        "0.500 (+0.300 [+0.300, +0.300])",
+        "",
+        "+0.100 [+0.100, +0.100]",
+        "+0.000 [+0.000, +0.000]",
+    ]
     assert find_cells(text, "two heads, the input added to the output")[1:] == [
-        "", "", "0.500 (+0.100 [-1.171, +1.371])", "", "+0.200 [-1.071, +1.471]",
-    ]  # fmt: skip
+        "",
+        "",
+        "0.500 (+0.100 [-1.171, +1.371])",
+        "",
+        "+0.200 [-1.071, +1.471]",
+    ]
 
 
 def test_the_rate_is_chosen_by_validation_alone(plan, fake_trainings, monkeypatch):
@@ -271,9 +280,12 @@ def make_answer(scores, relevance, answers):
     query = np.zeros(1, dtype=int)
     queries = Queries(query, query, np.zeros((1, len(scores), 2)))
     return Answer(
-        queries, np.array([answers], dtype=bool), np.array([scores]), query,
+        queries,
+        np.array([answers], dtype=bool),
+        np.array([scores]),
+        query,
         relevance=np.array([relevance]),
-    )  # fmt: skip
+    )
 
 
 def test_readings_by_hand():

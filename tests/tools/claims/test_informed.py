@@ -41,9 +41,15 @@ CONFIG = HomeConfig(
 )
 # A step later each: where the robot looks, and which mug it sees there.
 LOOKS = [
-    (SHELF, RED), (TABLE, None), (FRIDGE, BLUE), (SHELF, None), (FRIDGE, BLUE), (TABLE, None),
-    (SHELF, None), (FRIDGE, RED),
-]  # fmt: skip
+    (SHELF, RED),
+    (TABLE, None),
+    (FRIDGE, BLUE),
+    (SHELF, None),
+    (FRIDGE, BLUE),
+    (TABLE, None),
+    (SHELF, None),
+    (FRIDGE, RED),
+]
 
 
 def make_memory():

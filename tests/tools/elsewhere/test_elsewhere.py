@@ -27,9 +27,13 @@ ROOT = Path(__file__).parents[3]
 def make_answers(said, right, is_out, goes_out):
     said = np.array(said)
     return Answers(
-        said, np.array(right), said > 0.5, np.array(is_out, bool), np.array(goes_out, bool),
+        said,
+        np.array(right),
+        said > 0.5,
+        np.array(is_out, bool),
+        np.array(goes_out, bool),
         np.where(goes_out, 1.0, 3.0),
-    )  # fmt: skip
+    )
 
 
 def test_one_home_by_hand():
@@ -154,9 +158,19 @@ def test_scores_that_are_stored_were_scored_by_this_code():
 def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     command = [
-        "--kinds", "carrying", "--num_homes", "2", "--days", "2", "--play_days", "1",
-        "--questions", "12", "--looks", "4",
-    ]  # fmt: skip
+        "--kinds",
+        "carrying",
+        "--num_homes",
+        "2",
+        "--days",
+        "2",
+        "--play_days",
+        "1",
+        "--questions",
+        "12",
+        "--looks",
+        "4",
+    ]
     main(command)
     text = Path("elsewhere.md").read_text(encoding="utf-8")
     assert "`python -m nep.bench elsewhere --kinds carrying --num_homes 2 --days 2" in text

@@ -7,18 +7,32 @@ from tools.eyes.__main__ import main
 from tools.eyes.results import compute_ratio, format_results
 
 SMALL = (
-    "--home.furniture_per_room", "2", "--home.objects_per_furniture", "2", "--dynamics", "paper",
+    "--home.furniture_per_room",
+    "2",
+    "--home.objects_per_furniture",
+    "2",
+    "--dynamics",
+    "paper",
     "--quiet",
-)  # fmt: skip
+)
 
 
 @pytest.mark.slow
 def test_measure_writes_a_table_and_goes_on(tmp_path, capsys):
     out, work = tmp_path / "eyes.md", tmp_path / "work"
     arguments = [
-        "--num_homes", "1", "--rounds", "2", "--steps", "1", "--work", str(work),
-        "--out", str(out), *SMALL,
-    ]  # fmt: skip
+        "--num_homes",
+        "1",
+        "--rounds",
+        "2",
+        "--steps",
+        "1",
+        "--work",
+        str(work),
+        "--out",
+        str(out),
+        *SMALL,
+    ]
     main(arguments)
     first = capsys.readouterr().out
     assert "| assignment of" in first

@@ -38,8 +38,12 @@ def make_trace(start=datetime(2024, 2, 2), num_moves=20):
 
 def make_game(trace=None, **changed):
     rules = {
-        "step_seconds": MINUTE, "looks": 4, "miss_rate": 0.0, "rest_minutes": 30.0, "seeds": (0,),
-    }  # fmt: skip
+        "step_seconds": MINUTE,
+        "looks": 4,
+        "miss_rate": 0.0,
+        "rest_minutes": 30.0,
+        "seeds": (0,),
+    }
     return KitchenGame(trace or make_trace(), **(rules | changed))
 
 
@@ -119,9 +123,17 @@ def test_the_command_writes_a_page(tmp_path, capsys):
     save_trace(make_trace(None, num_moves=6), tmp_path / "cut")
     out = tmp_path / "kitchens.md"
     arguments = [
-        "--trace", str(tmp_path / "kitchen"), "--cut", str(tmp_path / "cut"), "--out", str(out),
-        "--replays", "1", "--called", "Kitchens",
-    ]  # fmt: skip
+        "--trace",
+        str(tmp_path / "kitchen"),
+        "--cut",
+        str(tmp_path / "cut"),
+        "--out",
+        str(out),
+        "--replays",
+        "1",
+        "--called",
+        "Kitchens",
+    ]
     main(arguments)
     text = out.read_text()
     assert text.startswith("# Kitchens\n\n`python -m nep.bench kitchens --called Kitchens --trace")

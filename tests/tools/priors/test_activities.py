@@ -11,14 +11,14 @@ from simulator.world.routine.activity_kinds import (
     compute_object_weights,
     compute_spot_weights,
     load_kinds,
-)  # fmt: skip
+)
 from tools.priors.__main__ import main
 from tools.priors.activities import (
     KIND_WORDS,
     count_activities,
     find_kind,
     make_table,
-)  # fmt: skip
+)
 
 DEFINITION = """
 (define (problem {name}-0)
@@ -37,13 +37,19 @@ def write(root, name, init, goal):
 @pytest.mark.parametrize(
     ("activity", "kind"),
     [
-        ("washing_plates", "washing up"), ("make_coffee", "eating"), ("cook_bacon", "cooking"),
-        ("re_shelving_library_books", "leaving"), ("sorting_books_on_shelf", "reading"),
-        ("clean_up_your_desk", "work"), ("putting_away_toys", "play"),
+        ("washing_plates", "washing up"),
+        ("make_coffee", "eating"),
+        ("cook_bacon", "cooking"),
+        ("re_shelving_library_books", "leaving"),
+        ("sorting_books_on_shelf", "reading"),
+        ("clean_up_your_desk", "work"),
+        ("putting_away_toys", "play"),
         ("folding_clothes", "dressing"),
-        ("cleaning_toilet", "grooming"), ("vacuuming_floors", "cleaning"), ("planting_trees", None),
+        ("cleaning_toilet", "grooming"),
+        ("vacuuming_floors", "cleaning"),
+        ("planting_trees", None),
     ],
-)  # fmt: skip
+)
 def test_a_name_says_the_kind(activity, kind):
     assert find_kind(activity) == kind
 

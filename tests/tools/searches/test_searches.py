@@ -11,9 +11,13 @@ from tools.searches.suite import main
 def test_plays_resumes_and_writes_again(tmp_path):
     out = tmp_path / "searches.md"
     small = [
-        f"--out={out}", "--num_homes=1", "--days=1", "--searches=2", "--looks=1",
+        f"--out={out}",
+        "--num_homes=1",
+        "--days=1",
+        "--searches=2",
+        "--looks=1",
         "--checkpoint=any_home",
-    ]  # fmt: skip
+    ]
     main(small)
     table, scores = out.read_text(encoding="utf-8"), out.with_suffix(".json").read_bytes()
     assert "## Simulated homes of people with routines (1)" in table
@@ -21,8 +25,10 @@ def test_plays_resumes_and_writes_again(tmp_path):
     assert "| greedy | greedy, told | search | search, gives up | everywhere first | " in table
     played = json.loads(scores)["scores"]
     assert {player.rpartition(": ")[0] for player in played["people: 12 places-0"]} == {
-        "bayesian", "adaptive", "any_home",
-    }  # fmt: skip
+        "bayesian",
+        "adaptive",
+        "any_home",
+    }
     del played["people: 12 places-0"]["bayesian: search"]
     changed = json.loads(scores) | {"scores": played}
     out.with_suffix(".json").write_text(json.dumps(changed), encoding="utf-8")

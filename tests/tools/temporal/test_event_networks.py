@@ -56,8 +56,15 @@ def make_events(*rows):
     """(home, thing, furniture, is_seen) of each event."""
     home, thing, furniture, seen = np.array(rows).T
     ones = np.ones(len(rows))
-    return NewEvents(home, thing, furniture, np.zeros(len(rows), int), seen.astype(bool), ones,
-                     seen.astype(float))  # fmt: skip
+    return NewEvents(
+        home,
+        thing,
+        furniture,
+        np.zeros(len(rows), int),
+        seen.astype(bool),
+        ones,
+        seen.astype(float),
+    )
 
 
 def test_the_latest_events_of_a_node_by_hand():
@@ -82,8 +89,9 @@ def test_only_the_last_events_are_kept():
     stream = EventStream(np.array([[0]]), sightings_alone=False)
     stream.know_things(np.zeros(1, int), np.zeros(1, int))
     stream.append(make_events(*[(0, 0, 0, 1)] * (NUM_KEPT + 5)), time=1)
-    assert stream.find_latest(np.array([0]), 3).tolist() == [[NUM_KEPT + 2, NUM_KEPT + 3,
-                                                              NUM_KEPT + 4]]  # fmt: skip
+    assert stream.find_latest(np.array([0]), 3).tolist() == [
+        [NUM_KEPT + 2, NUM_KEPT + 3, NUM_KEPT + 4]
+    ]
     stream.append(make_events((0, 0, 0, 1)), time=2)
     kept = stream.find_latest(np.array([1]), NUM_KEPT)[0]
     assert kept.tolist() == list(range(6, NUM_KEPT + 6))

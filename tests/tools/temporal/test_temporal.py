@@ -77,8 +77,10 @@ def test_what_is_finished_stays_and_what_was_changed_is_done_again(folder, capsy
     path.write_bytes(path.read_bytes() + b"x")
     run(folder)
     assert "trained paper_on/recurrent-sightings 1" in capsys.readouterr().out
-    content, kept = (json.loads(text)["kinds"]["paper_on"]["rows"] for text in (
-        (folder / "out" / "temporal.json").read_text(), scores))  # fmt: skip
+    content, kept = (
+        json.loads(text)["kinds"]["paper_on"]["rows"]
+        for text in ((folder / "out" / "temporal.json").read_text(), scores)
+    )
     for new, old in zip(content, kept, strict=True):  # the same training, to the bit
         for own, other in zip(new["plays"], old["plays"], strict=True):
             assert own["first_guess"] == other["first_guess"]
@@ -117,8 +119,10 @@ def test_graph_memories_are_rows_of_every_kind(tmp_path):
     )
     workshop = Workshop(tmp_path, TINY, kinds, {})
     content = make_content(workshop, [entry], 1, (), ["heat"], "by hand")["kinds"]
-    rows = {kind: [(row["reads"], row["checkpoints"]) for row in content[kind]["rows"]]
-            for kind in kinds}  # fmt: skip
+    rows = {
+        kind: [(row["reads"], row["checkpoints"]) for row in content[kind]["rows"]]
+        for kind in kinds
+    }
     memory = ("graph memory", ["0a"])
     assert rows == {"paper_on": [memory, (SIGHTINGS, ["0b"])], "paper_off": [memory]}
 
@@ -127,21 +131,40 @@ def test_differences_and_information_by_hand():
     """Homes .2 and .4 of the rule; the network .4 and .8, .5 and .7: +.3 over both trainings."""
 
     def play(*first_guess):
-        return {"first_guess": list(first_guess), "mrr": [0.5, 0.5], "nll": [1.0, 1.0],
-                "looks": [2.0, 2.0], "milliseconds": 1.0}  # fmt: skip
+        return {
+            "first_guess": list(first_guess),
+            "mrr": [0.5, 0.5],
+            "nll": [1.0, 1.0],
+            "looks": [2.0, 2.0],
+            "milliseconds": 1.0,
+        }
 
     rows = [
         {"name": "bayesian", "reads": "rule", "plays": [play(0.2, 0.4)]},
         {"name": "any_home", "reads": "graph memory", "plays": [play(0.9, 0.9)]},
-        {"name": "TGN", "reads": SIGHTINGS, "plays": [play(0.3, 0.5)], "num_trainings": 1,
-         "seconds": 3.4},
-        {"name": "TGN", "reads": NEGATIVES, "plays": [play(0.4, 0.8), play(0.5, 0.7)],
-         "num_trainings": 2, "seconds": 5.0},
-    ]  # fmt: skip
+        {
+            "name": "TGN",
+            "reads": SIGHTINGS,
+            "plays": [play(0.3, 0.5)],
+            "num_trainings": 1,
+            "seconds": 3.4,
+        },
+        {
+            "name": "TGN",
+            "reads": NEGATIVES,
+            "plays": [play(0.4, 0.8), play(0.5, 0.7)],
+            "num_trainings": 2,
+            "seconds": 5.0,
+        },
+    ]
     missing = ["k/tgn-negatives seed 1", "k/tgn-negatives seed 2", "k/recurrent-negatives seed 0"]
-    content = {"command": "python -m nep.bench temporal", "made": "by hand", "missing": missing,
-               "sizes": {name: 1 for name in Sizes.__slots__},
-               "kinds": {"k": {"title": "Kind", "units": None, "rows": rows}}}  # fmt: skip
+    content = {
+        "command": "python -m nep.bench temporal",
+        "made": "by hand",
+        "missing": missing,
+        "sizes": {name: 1 for name in Sizes.__slots__},
+        "kinds": {"k": {"title": "Kind", "units": None, "rows": rows}},
+    }
     assert "Trained in 9 homes.\n\n**Not complete**" in make_report(
         {**content, "note": "Trained in 9 homes."}
     )
@@ -149,8 +172,11 @@ def test_differences_and_information_by_hand():
     lines = [line for line in text.splitlines() if line.startswith("| ")]
     assert "minus bayesian [95 %]" in lines[0]
     assert [line.split(" | ")[0].strip("| ") for line in lines[2:6]] == [
-        "bayesian", "TGN", "TGN", "any_home"
-    ]  # fmt: skip
+        "bayesian",
+        "TGN",
+        "TGN",
+        "any_home",
+    ]
     assert "| 2 | 0.600 | 0.500 | 1.00 | 2.00 | 1.00 | 5 | +0.300 [" in lines[4]
     # negative looks: the first training of both, .4 - .3 and .8 - .5
     added = next(line for line in lines if line.startswith("| TGN | 1 |"))

@@ -40,9 +40,13 @@ from simulator.tasks.registry import TASKS
 from tools.temporal.plan import Sizes
 
 PROVENANCE = Provenance(
-    command="python -m nep.reproduce --table 1", num_homes=2, steps=2, seed=0,
-    versions={"numpy": "2.2"}, configs={"NEP-MLP": "mlp.yaml"},
-)  # fmt: skip
+    command="python -m nep.reproduce --table 1",
+    num_homes=2,
+    steps=2,
+    seed=0,
+    versions={"numpy": "2.2"},
+    configs={"NEP-MLP": "mlp.yaml"},
+)
 FIND = next(s for s in SETTINGS if s.name == "find_object-on")
 
 
@@ -75,8 +79,13 @@ def location():
 def test_every_row_is_compared_with_the_row_above(location):
     rows = compute_table(ABLATION_SETTING, location)
     assert [row.policy for row in rows] == [
-        "NEP-MLP", "bayesian", "prior_filter", "NEP-GCN", "NEP-HEAT", "ceiling"
-    ]  # fmt: skip
+        "NEP-MLP",
+        "bayesian",
+        "prior_filter",
+        "NEP-GCN",
+        "NEP-HEAT",
+        "ceiling",
+    ]
     above = [row.differences["the row above"] for row in rows]
     assert above[0] is None
     # NEP-GCN minus prior_filter: 0.3 in the first home and -0.1 in the second.
@@ -89,9 +98,12 @@ def test_claims_where_more_is_better(location):
     rows = compute_table(ABLATION_SETTING, location)
     claims = list_claims(ABLATION_SETTING, rows, location)
     assert [(claim.better, claim.worse) for claim in claims] == [
-        ("NEP-HEAT", "NEP-GCN"), ("NEP-GCN", "NEP-MLP"), ("NEP-HEAT", "prior_filter"),
-        ("NEP-GCN", "prior_filter"), ("NEP-MLP", "prior_filter"),
-    ]  # fmt: skip
+        ("NEP-HEAT", "NEP-GCN"),
+        ("NEP-GCN", "NEP-MLP"),
+        ("NEP-HEAT", "prior_filter"),
+        ("NEP-GCN", "prior_filter"),
+        ("NEP-MLP", "prior_filter"),
+    ]
     assert {claim.verdict for claim in claims} == {"undecided"}  # no p is corrected yet
     sure = [replace(claim, corrected=0.04).verdict for claim in claims]
     assert sure == ["holds", "holds", "holds", "holds", "reversed"]  # the last one is -0.15
@@ -154,8 +166,11 @@ def test_table_1_by_hand(location):
     files = make_table_1(results, PROVENANCE)
     text = files["table_1.md"].decode()
     assert cells(text, "method") == [
-        "method", "knows", "Predict Object Location ↑, on", "Find Object ↓, on"
-    ]  # fmt: skip
+        "method",
+        "knows",
+        "Predict Object Location ↑, on",
+        "Find Object ↓, on",
+    ]
     # Homes 0.7 and 0.7; homes 7 and 9. Best of all that are given neither rules nor home, in bold.
     assert cells(text, "NEP-HEAT") == ["NEP-HEAT", "", "**0.700 ± 0.000**", "8.000 ± 1.000"]
     assert cells(text, "bayesian") == ["bayesian", "", "0.300 ± 0.100", "**4.000 ± 1.000**"]
@@ -165,8 +180,15 @@ def test_table_1_by_hand(location):
     order = [line.split("|")[1].strip() for line in first.splitlines() if line.startswith("| ")]
     # Heuristics, networks, then who is given the rules, then oracles.
     assert order == [
-        "method", "---", "bayesian", "NEP-MLP", "NEP-GCN", "NEP-HEAT", "prior_filter", shown
-    ]  # fmt: skip
+        "method",
+        "---",
+        "bayesian",
+        "NEP-MLP",
+        "NEP-GCN",
+        "NEP-HEAT",
+        "prior_filter",
+        shown,
+    ]
     # Homes .1 and .3: error .1, 12.706 x .1 = 1.271; (12.706 + 1.376) x .1 = 1.408
     line = "NEP-HEAT better than NEP-GCN | +0.200 [-1.071, +1.471] | 1.408 | 1.000 | undecided |"
     assert line in text
@@ -207,9 +229,11 @@ def test_the_ceiling_bounds_no_ndcg_and_heat_plus_reads_a_filter_that_knows_the_
 def test_table_1_is_made_again_from_its_scores(location, tmp_path):
     looks = {title: make_scores(3 + i, 5 + i) for i, title in enumerate(location)}
     known = replace(
-        PROVENANCE, versions={"numpy": "2.2", "commit": "abc"}, test_sets=("paper-32-on-v1",),
+        PROVENANCE,
+        versions={"numpy": "2.2", "commit": "abc"},
+        test_sets=("paper-32-on-v1",),
         checkpoints={"find_object-on, NEP-MLP, seed 0": "0f" * 32},
-    )  # fmt: skip
+    )
     files = make_table_1({ABLATION_SETTING: location, FIND: looks}, known)
     path = tmp_path / "table_1.json"
     path.write_bytes(files["table_1.json"])
@@ -306,8 +330,12 @@ def train(*means):
 
 def test_trainings_stay_in_the_stored_scores(tmp_path):
     """Written again from the file, differences are over homes and trainings as they were."""
-    scores = {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4), "NEP-GCN": train(0.5, 0.3),
-              "NEP-HEAT": train(0.6, 0.7)}  # fmt: skip
+    scores = {
+        "bayesian": train(0.2),
+        "NEP-MLP": train(0.3, 0.4),
+        "NEP-GCN": train(0.5, 0.3),
+        "NEP-HEAT": train(0.6, 0.7),
+    }
     told = replace(PROVENANCE, num_trainings=2, title="Twice", played=("0.1.0, commit abc",))
     files = make_table_1({ABLATION_SETTING: scores}, told, page="twice")
     assert sorted(files) == ["twice.csv", "twice.json", "twice.md", "twice.png"]
@@ -336,21 +364,38 @@ def write_beside(path, bayesian=(0.2, 0.3, 0.5), **changes):
 
     rows = [
         {"name": "bayesian", "reads": "rule", "plays": [play(*bayesian)], "checkpoints": []},
-        {"name": "ours", "reads": "graph memory", "plays": [play(0.3, 0.3, 0.2)],
-         "checkpoints": ["0a"]},
-        {"name": "TGN", "reads": "sightings", "num_trainings": 3, "seconds": 1.0,
-         "checkpoints": ["0b", "0c", "0d"],
-         "plays": [play(0.1, 0.2, 0.4), play(0.3, 0.4, 0.5), play(0.9, 0.9, 0.9)]},
-        {"name": "GRU per thing", "reads": "sightings", "num_trainings": 1, "seconds": 1.0,
-         "plays": [play(0.1, 0.1, 0.1)]},
-    ]  # fmt: skip
+        {
+            "name": "ours",
+            "reads": "graph memory",
+            "plays": [play(0.3, 0.3, 0.2)],
+            "checkpoints": ["0a"],
+        },
+        {
+            "name": "TGN",
+            "reads": "sightings",
+            "num_trainings": 3,
+            "seconds": 1.0,
+            "checkpoints": ["0b", "0c", "0d"],
+            "plays": [play(0.1, 0.2, 0.4), play(0.3, 0.4, 0.5), play(0.9, 0.9, 0.9)],
+        },
+        {
+            "name": "GRU per thing",
+            "reads": "sightings",
+            "num_trainings": 1,
+            "seconds": 1.0,
+            "plays": [play(0.1, 0.1, 0.1)],
+        },
+    ]
     content = {
-        "command": "python -m nep.bench temporal", "made": "played by hand",
+        "command": "python -m nep.bench temporal",
+        "made": "played by hand",
         "note": "Ours is small.",
         "version": 1,
-        "sizes": {**asdict(Sizes()), "train_homes": 32, "train_steps": 50}, "missing": [],
-        "kinds": {"paper_on": {"title": "on", "units": None, "rows": rows}}, **changes,
-    }  # fmt: skip
+        "sizes": {**asdict(Sizes()), "train_homes": 32, "train_steps": 50},
+        "missing": [],
+        "kinds": {"paper_on": {"title": "on", "units": None, "rows": rows}},
+        **changes,
+    }
     path.write_text(json.dumps(content), encoding="utf-8")
     return path
 
@@ -361,8 +406,9 @@ def test_temporal_networks_beside_those_of_the_paper(tmp_path):
     rows = beside.list_rows("predict_location-on", scores, 2)
     # Of three trainings the first two count; who has one alone is left out, but for a memory.
     assert sorted(rows) == ["TGN (sightings)", "ours (graph memory)"]
-    np.testing.assert_allclose(rows["TGN (sightings)"].by_training, [[0.1, 0.2, 0.4],
-                                                                     [0.3, 0.4, 0.5]])  # fmt: skip
+    np.testing.assert_allclose(
+        rows["TGN (sightings)"].by_training, [[0.1, 0.2, 0.4], [0.3, 0.4, 0.5]]
+    )
     assert rows["TGN (sightings)"].metrics["nll"] == 2.0
     assert beside.list_rows("find_object-on", scores, 2) == {}
     assert beside.list_checkpoints("predict_location-on", 2) == {
@@ -372,8 +418,9 @@ def test_temporal_networks_beside_those_of_the_paper(tmp_path):
     }
     assert "32 homes x 50 steps" in beside.describe()
     assert beside.describe().endswith("played by hand. Ours is small.")
-    claims = list_claims(ABLATION_SETTING, compute_table(ABLATION_SETTING, scores | rows),
-                         scores | rows)  # fmt: skip
+    claims = list_claims(
+        ABLATION_SETTING, compute_table(ABLATION_SETTING, scores | rows), scores | rows
+    )
     pairs = {(claim.better, claim.worse): claim.difference.mean for claim in claims}
     # MLP (.3, .4, .6) and (.4, .5, .7) minus TGN: .2 in each home, and .1, .1, .2.
     assert pairs["NEP-MLP", "TGN (sightings)"] == pytest.approx(1 / 6)
@@ -391,12 +438,17 @@ def test_temporal_networks_beside_those_of_the_paper(tmp_path):
 def test_the_command_joins_rows_checksums_and_what_they_are(tmp_path):
     beside = Beside.load(write_beside(tmp_path / "temporal.json"))
     told = replace(PROVENANCE, num_trainings=2, checkpoints={"mlp": "ff"})
-    columns = {ABLATION_SETTING: {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)},
-               FIND: {"bayesian": train(4.0)}}  # fmt: skip
+    columns = {
+        ABLATION_SETTING: {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)},
+        FIND: {"bayesian": train(4.0)},
+    }
     joined, rows = _join(beside, told, columns)
     assert [*rows[ABLATION_SETTING]] == [
-        "bayesian", "NEP-MLP", "ours (graph memory)", "TGN (sightings)"
-    ]  # fmt: skip
+        "bayesian",
+        "NEP-MLP",
+        "ours (graph memory)",
+        "TGN (sightings)",
+    ]
     assert [*rows[FIND]] == ["bayesian"]
     assert [*joined.checkpoints.values()] == ["ff", "0a", "0b", "0c"]
     assert joined.beside == (beside.describe(),)

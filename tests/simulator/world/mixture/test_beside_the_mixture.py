@@ -35,9 +35,10 @@ def test_sessions_people_looks_and_a_clock_that_some_do_not_know(pace, lengths):
     assert set(kinds) == {"SessionDynamics", "RoutineDynamics"}
     assert {config.looks for config in homes.configs} == {"policy", "patrol", "random"}
     rounds = [
-        config for config, size in zip(homes.configs, homes.home_num_furniture, strict=True)
+        config
+        for config, size in zip(homes.configs, homes.home_num_furniture, strict=True)
         if config.looks_per_step > 3
-    ]  # fmt: skip
+    ]
     assert rounds
     assert all(config.looks_per_step == sum(config.room_sizes) for config in rounds)
     is_known = ~np.isnan(homes.clock).any(axis=1)

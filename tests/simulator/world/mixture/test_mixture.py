@@ -28,7 +28,7 @@ from simulator.world.mixture.views import (
     draw_views,
     list_words,
     load_words,
-)  # fmt: skip
+)
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.streams import Streams
 
@@ -63,8 +63,9 @@ def test_homes_lie_within_the_bounds_and_fill_them():
     assert 200 < objects.max() <= 300
     assert any(len(set(config.rooms)) < len(config.rooms) for config in configs)
     assert {config.sensing.__class__.__name__ for config in configs} == {
-        "ConstantMisses", "PartialViews",
-    }  # fmt: skip
+        "ConstantMisses",
+        "PartialViews",
+    }
     misses = np.array([config.detection_error for config in configs])
     assert misses.mean() == pytest.approx(0.2, abs=4 * 0.4 / np.sqrt(12 * 600))
     # Log-uniform: half of them lie below the geometric mean of the bounds, 0.02.
@@ -83,10 +84,12 @@ def test_people_carry_things_out_in_a_share_of_the_homes():
     rules, share = HomeConfig(), 0.5
     carrying = Mixture(routine_share=1.0, carrying_share=share)
     drawn = [
-        [own.draw_home(np.random.default_rng(i), rules)[0] for own in (carrying, Mixture(
-            routine_share=1.0))]
+        [
+            own.draw_home(np.random.default_rng(i), rules)[0]
+            for own in (carrying, Mixture(routine_share=1.0))
+        ]
         for i in range(200)
-    ]  # fmt: skip
+    ]
     carried = np.array([config.dynamics.carry_share for config, _ in drawn])
     assert stats.binomtest(int((carried > 0).sum()), 200, share).pvalue > 0.01
     assert 0.5 <= carried[carried > 0].min() < carried.max() <= 1
@@ -280,8 +283,11 @@ def test_a_collection_is_spread_over_lives_and_the_same_for_any_workers(tmp_path
     one, two = (load_manifest(tmp_path / name) for name in "12")
     assert one == two
     assert json.loads(json.dumps(config.homes.describe())) == config.homes.describe()
-    lives = {home: group.play_steps for group in config.homes.list_groups(range(8))
-             for home in group.homes}  # fmt: skip
+    lives = {
+        home: group.play_steps
+        for group in config.homes.list_groups(range(8))
+        for home in group.homes
+    }
     assert set(lives.values()) == {4, 40}
     for home, life in lives.items():
         name = get_shard_name(home)

@@ -82,8 +82,10 @@ def test_things_are_away_for_lunch_and_back_after_it():
 def test_things_of_an_occasion_go_together():
     places = follow(make(STRICT, num_homes=20), 24)
     away = find_away(places)[:, :, 12]
-    lunch = np.array([np.unique(row[own]) for row, own in zip(places[:, :, 12], away, strict=True)
-                      if own.any()], dtype=object)  # fmt: skip
+    lunch = np.array(
+        [np.unique(row[own]) for row, own in zip(places[:, :, 12], away, strict=True) if own.any()],
+        dtype=object,
+    )
     assert all(len(spots) == 1 for spots in lunch)
     most = max(round(STRICT.max_things_share * 48), 1)
     assert 1 < away.sum(axis=1).max() <= most
@@ -128,9 +130,13 @@ def test_days_are_omitted_as_often_as_the_law_says(share):
 def test_hours_scatter_with_all_their_spreads():
     # Variances add up: person 1, habit 0.5, drift 0.5, jitter 0.25 hours -> 1.25 hours.
     rules = replace(
-        STRICT, person_spread_hours=1.0, habit_spread_hours=0.5, drift_hours=0.5,
-        jitter_hours=0.25, step_seconds=600,
-    )  # fmt: skip
+        STRICT,
+        person_spread_hours=1.0,
+        habit_spread_hours=0.5,
+        drift_hours=0.5,
+        jitter_hours=0.25,
+        step_seconds=600,
+    )
     places = follow(make(rules, num_homes=200), 144)
     away = find_away(places).any(axis=1)
     begins = away.argmax(axis=1)[away.any(axis=1)] / 6

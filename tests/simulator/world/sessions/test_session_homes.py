@@ -59,11 +59,21 @@ def test_uses_per_day_are_those_of_the_rules():
     All things are put where they are not, so that each use is a move: handed on along ways.
     """
     rules = {
-        "handed_share": 1.0, "back_share": 0.0, "stay_share": 0.0, "resettled_share": 0.0,
-        "consumed_share": 0.0, "static_share": 0.0, "tidy_share": 0.0, "away_share": 0.0,
-        "missing_share": 0.0, "regular_share": 0.0, "sessions_per_day": 4.0,
-        "session_minutes": 30.0, "moves_per_hour": 6.0, "idle_share": 0.5,
-    }  # fmt: skip
+        "handed_share": 1.0,
+        "back_share": 0.0,
+        "stay_share": 0.0,
+        "resettled_share": 0.0,
+        "consumed_share": 0.0,
+        "static_share": 0.0,
+        "tidy_share": 0.0,
+        "away_share": 0.0,
+        "missing_share": 0.0,
+        "regular_share": 0.0,
+        "sessions_per_day": 4.0,
+        "session_minutes": 30.0,
+        "moves_per_hour": 6.0,
+        "idle_share": 0.5,
+    }
     homes = make(30, **rules, step_seconds=20.0)
     moved = 0
     for _ in range(2):
@@ -81,9 +91,10 @@ def test_moves_come_in_bursts():
     moved = (np.diff(follow(make(10, idle_share=0.0), 1440), axis=0) != 0).sum(axis=2)  # (T, H)
     rate = moved.mean()
     after = [
-        moved[step + 1 : step + 11, home].sum() for step, home in np.argwhere(moved > 0)
+        moved[step + 1 : step + 11, home].sum()
+        for step, home in np.argwhere(moved > 0)
         if step < 1430
-    ]  # fmt: skip
+    ]
     assert np.mean(after) > 3 * 10 * rate
 
 
@@ -110,11 +121,20 @@ def test_what_is_put_back_is_back_within_its_minutes():
 
 def test_what_is_handed_on_goes_along_the_ways_of_its_group():
     rules = {
-        "handed_share": 1.0, "back_share": 0.0, "stay_share": 0.0, "resettled_share": 0.0,
-        "consumed_share": 0.0, "tidy_share": 0.0, "missing_share": 0.0, "away_share": 0.0,
-        "moves_per_hour": 30.0, "step_seconds": 2.0, "second_place_share": 0.0,
-        "start_time": "2024-05-06T10:00", "sessions_per_day": 30.0,
-    }  # fmt: skip
+        "handed_share": 1.0,
+        "back_share": 0.0,
+        "stay_share": 0.0,
+        "resettled_share": 0.0,
+        "consumed_share": 0.0,
+        "tidy_share": 0.0,
+        "missing_share": 0.0,
+        "away_share": 0.0,
+        "moves_per_hour": 30.0,
+        "step_seconds": 2.0,
+        "second_place_share": 0.0,
+        "start_time": "2024-05-06T10:00",
+        "sessions_per_day": 30.0,
+    }
     homes = make(3, **rules)
     habits, state = homes.lives[0].habits, homes.lives[0].state
     along = total = 0
@@ -134,9 +154,14 @@ def test_what_is_handed_on_goes_along_the_ways_of_its_group():
 
 def test_a_new_usual_place_is_for_good():
     homes = make(
-        6, back_share=0.0, stay_share=0.0, handed_share=0.0, resettled_share=1.0,
-        moves_per_hour=60.0, away_share=0.0,
-    )  # fmt: skip
+        6,
+        back_share=0.0,
+        stay_share=0.0,
+        handed_share=0.0,
+        resettled_share=1.0,
+        moves_per_hour=60.0,
+        away_share=0.0,
+    )
     before = homes.lives[0].state.own_place.copy()
     follow(homes, 600)
     after = homes.lives[0].state.own_place
@@ -175,9 +200,14 @@ def test_what_leads_out_takes_things_along_and_brings_them_back():
 def test_at_work_on_workdays_alone():
     """From 8:30 to 17:30 with all that is carried; 2024-05-06 is a Monday."""
     rules = {
-        "work_share": 1.0, "work_spread": 0.01, "away_share": 0.0, "carried_share": 1.0,
-        "missing_share": 0.0, "consumed_share": 0.0, "moves_per_hour": 0.0,
-    }  # fmt: skip
+        "work_share": 1.0,
+        "work_spread": 0.01,
+        "away_share": 0.0,
+        "carried_share": 1.0,
+        "missing_share": 0.0,
+        "consumed_share": 0.0,
+        "moves_per_hour": 0.0,
+    }
     homes = make(6, **rules, step_seconds=HOUR)
     is_carried = homes.is_present & (np.arange(homes.object_place.shape[1]) % 3 == 0)
     homes.lives[0].habits.carried[:] = is_carried
@@ -191,11 +221,21 @@ def test_at_work_on_workdays_alone():
 def test_what_was_used_just_before_is_used_again_as_often_as_the_rules_say():
     """Moves of a thing that moved in the ten minutes before: all that is used stays where it is."""
     rules = {
-        "stay_share": 1.0, "back_share": 0.0, "handed_share": 0.0, "resettled_share": 0.0,
-        "tidy_share": 0.0, "away_share": 0.0, "idle_share": 0.0, "return_share": 0.0,
-        "way_share": 1.0, "session_minutes": 30.0, "moves_per_hour": 20.0, "missing_share": 0.0,
-        "sessions_per_day": 3.0, "static_share": 0.0,
-    }  # fmt: skip
+        "stay_share": 1.0,
+        "back_share": 0.0,
+        "handed_share": 0.0,
+        "resettled_share": 0.0,
+        "tidy_share": 0.0,
+        "away_share": 0.0,
+        "idle_share": 0.0,
+        "return_share": 0.0,
+        "way_share": 1.0,
+        "session_minutes": 30.0,
+        "moves_per_hour": 20.0,
+        "missing_share": 0.0,
+        "sessions_per_day": 3.0,
+        "static_share": 0.0,
+    }
     shares = []
     for again in (0.0, 0.8):
         moved = np.diff(follow(make(8, **rules, again_share=again), 1440), axis=0) != 0
@@ -208,10 +248,16 @@ def test_what_was_used_just_before_is_used_again_as_often_as_the_rules_say():
 
 def test_what_is_used_up_leaves_for_good_unless_it_is_restocked():
     rules = {
-        "handed_share": 1.0, "back_share": 0.0, "stay_share": 0.0, "resettled_share": 0.0,
-        "consumed_share": 0.5, "moves_per_hour": 60.0, "missing_share": 0.0,
-        "restock_days": 0.1, "carried_share": 0.0,
-    }  # fmt: skip
+        "handed_share": 1.0,
+        "back_share": 0.0,
+        "stay_share": 0.0,
+        "resettled_share": 0.0,
+        "consumed_share": 0.5,
+        "moves_per_hour": 60.0,
+        "missing_share": 0.0,
+        "restock_days": 0.1,
+        "carried_share": 0.0,
+    }
     counts = []
     for restocked in (0.0, 1.0):
         homes = make(6, **rules, restocked_share=restocked)
@@ -230,11 +276,13 @@ def test_what_is_used_up_leaves_for_good_unless_it_is_restocked():
         ({"moves_per_hour": -1.0}, r"moves_per_hour must lie in 0 to 5000, got -1.0"),
         ({"use_minutes": float("nan")}, r"use_minutes must lie in 0.01 to 1440, got nan"),
         ({"way_share": 1.5}, r"way_share must lie in \[0, 1\], got 1.5"),
-        (dict.fromkeys(("back_share", "stay_share", "handed_share", "resettled_share"), 0.0),
-         r"must not all be 0.*Raise one"),
+        (
+            dict.fromkeys(("back_share", "stay_share", "handed_share", "resettled_share"), 0.0),
+            r"must not all be 0.*Raise one",
+        ),
         ({"step_seconds": 0.0}, r"step_seconds must be a number > 0"),
     ],
-)  # fmt: skip
+)
 def test_rules_out_of_range_are_named(changed, message):
     with pytest.raises(ValueError, match=message):
         replace(RULES, **changed)
