@@ -1,5 +1,6 @@
 """The node of `ros/` with a stand-in for the few calls of ROS 2 that it makes."""
 
+import ast
 import importlib
 import sys
 import xml.etree.ElementTree as ET
@@ -237,7 +238,7 @@ def test_packages_are_whole():
         assert root.findtext("name") == folder
         assert root.findtext("license") == "Apache-2.0"
     source = (PACKAGE / "scene_graph_memory_ros" / "node.py").read_text("utf-8")
-    assert len(source.splitlines()) <= 200
+    assert sum(isinstance(part, ast.stmt) for part in ast.walk(ast.parse(source))) <= 124
     needs = {one.text for one in ET.parse(PACKAGE / "package.xml").getroot().iter("exec_depend")}
     used = {name.split(".")[0] for name in MODULES}
     if_asked_for = {"yolo_msgs", "hydra_msgs"}
