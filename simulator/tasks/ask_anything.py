@@ -65,14 +65,14 @@ class AskAnything(PredictLocation):
         everyone = np.arange(homes.num_homes)
         self._was_there |= homes.is_present
         uniform = homes.streams.rows("query anything", 2 + 2 * _TRIES).take()
-        kind, which = uniform[:, 0], uniform[:, 1]
+        kind_uniform, object_uniform = uniform[:, 0], uniform[:, 1]
         home, code = self._list_known()
         owner, slot = np.nonzero(self._was_there)
         needs = 1 + np.rint(_SCALE * homes.move_freq[homes.object_type[owner, slot]])
         is_used = self._is_among(homes.is_present & (self._since_moved < _LATELY), home, code)
         is_found = self._was_found(home, code)
         owned, absent, seen, used, found = (
-            _draw_of_homes(own_home, codes, weight, which, homes.num_homes)
+            _draw_of_homes(own_home, codes, weight, object_uniform, homes.num_homes)
             for own_home, codes, weight in (
                 (owner, homes.object_code[owner, slot], needs),
                 (home, code, ~self._is_among(homes.is_present, home, code)),
@@ -85,11 +85,11 @@ class AskAnything(PredictLocation):
         ends = shares.task + np.cumsum(
             [shares.unknown, shares.owned, shares.absent, shares.used, shares.found]
         )
-        number = np.searchsorted(ends, kind, side="right")
+        number = np.searchsorted(ends, kind_uniform, side="right")
         codes = np.stack([unknown, owned, absent, used, found, seen])[number, everyone]
-        for other in (seen, owned):  # where there is nothing of the kind
+        for other in (seen, owned):  # where there is nothing of what is asked for
             codes = np.where(codes < 0, other, codes)
-        is_task = kind < shares.task
+        is_task = kind_uniform < shares.task
         of_task = homes.object_code[everyone, sample_query(homes)]
         return np.where(is_task, of_task, codes), is_task
 
@@ -118,9 +118,9 @@ class AskAnything(PredictLocation):
         """Tell whether such an object is in one of its home's slots (H, C), bool (n,)."""
         homes = self.rollout.homes
         width = homes.object_descriptions.num_descriptions
-        at, slot = np.nonzero(slots)
+        slot_home, slot = np.nonzero(slots)
         among = np.zeros(homes.num_homes * width, dtype=bool)
-        among[at * width + homes.object_code[at, slot]] = True
+        among[slot_home * width + homes.object_code[slot_home, slot]] = True
         found: np.ndarray = among[home * width + code]
         return found
 
@@ -157,7 +157,7 @@ def _draw_of_homes(
     ends = np.cumsum(weight, dtype=np.int64)
     bounds = np.append(0, ends)[compute_starts(np.bincount(home, minlength=num_homes))]
     low, total = bounds[:-1], np.diff(bounds)
-    row = np.searchsorted(ends, low + (uniform * total).astype(np.int64), side="right")
+    known = np.searchsorted(ends, low + (uniform * total).astype(np.int64), side="right")
     drawn = np.full(num_homes, -1, dtype=np.int64)
-    drawn[total > 0] = code[row[total > 0]]
+    drawn[total > 0] = code[known[total > 0]]
     return drawn

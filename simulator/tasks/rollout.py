@@ -77,7 +77,8 @@ def make_memory(homes: Homes) -> MemoryBatch:
         homes.prior, rooms, furniture, homes.furniture_room, view=homes.view_prior
     )
     room_label, furniture_label = (
-        np.array([[index[label] for label in row] for row in rows]) for rows in (rooms, furniture)
+        np.array([[index[label] for label in labels] for labels in rows])
+        for rows in (rooms, furniture)
     )
     layout = LayoutArrays(room_label, furniture_label, homes.furniture_room, place_prior)
     return MemoryBatch(labels, layout, clock=homes.clock)
@@ -103,7 +104,9 @@ class Rollout:
         self.policy = policy
         policy.reset(self.memory)
         index = {label: i for i, label in enumerate(self.memory.labels)}
-        self._type_label = np.array([[index[text] for text in row] for row in homes.type_labels])
+        self._type_label = np.array(
+            [[index[text] for text in labels] for labels in homes.type_labels]
+        )
         self._homes = np.arange(homes.num_homes)
         looks = np.array([config.looks for config in homes.configs])
         self._on_patrol, self._looks_at_random = looks == "patrol", looks == "random"

@@ -71,10 +71,10 @@ class TaskScores:
 
     def skip(self, num_steps: int) -> TaskScores:
         """Return the scores without those of the first steps."""
-        rest = self.values.shape[1] - num_steps
+        num_left = self.values.shape[1] - num_steps
         columns = {field.name: getattr(self, field.name) for field in fields(self)}
         for name, column in columns.items():
-            num_answers = column.shape[1] * rest // self.values.shape[1]
+            num_answers = column.shape[1] * num_left // self.values.shape[1]
             columns[name] = column[:, column.shape[1] - num_answers :]
         return TaskScores(**columns)
 
@@ -96,7 +96,7 @@ class AnswerLog:
     def finish(self) -> dict[str, np.ndarray]:
         """Return the columns, (H, A) each."""
         names = self._rows[0]
-        return {name: np.concatenate([row[name] for row in self._rows], axis=1) for name in names}
+        return {name: np.concatenate([part[name] for part in self._rows], axis=1) for name in names}
 
     def _add(self, answer: Answer) -> None:
         if answer.is_repeat:
@@ -104,7 +104,7 @@ class AnswerLog:
         scores, answers = answer.scores, answer.answers  # (Q, F) each
         is_furniture = self._memory.is_furniture[answer.queries.home]
         probability = compute_probabilities(scores, self._kind, is_furniture)
-        row = {
+        columns = {
             "is_correct": answer.is_correct,
             "has_candidate": (np.isfinite(scores) & answers).any(axis=1),
             "is_away": compute_away(self._memory, answer.queries, answers),
@@ -118,7 +118,7 @@ class AnswerLog:
         }
         self._usual.count()
         num_homes = self._memory.num_homes
-        self._rows.append({name: column.reshape(num_homes, -1) for name, column in row.items()})
+        self._rows.append({name: column.reshape(num_homes, -1) for name, column in columns.items()})
 
 
 def compute_rank(scores: np.ndarray, answers: np.ndarray, is_place: np.ndarray) -> np.ndarray:

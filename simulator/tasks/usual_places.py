@@ -59,17 +59,17 @@ def end_stays(
     code, furniture, since, counts = stays
     for home in range(len(code)):
         for slot in range(code.shape[1]):
-            here = object_place[home, slot] // NUM_RELATIONS  # -1 of -1
+            current = object_place[home, slot] // NUM_RELATIONS  # -1 of -1
             before = furniture[home, slot]
             is_other = object_code[home, slot] != code[home, slot]
-            if here == before and not is_other:
+            if current == before and not is_other:
                 continue
             if is_other:
                 counts[home, slot] = 0
                 code[home, slot] = object_code[home, slot]
             elif before >= 0:
                 counts[home, slot, before] += num_counted - since[home, slot]
-            furniture[home, slot] = here
+            furniture[home, slot] = current
             since[home, slot] = num_counted
 
 
@@ -94,9 +94,9 @@ def mark_out_of_place(
                 continue
             for place in range(num_furniture):
                 total[place] += counts[home, slot, place]
-            here = furniture[home, slot]
-            if here >= 0:
-                total[here] += num_counted - since[home, slot]
+            current = furniture[home, slot]
+            if current >= 0:
+                total[current] += num_counted - since[home, slot]
         most = most_answered = 0
         for place in range(num_furniture):
             most = max(most, total[place])

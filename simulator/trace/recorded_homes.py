@@ -38,12 +38,13 @@ class RecordedTypes:
     def __init__(self, prior: PriorGraph, traces: Sequence[Trace]) -> None:
         """Number everything that is named in the traces, in order of appearance."""
         self.prior = prior
-        names = [row.label for row in prior.furniture] + [row.label for row in prior.objects]
+        names = [furniture_type.label for furniture_type in prior.furniture]
+        names += [object_type.label for object_type in prior.objects]
         vocabulary = Vocabulary(
             prior, list(dict.fromkeys(["house", "floor", *prior.rooms, *names]))
         )
         self._vocabulary = vocabulary
-        self.object_labels = [row.label for row in prior.objects]
+        self.object_labels = [object_type.label for object_type in prior.objects]
         type_of_label = {label: number for number, label in enumerate(self.object_labels)}
         texts: dict[str, str] = {}  # as first written, by their words
         for trace in traces:
@@ -63,7 +64,7 @@ class RecordedTypes:
         self.num_descriptions = len(types)
         self._texts = list(texts.values())
         self.code_of = {words: code for code, words in enumerate(texts)}
-        known = np.array([row.move_freq for row in prior.objects])
+        known = np.array([object_type.move_freq for object_type in prior.objects])
         unknown = np.full(len(self.object_labels) - len(known), known.mean())
         self.move_freq = np.concatenate([known, unknown])
 
@@ -116,7 +117,9 @@ class RecordedHomes(Homes):
             [list(map(spell, layout.furniture_labels)) for layout in layouts], "", object
         )
         self.furniture_room = pad_rows(
-            [[row.room for row in layout.furniture.values()] for layout in layouts], -1, np.int64
+            [[furniture.room for furniture in layout.furniture.values()] for layout in layouts],
+            -1,
+            np.int64,
         )
         self.num_furniture = self.furniture_room.shape[1]
         self.home_num_slots = np.array([episode.trace.num_slots for episode in episodes])
@@ -171,8 +174,10 @@ class RecordedHomes(Homes):
         Raises:
             ValueError: if a home was recorded, not simulated.
         """
-        num_places = PlaceCode.count(self.num_furniture)
-        weights = np.zeros((len(self._traces), len(self.object_labels), num_places), np.float32)
+        num_place_codes = PlaceCode.count(self.num_furniture)
+        weights = np.zeros(
+            (len(self._traces), len(self.object_labels), num_place_codes), np.float32
+        )
         for number, trace in enumerate(self._traces):
             if trace.truth is None:
                 raise ValueError(
@@ -180,8 +185,8 @@ class RecordedHomes(Homes):
                     "whose true dynamics are unknown. Leave it out."
                 )
             for object_type, label in enumerate(self.object_labels):
-                row = trace.truth.place_weights.get(label, {})
-                weights[number, object_type] = fill_row(row, num_places)
+                weights_of_type = trace.truth.place_weights.get(label, {})
+                weights[number, object_type] = fill_row(weights_of_type, num_place_codes)
         return weights[self._trace_of_home]
 
     def _apply(self, step: int) -> None:
@@ -194,17 +199,17 @@ class RecordedHomes(Homes):
 
     def _count_transitions(self, trace: Trace) -> np.ndarray:
         """Return T of a home by description code, float32 (codes, P)."""
-        num_places = PlaceCode.count(self.num_furniture)
-        rows = np.zeros((self._types.num_descriptions, num_places), dtype=np.float32)
+        num_place_codes = PlaceCode.count(self.num_furniture)
+        rows = np.zeros((self._types.num_descriptions, num_place_codes), dtype=np.float32)
         if trace.truth is not None:
             for text, weights in trace.truth.transitions.items():
                 code = self._types.code_of.get(read_words("description", text))
                 if code is not None:
-                    rows[code] = fill_row(weights, num_places)
+                    rows[code] = fill_row(weights, num_place_codes)
             return rows
         for words, arrivals in trace.arrivals.items():
-            row = fill_row(arrivals, num_places)
-            rows[self._types.code_of[words]] = row / row.sum()
+            count = fill_row(arrivals, num_place_codes)
+            rows[self._types.code_of[words]] = count / count.sum()
         return rows
 
 

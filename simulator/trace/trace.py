@@ -69,16 +69,16 @@ class Truth:
     place_weights: Weights
 
 
-def list_weights(row: np.ndarray) -> dict[int, float]:
+def list_weights(weights: np.ndarray) -> dict[int, float]:
     """List the places of a row of weights (P,) that are not zero."""
-    return {int(place): float(row[place]) for place in np.flatnonzero(row)}
+    return {int(place): float(weights[place]) for place in np.flatnonzero(weights)}
 
 
-def fill_row(weights: Mapping[int, float], num_places: int) -> np.ndarray:
+def fill_row(weights: Mapping[int, float], num_place_codes: int) -> np.ndarray:
     """Return a row of weights, float32 (P,)."""
-    row = np.zeros(num_places, dtype=np.float32)
-    row[list(weights)] = list(weights.values())
-    return row
+    filled = np.zeros(num_place_codes, dtype=np.float32)
+    filled[list(weights)] = list(weights.values())
+    return filled
 
 
 def make_truth_json(truth: Truth) -> str:
@@ -94,7 +94,7 @@ def make_truth_json(truth: Truth) -> str:
     return json.dumps(data, ensure_ascii=False) + "\n"
 
 
-def load_truth(path: Path, num_places: int) -> Truth | None:
+def load_truth(path: Path, num_place_codes: int) -> Truth | None:
     """Read a `simulation.json` beside a layout of P places; None if there is none.
 
     Raises:
@@ -109,8 +109,8 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
             HomeConfig.from_json(data["rules"]),
             float(data["step_seconds"]),
             int(data["num_slots"]),
-            _read_weights(data["transitions"], num_places),
-            _read_weights(data["place_weights"], num_places),
+            _read_weights(data["transitions"], num_place_codes),
+            _read_weights(data["place_weights"], num_place_codes),
         )
         if not 0 < truth.step_seconds < math.inf:
             raise ValueError(f"step_seconds {truth.step_seconds}")
@@ -129,13 +129,15 @@ def load_truth(path: Path, num_places: int) -> Truth | None:
     return truth
 
 
-def _read_weights(data: Any, num_places: int) -> Weights:
+def _read_weights(data: Any, num_place_codes: int) -> Weights:
     weights = {
-        str(text): {int(place): float(weight) for place, weight in row.items()}
-        for text, row in data.items()
+        str(text): {int(place): float(weight) for place, weight in places.items()}
+        for text, places in data.items()
     }
-    for text, row in weights.items():
-        if not all(0 <= place < num_places and weight >= 0 for place, weight in row.items()):
+    for text, places in weights.items():
+        if not all(
+            0 <= place < num_place_codes and weight >= 0 for place, weight in places.items()
+        ):
             raise ValueError(
                 f"a place outside the layout, or a negative weight, for {shorten(text)}"
             )
@@ -194,12 +196,12 @@ class Trace:
         Changing the relation at the same furniture is no arrival.
         """
         counts: dict[str, Counter[int]] = defaultdict(Counter)
-        at: dict[str, int] = {}
+        place_of: dict[str, int] = {}
         for event in self.events:
-            if event.furniture not in (GONE, at.get(event.object, GONE)):
+            if event.furniture not in (GONE, place_of.get(event.object, GONE)):
                 place = PlaceCode.of(event.furniture, event.relation)
                 counts[read_words("description", event.description)][place] += 1
-            at[event.object] = event.furniture
+            place_of[event.object] = event.furniture
         return counts
 
     @cached_property
@@ -304,9 +306,11 @@ def remember_trace(trace: Trace, prior: PriorGraph | None = None) -> SceneGraphM
     memory = SceneGraphMemory(prior, None if start is None else Clock(start).shift(trace.end_s))
     for room in trace.layout.rooms.values():
         memory.add_room(room.label)
-    for row in trace.layout.furniture.values():
-        description = row.name if row.description == row.label else row.description
-        memory.add_furniture(row.label, row.room, description, row.position, row.box, row.open_cost)
+    for piece in trace.layout.furniture.values():
+        description = piece.name if piece.description == piece.label else piece.description
+        memory.add_furniture(
+            piece.label, piece.room, description, piece.position, piece.box, piece.open_cost
+        )
     if not trace.events:
         return memory
     where = {event.object: event for event in trace.events}

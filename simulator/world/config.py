@@ -30,7 +30,7 @@ class HomeConfig(HomeRules):
         """Return all rules as JSON values, from which `from_json` makes the same rules."""
         size = self.furniture_per_room
         return {
-            **{row.name: getattr(self, row.name) for row in fields(self)},
+            **{rule.name: getattr(self, rule.name) for rule in fields(self)},
             "rooms": list(self.rooms),
             "furniture_per_room": size if isinstance(size, int) else list(size),
             "dynamics": DYNAMICS.describe(self.dynamics),
@@ -45,7 +45,7 @@ class HomeConfig(HomeRules):
             ValueError: if a value is out of range, or a part is none of `DYNAMICS` or `SENSING`.
             TypeError, AttributeError: if a value is of the wrong kind.
         """
-        rules = {row.name: data[row.name] for row in fields(cls) if row.name in data}
+        rules = {rule.name: data[rule.name] for rule in fields(cls) if rule.name in data}
         for name in ("rooms", "furniture_per_room"):
             if isinstance(rules.get(name), list):
                 rules[name] = tuple(rules[name])

@@ -68,7 +68,9 @@ def make_descriptions(
     types: tuple[ObjectType, ...] | tuple[FurnitureType, ...],
 ) -> DescriptionTable:
     """Make the table of a prior's types once for all homes; it never changes."""
-    return DescriptionTable([row.label for row in types], [row.adjectives for row in types])
+    return DescriptionTable(
+        [each_type.label for each_type in types], [each_type.adjectives for each_type in types]
+    )
 
 
 def _list_combinations(categories: Adjectives) -> tuple[list[tuple[str, ...]], np.ndarray]:

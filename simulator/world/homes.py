@@ -22,8 +22,8 @@ _MONDAY = datetime(2024, 5, 6)  # of clocks that say no more than where in the w
 
 def list_labels(prior: PriorGraph, more: Iterable[str] = ()) -> list[str]:
     """List every label once: house, floor, rooms, furniture and objects of a prior, then others."""
-    furniture = [row.label for row in prior.furniture]
-    objects = [row.label for row in prior.objects]
+    furniture = [furniture_type.label for furniture_type in prior.furniture]
+    objects = [object_type.label for object_type in prior.objects]
     return list(dict.fromkeys(["house", "floor", *prior.rooms, *furniture, *objects, *more]))
 
 
@@ -108,8 +108,12 @@ class Homes(ABC):
 
         Labels that the prior knows have the same number whatever homes are there.
         """
-        own = [*self.object_labels, *self.room_labels.ravel(), *self.furniture_labels.ravel()]
-        return list_labels(self.prior, filter(None, own))
+        home_labels = [
+            *self.object_labels,
+            *self.room_labels.ravel(),
+            *self.furniture_labels.ravel(),
+        ]
+        return list_labels(self.prior, filter(None, home_labels))
 
     @property
     def is_furniture(self) -> np.ndarray:
@@ -151,8 +155,11 @@ class Homes(ABC):
     @cached_property
     def sensing(self) -> list[tuple[Part, np.ndarray]]:
         """What looks show, and in which homes, bool (H,): each home has one of them."""
-        own = [config.sensing for config in self.configs]
-        return [(part, np.array([part == each for each in own])) for part in dict.fromkeys(own)]
+        sensing_of_home = [config.sensing for config in self.configs]
+        return [
+            (part, np.array([part == each for each in sensing_of_home]))
+            for part in dict.fromkeys(sensing_of_home)
+        ]
 
     @abstractmethod
     def get_place_weights(self) -> np.ndarray:

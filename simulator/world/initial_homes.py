@@ -71,10 +71,10 @@ def sample_initial_furniture(
     for home, config in enumerate(homes.configs):
         alike[config.rooms, config.room_sizes].append(home)
     for (rooms, sizes), members in alike.items():
-        own = np.ix_(np.array(members), np.arange(sum(sizes)))
+        in_members = np.ix_(np.array(members), np.arange(sum(sizes)))
         nodes = [usable[room] for room in np.repeat(np.array(rooms, dtype=object), sizes)]
         turn = compute_rank_in_group(np.repeat(np.arange(len(rooms)), sizes))
-        types[own] = _draw_types(homes.prior, nodes, turn, uniform[own])
+        types[in_members] = _draw_types(homes.prior, nodes, turn, uniform[in_members])
     return types
 
 
@@ -82,18 +82,22 @@ def _draw_types(
     prior: PriorGraph, nodes: Sequence[np.ndarray], turn: np.ndarray, uniform: np.ndarray
 ) -> np.ndarray:
     """Draw types of n homes, (n, F'), for the nodes of each room in turn (F',)."""
-    labels = sorted({row.label for row in prior.furniture})
-    label_of_node = np.array([labels.index(row.label) for row in prior.furniture])
-    prob = np.array([row.prob for row in prior.furniture])
-    cap = np.array([row.max_count for row in prior.furniture])
+    labels = sorted({furniture_type.label for furniture_type in prior.furniture})
+    label_of_node = np.array(
+        [labels.index(furniture_type.label) for furniture_type in prior.furniture]
+    )
+    prob = np.array([furniture_type.prob for furniture_type in prior.furniture])
+    cap = np.array([furniture_type.max_count for furniture_type in prior.furniture])
     count = np.zeros((len(uniform), len(labels)), dtype=np.int64)
     types = np.zeros(uniform.shape, dtype=np.int32)
     for furniture in np.argsort(turn, kind="stable"):  # rooms in turn: none uses up a type
-        own = nodes[furniture]
+        candidates = nodes[furniture]
         weights = compute_available_weights(
-            np.tile(prob[own], (len(uniform), 1)), count[:, label_of_node[own]], cap[own]
+            np.tile(prob[candidates], (len(uniform), 1)),
+            count[:, label_of_node[candidates]],
+            cap[candidates],
         )
-        chosen = own[sample_categorical(weights, uniform[:, furniture])]
+        chosen = candidates[sample_categorical(weights, uniform[:, furniture])]
         types[:, furniture] = chosen
         count[np.arange(len(uniform)), label_of_node[chosen]] += 1
     return types
@@ -103,8 +107,12 @@ def _list_usable(homes: SampledState) -> dict[str, np.ndarray]:
     """Return the furniture nodes of each room that may be drawn and can hold an object, by room."""
     prior = homes.prior
     weights = prior.weights * homes.sample_prob[:, None, None]
-    can_hold = (weights.sum(axis=(0, 2)) > 0) & [row.prob > 0 for row in prior.furniture]
-    rooms_of_nodes = np.array([row.room for row in prior.furniture], dtype=object)
+    can_hold = (weights.sum(axis=(0, 2)) > 0) & [
+        furniture_type.prob > 0 for furniture_type in prior.furniture
+    ]
+    rooms_of_nodes = np.array(
+        [furniture_type.room for furniture_type in prior.furniture], dtype=object
+    )
     rooms = dict.fromkeys(homes.room_labels[homes.room_labels != ""])
     usable = {room: np.flatnonzero(can_hold & (rooms_of_nodes == room)) for room in rooms}
     for room, nodes in usable.items():
@@ -119,7 +127,10 @@ def _list_usable(homes: SampledState) -> dict[str, np.ndarray]:
 
 def _find_nodes(prior: PriorGraph, layout: Sequence[tuple[str, str]]) -> np.ndarray:
     """Return the index into `prior.furniture` of each furniture node of a layout, (F,)."""
-    nodes = {(row.room, row.label): i for i, row in enumerate(prior.furniture)}
+    nodes = {
+        (furniture_type.room, furniture_type.label): i
+        for i, furniture_type in enumerate(prior.furniture)
+    }
     for place in layout:
         if place not in nodes:
             raise ValueError(
@@ -148,7 +159,7 @@ def sample_initial_objects(
     weights, options = _list_options(homes)  # (H, F, K)
     can_hold = np.any(weights, axis=2)
     holder = _find_holders(homes, can_hold)
-    max_count = np.array([row.max_count for row in homes.prior.objects])
+    max_count = np.array([object_type.max_count for object_type in homes.prior.objects])
     count = np.zeros((num_homes, len(max_count)), dtype=np.int64)
     types = np.full((num_homes, turns, num_furniture), -1, dtype=np.int64)
     places = np.empty((num_homes, turns, num_furniture), dtype=np.int64)
@@ -165,8 +176,8 @@ def sample_initial_objects(
             count[home, found] += 1
             types[home, turn, furniture] = found
             places[home, turn, furniture] = PlaceCode.of(node, relation)
-    own = np.nonzero(types >= 0)
-    return own[0], types[own], places[own], uniform[(*own, 1)]
+    filled = np.nonzero(types >= 0)
+    return filled[0], types[filled], places[filled], uniform[(*filled, 1)]
 
 
 def compute_available_weights(
@@ -188,8 +199,8 @@ def compute_available_weights(
 def _list_options(homes: SampledState) -> tuple[np.ndarray, np.ndarray]:
     """List weights of what nodes may hold, 0 beyond, and codes of type and relation, (H, F, K)."""
     option = np.flatnonzero(homes.place_weights)
-    row, place = np.divmod(option, homes.num_places)
-    home, types = np.divmod(row, len(homes.prior.objects))
+    home_type, place = np.divmod(option, homes.num_place_codes)
+    home, types = np.divmod(home_type, len(homes.prior.objects))
     weight = homes.place_weights.ravel()[option] * homes.sample_prob[types]
     node = home * homes.num_furniture + PlaceCode.furniture(place)
     order = np.argsort(node, kind="stable")

@@ -17,7 +17,7 @@ def compute_noisy_weights(
     uniform: np.ndarray,
     row_home: np.ndarray,
     place_room: np.ndarray,
-    num_places: np.ndarray,
+    num_place_codes: np.ndarray,
     zero_prob: np.ndarray,
     scale: np.ndarray,
     min_kept: int = 2,
@@ -33,7 +33,7 @@ def compute_noisy_weights(
         uniform: (k, 2): one number decides whether the weight is zeroed, one its scale.
         row_home: the home of each object, by which it has its rooms and shares of noise, (n,).
         place_room: room of every place, (H, P).
-        num_places: places of each home, the first ones of its row, (H,).
+        num_place_codes: codes of places of each home, the first ones of its row, (H,).
         zero_prob: probability that a weight is zeroed, (H,).
         scale: surviving weights are multiplied by U(1 - scale, 1 + scale), (H,).
         min_kept: places that survive per object and room, where there are that many: an object
@@ -49,10 +49,10 @@ def compute_noisy_weights(
     whole = np.zeros(place_room.shape[1])
     start = 0
     while start < len(rows):
-        row, end = rows[start], start
-        home = row_home[row]
+        object_row, end = rows[start], start
+        home = row_home[object_row]
         rooms, own_zero_prob, own_scale = place_room[home], zero_prob[home], scale[home]
-        while end < len(rows) and rows[end] == row:
+        while end < len(rows) and rows[end] == object_row:
             end += 1
         for i in range(start, end):
             own_room = rooms[places[i]]
@@ -68,7 +68,7 @@ def compute_noisy_weights(
                 factor = 1 - own_scale + 2 * own_scale * uniform[i, 1]
                 noisy[i] = weights[i] * factor
                 whole[places[i]] = noisy[i]
-        total = sum_pairwise(whole[: num_places[home]])
+        total = sum_pairwise(whole[: num_place_codes[home]])
         for i in range(start, end):
             whole[places[i]] = 0
             if total > 0:
@@ -88,14 +88,14 @@ def list_positive(
     # Ask for the memory of all rows at once, instead of row after row, as for a draw from T
     # (`benchmarks/evolve.py`); no sum is negative.
     total = 0.0
-    for row in range(len(sources)):
+    for source in range(len(sources)):
         for place in range(0, weights.shape[1], 16):
-            total += weights[sources[row], place]
+            total += weights[sources[source], place]
     end = 0
-    for row in range(len(sources) if total >= 0 else 0):
+    for source in range(len(sources) if total >= 0 else 0):
         for place in range(weights.shape[1]):
-            rows[end], places[end] = row, place
-            values[end] = weights[sources[row], place]
+            rows[end], places[end] = source, place
+            values[end] = weights[sources[source], place]
             end += values[end] > 0
     return rows[:end], places[:end], values[:end]
 

@@ -50,19 +50,19 @@ def _draw_places(
     The usual place, a second one, or again the usual one, and two others, by numbers (n, 5); see
     `RoutineRules`.
     """
-    num_places = weights.shape[1]
-    num_kept = np.zeros(num_places)
+    num_place_codes = weights.shape[1]
+    num_kept = np.zeros(num_place_codes)
     own_places = np.empty((len(weights), NUM_OWN_PLACES), dtype=np.int32)
     for i in range(len(weights)):
         kept_at = own_places[i]
         for turn in range(NUM_OWN_PLACES):
             total = 0.0
-            for place in range(num_places):
+            for place in range(num_place_codes):
                 if turn == USUAL or place != kept_at[USUAL]:
                     total += weights[i, place] * (1 + gathering * num_kept[place])
             kept_at[turn] = kept_at[USUAL]
             mark = uniform[i, turn] * total
-            for place in range(num_places if total > 0 else 0):
+            for place in range(num_place_codes if total > 0 else 0):
                 if weights[i, place] > 0 and (turn == USUAL or place != kept_at[USUAL]):
                     kept_at[turn] = place
                     mark -= weights[i, place] * (1 + gathering * num_kept[place])

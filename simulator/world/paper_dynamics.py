@@ -68,8 +68,8 @@ class PaperLife(Life):
         homes = self._homes
         uniform = homes.streams.rows("remove", homes.home_num_slots).take(self._members)
         budget = self._compute_budget(homes.num_objects - homes.min_count)
-        row, slot = choose_below(uniform, self._select(homes.object_remove_prob), budget)
-        homes.empty_slots(self._members[row] * homes.num_slots + slot)
+        member, slot = choose_below(uniform, self._select(homes.object_remove_prob), budget)
+        homes.empty_slots(self._members[member] * homes.num_slots + slot)
 
     def move_objects(self) -> None:
         """Move 5 % of the present objects to another furniture node, following T^i.
@@ -82,12 +82,14 @@ class PaperLife(Life):
         num_moves = homes.num_objects[self._members] * self._move_share
         num_moves = np.floor(num_moves + 0.5).astype(np.int64)
         weight = self._select(homes.object_move_weight)
-        row, slot, turn = run_race(uniform, weight, weight.sum(axis=1), num_moves)
-        home = self._members[row]
+        member, slot, turn = run_race(uniform, weight, weight.sum(axis=1), num_moves)
+        home = self._members[member]
         objects = home * homes.num_slots + slot
         where_to = homes.streams.rows("move where", self._most_moves).take(self._members)
         rows, before = homes.object_row.ravel()[objects], homes.object_place.ravel()[objects]
-        places, can_leave = homes.transitions.sample_moves(rows, home, before, where_to[row, turn])
+        places, can_leave = homes.transitions.sample_moves(
+            rows, home, before, where_to[member, turn]
+        )
         homes.place_objects(objects, places, can_leave)
         homes.object_moved.ravel()[objects] = True
 
@@ -98,10 +100,14 @@ class PaperLife(Life):
         stream = homes.streams.rows("add", homes.type_add_prob.shape[1] * 3)
         numbers = stream.claim(self._members)
         budget = self._compute_budget(homes.max_count - homes.num_objects)
-        row, types = choose_below(numbers.fill(every=3), self._select(homes.type_add_prob), budget)
-        home = self._members[row]
-        what, where_to = np.ascontiguousarray(numbers.read(row, types * 3 + 1, 2).T)
-        codes = homes.object_descriptions.sample(types, what)
+        member, types = choose_below(
+            numbers.fill(every=3), self._select(homes.type_add_prob), budget
+        )
+        home = self._members[member]
+        description_uniform, where_to = np.ascontiguousarray(
+            numbers.read(member, types * 3 + 1, 2).T
+        )
+        codes = homes.object_descriptions.sample(types, description_uniform)
         objects = find_empty_slots(homes.object_place, home)
         homes.fill_slots(objects, types, codes)
         rows = homes.object_row.ravel()[objects]

@@ -45,11 +45,11 @@ class Registry(dict[str, str], Generic[AnyPart]):
     recorded with it can be loaded: files name parts by their entries alone.
     """
 
-    def __init__(self, base: type[AnyPart], what: str, **paths: str) -> None:
+    def __init__(self, base: type[AnyPart], noun: str, **paths: str) -> None:
         """Name the base class of the parts, their kind, for errors, and the parts."""
         super().__init__(paths)
         self._base = base
-        self._what = what
+        self._noun = noun
 
     def find(self, name: str) -> type[AnyPart]:
         """Return the class of a name or an import path, "package.module.Class".
@@ -68,7 +68,7 @@ class Registry(dict[str, str], Generic[AnyPart]):
                 problem = f": {error}"
         if not (isinstance(found, type) and issubclass(found, self._base)):
             raise ValueError(
-                f"{self._what} must be one of {', '.join(self)}, or the import path of a class, "
+                f"{self._noun} must be one of {', '.join(self)}, or the import path of a class, "
                 f"got {shorten(name)}{problem}. Choose one of these, or write package.module.Class."
             )
         return found
@@ -76,7 +76,7 @@ class Registry(dict[str, str], Generic[AnyPart]):
     def describe(self, part: Part) -> dict[str, Any]:
         """Return the name of a part and its fields as JSON values."""
         path = f"{type(part).__module__}.{type(part).__qualname__}"
-        name = next((name for name, own in self.items() if own == path), path)
+        name = next((name for name, class_path in self.items() if class_path == path), path)
         return {"name": name, **part.describe()}
 
     def read(self, data: Mapping[str, Any]) -> AnyPart:
@@ -89,21 +89,21 @@ class Registry(dict[str, str], Generic[AnyPart]):
         name = fields.pop("name")
         if name not in self:
             raise ValueError(
-                f"{self._what} of a file must be one of {', '.join(self)}, got {shorten(name)}. "
+                f"{self._noun} of a file must be one of {', '.join(self)}, got {shorten(name)}. "
                 "Add it to the registry first."
             )
         try:
             return self.find(name).from_json(fields)
         except TypeError as error:
-            raise ValueError(f"{self._what} {shorten(name)} has other fields: {error}") from None
+            raise ValueError(f"{self._noun} {shorten(name)} has other fields: {error}") from None
 
 
 class ClassesByName(Mapping[str, type[AnyClass]]):
     """Classes of one kind by the name that commands use, each imported when it is asked for."""
 
-    def __init__(self, what: str, base: str, **paths: str) -> None:
+    def __init__(self, noun: str, base: str, **paths: str) -> None:
         """Name the kind, for errors, and the import paths of the base class and of the classes."""
-        self._what = what
+        self._noun = noun
         self._base = base
         self._paths = paths
 
@@ -122,7 +122,7 @@ class ClassesByName(Mapping[str, type[AnyClass]]):
 
     def __or__(self, other: ClassesByName[AnyClass]) -> ClassesByName[AnyClass]:
         """Return these and others of the same kind."""
-        return ClassesByName(self._what, self._base, **self._paths, **other._paths)
+        return ClassesByName(self._noun, self._base, **self._paths, **other._paths)
 
     def find(self, name: str) -> type[AnyClass]:
         """Return the class of a known name, or import one of a user's own, "my_module:MyClass".
@@ -131,10 +131,10 @@ class ClassesByName(Mapping[str, type[AnyClass]]):
             ValueError: if there is no class of that kind of that name.
         """
         module, _, base = self._base.rpartition(".")
-        found = find_named(self._what, name, self, f"My{base}")
+        found = find_named(self._noun, name, self, f"My{base}")
         if not (isinstance(found, type) and issubclass(found, import_class(self._base))):
             raise ValueError(
-                f"{self._what} must be a subclass of {module}.{base}, got {shorten(name)}. "
+                f"{self._noun} must be a subclass of {module}.{base}, got {shorten(name)}. "
                 f"Derive it from {base}, or check the name."
             )
         return found
@@ -146,7 +146,7 @@ def import_class(path: str) -> Any:
     return getattr(import_module(module), name)
 
 
-def find_named(what: str, name: str, known: Mapping[str, Any], example: str) -> Any:
+def find_named(noun: str, name: str, known: Mapping[str, Any], example: str) -> Any:
     """Return what a known name stands for, or import what "module:name" says.
 
     Its kind, and an example of a name in a module, are for errors.
@@ -159,13 +159,13 @@ def find_named(what: str, name: str, known: Mapping[str, Any], example: str) -> 
     module, separator, attribute = name.partition(":")
     if not separator:
         raise ValueError(
-            f"{what} must be one of {', '.join(known)}, got {shorten(name)}. Choose one of these, "
+            f"{noun} must be one of {', '.join(known)}, got {shorten(name)}. Choose one of these, "
             f"or name one of your own as my_module:{example}."
         )
     try:
         return getattr(import_module(module), attribute)
     except (ImportError, TypeError, ValueError, AttributeError) as error:  # also of names as "..x"
         raise ValueError(
-            f"{what} must be in a module that can be imported, got {shorten(name)}: {error}. Run "
+            f"{noun} must be in a module that can be imported, got {shorten(name)}: {error}. Run "
             "the command in the folder of the module, or install its package."
         ) from error

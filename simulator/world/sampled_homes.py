@@ -64,27 +64,31 @@ class SampledHomes(SampledState):
                 f"{len(self.configs)}. Give as many as the streams have homes."
             )
         self.room_labels = pad_rows([config.rooms for config in self.configs], "", object)
-        self.object_labels = [row.label for row in prior.objects]
+        self.object_labels = [object_type.label for object_type in prior.objects]
         self.furniture_room = pad_rows(
             [list_rooms(config, layout) for config in self.configs], -1, np.int64
         )
         self.num_furniture = self.furniture_room.shape[1]
-        self.num_places = PlaceCode.count(self.num_furniture)
+        self.num_place_codes = PlaceCode.count(self.num_furniture)
         self.place_room = np.repeat(self.furniture_room, NUM_RELATIONS, axis=1)
         self.object_descriptions = make_descriptions(prior.objects)
         self.furniture_descriptions = make_descriptions(prior.furniture)
-        self.move_freq = np.array([row.move_freq for row in prior.objects])
-        self.add_remove_prob = np.array([row.add_remove_prob for row in prior.objects])
-        self.sample_prob = np.array([row.sample_prob for row in prior.objects])
+        self.move_freq = np.array([object_type.move_freq for object_type in prior.objects])
+        self.add_remove_prob = np.array(
+            [object_type.add_remove_prob for object_type in prior.objects]
+        )
+        self.sample_prob = np.array([object_type.sample_prob for object_type in prior.objects])
 
         self.furniture_type = sample_initial_furniture(self, layout)
-        own = self.is_furniture
-        labels = np.array([*(row.label for row in prior.furniture), ""], dtype=object)
+        is_furniture = self.is_furniture
+        labels = np.array(
+            [*(furniture_type.label for furniture_type in prior.furniture), ""], dtype=object
+        )
         self.furniture_labels = labels[self.furniture_type]  # -1, the last one, beyond a home
-        self.furniture_code = np.full(own.shape, -1, dtype=np.int32)
-        self.furniture_code[own] = self.furniture_descriptions.sample(
-            self.furniture_type[own],
-            streams.sample_once("furniture description", self.home_num_furniture)[own],
+        self.furniture_code = np.full(is_furniture.shape, -1, dtype=np.int32)
+        self.furniture_code[is_furniture] = self.furniture_descriptions.sample(
+            self.furniture_type[is_furniture],
+            streams.sample_once("furniture description", self.home_num_furniture)[is_furniture],
         )
         self.place_weights = self._sample_place_weights()
         has_place = np.any(self.place_weights, axis=2)
@@ -103,7 +107,7 @@ class SampledHomes(SampledState):
         self.clock = make_clock_rows([config.dynamics.clock for config in self.configs])
         classes = [type(config.dynamics) for config in self.configs]
         different = list(dict.fromkeys(classes))
-        self._life_of_home = np.array([different.index(own) for own in classes])
+        self._life_of_home = np.array([different.index(each_class) for each_class in classes])
         self.lives: list[Life] = []
         for number, rules_class in enumerate(different):
             members = np.flatnonzero(self._life_of_home == number)
@@ -131,10 +135,10 @@ class SampledHomes(SampledState):
         """Return where objects of descriptions go by the dynamics of each home."""
         if len(self.lives) == 1:
             return self.lives[0].transition_rows(homes, codes)
-        rows = np.empty((len(homes), self.num_places), dtype=np.float32)
+        rows = np.empty((len(homes), self.num_place_codes), dtype=np.float32)
         for number, life in enumerate(self.lives):
-            own = np.flatnonzero(self._life_of_home[homes] == number)
-            rows[own] = life.transition_rows(homes[own], codes[own])
+            members = np.flatnonzero(self._life_of_home[homes] == number)
+            rows[members] = life.transition_rows(homes[members], codes[members])
         return rows
 
     def sample_hours(self, num_hours: int) -> np.ndarray:
@@ -145,23 +149,25 @@ class SampledHomes(SampledState):
     def _sample_place_weights(self) -> np.ndarray:
         """Draw class noise and read P^i at the home's own furniture, float32 (H, O, P)."""
         num_objects, num_nodes, _ = self.prior.weights.shape
-        node_room = np.array([self.prior.rooms.index(row.room) for row in self.prior.furniture])
+        node_room = np.array(
+            [self.prior.rooms.index(furniture_type.room) for furniture_type in self.prior.furniture]
+        )
         prior = self.prior.weights.reshape(num_objects, -1)
         rows, columns = np.nonzero(prior)  # of one home
         noise = self.streams.rows("class noise", 2 * prior.size).claim()
-        weights = np.zeros((self.num_homes, num_objects, self.num_places), dtype=np.float32)
+        weights = np.zeros((self.num_homes, num_objects, self.num_place_codes), dtype=np.float32)
         place_room = np.repeat(node_room, NUM_RELATIONS)
         at_once = max(NUMBERS_AT_ONCE // (2 * prior.size), 1)
         for first in range(0, self.num_homes, at_once):
             count = min(at_once, self.num_homes - first)
             part_home = np.repeat(np.arange(count), len(rows))
-            row, column = np.tile(rows, count), np.tile(columns, count)
+            object_type, column = np.tile(rows, count), np.tile(columns, count)
             some = slice(first, first + count)
             noisy = np.zeros((count, *prior.shape))
-            uniform = noise.read(first + part_home, (row * prior.shape[1] + column) * 2, 2)
-            noisy[part_home, row, column] = compute_noisy_weights(
-                prior[row, column],
-                part_home * num_objects + row,
+            uniform = noise.read(first + part_home, (object_type * prior.shape[1] + column) * 2, 2)
+            noisy[part_home, object_type, column] = compute_noisy_weights(
+                prior[object_type, column],
+                part_home * num_objects + object_type,
                 column,
                 uniform,
                 np.repeat(np.arange(count), num_objects),
@@ -171,9 +177,9 @@ class SampledHomes(SampledState):
                 scale=self.noise_scale[some],
             )
             of_nodes = noisy.reshape(count, num_objects, num_nodes, NUM_RELATIONS)
-            for home, own in enumerate(of_nodes, start=first):
+            for home, home_weights in enumerate(of_nodes, start=first):
                 nodes = self.furniture_type[home, self.is_furniture[home]]
-                read = own[:, nodes].reshape(num_objects, -1)
+                read = home_weights[:, nodes].reshape(num_objects, -1)
                 weights[home, :, : read.shape[1]] = read
         return weights
 

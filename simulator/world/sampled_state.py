@@ -20,7 +20,7 @@ class SampledState(Homes):
     up to C objects in slots; an empty slot has place -1.
 
     Attributes:
-        num_places: P.
+        num_place_codes: P.
         add_remove_prob, sample_prob: of every object type, as the prior has them, (O,).
         furniture_type: index into `prior.furniture`, -1 beyond the furniture of a home, (H, F).
         place_room: room of every place, likewise, (H, P).
@@ -38,7 +38,7 @@ class SampledState(Homes):
     """
 
     object_descriptions: DescriptionTable
-    num_places: int
+    num_place_codes: int
     add_remove_prob: np.ndarray
     sample_prob: np.ndarray
     furniture_type: np.ndarray
@@ -122,13 +122,13 @@ class SampledState(Homes):
         new = np.unique(keys[self._row_of_code.ravel()[keys] < 0])
         new_homes, new_codes = np.divmod(new, self._row_of_code.shape[1])
         types = self.object_descriptions.type_of_code[new_codes]
-        at_once = max(NUMBERS_AT_ONCE // (self.num_places * 2), 1)
+        at_once = max(NUMBERS_AT_ONCE // (self.num_place_codes * 2), 1)
         for first in range(0, len(new_codes), at_once):
             some = slice(first, first + at_once)
             num_numbers = PlaceCode.count(self.home_num_furniture) * 2
             noise = self.streams.rows("instance noise", num_numbers).claim(new_homes[some])
             rows, places, weights = list_positive(
-                self.place_weights.reshape(-1, self.num_places),
+                self.place_weights.reshape(-1, self.num_place_codes),
                 new_homes[some] * len(self.move_freq) + types[some],
             )
             noisy = compute_noisy_weights(

@@ -85,8 +85,8 @@ class Misses(Sensing):
         places = homes.object_place[looking]
         is_seen = PlaceCode.furniture(places) == furniture[:, None]
         is_seen &= uniform >= miss_rate
-        row, slot = np.divmod(np.flatnonzero(is_seen), homes.num_slots)
-        home = looking[row]
+        look, slot = np.divmod(np.flatnonzero(is_seen), homes.num_slots)
+        home = looking[look]
         return Observation(
             home=looking,
             furniture=furniture,
@@ -174,17 +174,17 @@ class Confidences(ConstantMisses):
         seen = ConstantMisses.observe(self, homes, looking, furniture)
         stream = homes.streams.rows("confidence", homes.home_num_slots * _NUMBERS_OF_DETECTION)
         numbers = stream.claim(looking)
-        row = np.searchsorted(looking, seen.seen_home)
-        turn = np.arange(len(row)) - np.searchsorted(row, row)  # number within its home
-        uniform = numbers.read(row, turn * _NUMBERS_OF_DETECTION, _NUMBERS_OF_DETECTION)
+        look = np.searchsorted(looking, seen.seen_home)
+        turn = np.arange(len(look)) - np.searchsorted(look, look)  # number within its home
+        uniform = numbers.read(look, turn * _NUMBERS_OF_DETECTION, _NUMBERS_OF_DETECTION)
         confidence = self.lowest + (1 - self.lowest) * uniform[:, 0]
         code = seen.seen_code.copy()
         for wrong in np.flatnonzero(uniform[:, 1] >= confidence):
             home = seen.seen_home[wrong]
             places = homes.object_place[home]
-            is_here = PlaceCode.furniture(places) == furniture[row[wrong]]
-            own = homes.object_code[home]
-            elsewhere = np.setdiff1d(own[(places >= 0) & ~is_here], own[is_here])
+            is_here = PlaceCode.furniture(places) == furniture[look[wrong]]
+            codes = homes.object_code[home]
+            elsewhere = np.setdiff1d(codes[(places >= 0) & ~is_here], codes[is_here])
             if len(elsewhere):
                 code[wrong] = elsewhere[int(uniform[wrong, 2] * len(elsewhere))]
         return replace(seen, seen_code=code, seen_confidence=confidence)
@@ -204,12 +204,12 @@ class _MissesByLabel(Misses):
                     f"rate of {shorten(label)} must lie in [0, 1], got {rate}. Give a probability."
                 )
 
-    def _get_rates(self, labels: Sequence[str], what: str, known: Iterable[str]) -> np.ndarray:
+    def _get_rates(self, labels: Sequence[str], noun: str, known: Iterable[str]) -> np.ndarray:
         """Return the rate of each label, nan for those without, (n,); all must be of known ones."""
         unknown = sorted(set(self.rates).difference(known))
         if unknown:
             raise ValueError(
-                f"rates must be of {what} of the homes, got {', '.join(unknown)}. Check the labels."
+                f"rates must be of {noun} of the homes, got {', '.join(unknown)}. Check the labels."
             )
         return np.array([self.rates.get(label, np.nan) for label in labels], dtype=float)
 
@@ -231,8 +231,8 @@ class MissesPerType(_MissesByLabel):
             ValueError: if a label is no object type of these homes.
         """
         labels = homes.object_labels
-        own = self._get_rates(labels, "object types", labels)[homes.object_type[looking]]
-        return np.where(np.isnan(own), homes.detection_error[looking, None], own)
+        rates = self._get_rates(labels, "object types", labels)[homes.object_type[looking]]
+        return np.where(np.isnan(rates), homes.detection_error[looking, None], rates)
 
 
 @dataclass(frozen=True)
@@ -251,12 +251,12 @@ class MissesPerFurniture(_MissesByLabel):
         Raises:
             ValueError: if a label is no furniture of these homes or their prior.
         """
-        known = {row.label for row in homes.prior.furniture}
+        known = {furniture_type.label for furniture_type in homes.prior.furniture}
         if not known.issuperset(self.rates):
             known |= set(homes.furniture_labels.ravel())
         labels = homes.furniture_labels[looking, furniture].tolist()
-        own = self._get_rates(labels, "furniture", known)
-        return np.where(np.isnan(own), homes.detection_error[looking], own)[:, None]
+        rates = self._get_rates(labels, "furniture", known)
+        return np.where(np.isnan(rates), homes.detection_error[looking], rates)[:, None]
 
 
 def observe(homes: Homes, furniture: np.ndarray) -> Observation:
@@ -264,14 +264,14 @@ def observe(homes: Homes, furniture: np.ndarray) -> Observation:
     looking = np.flatnonzero(furniture >= 0)  # (n,)
     parts = []
     for sensing, is_member in homes.sensing:
-        own = looking[is_member[looking]]
+        members = looking[is_member[looking]]
         assert isinstance(sensing, Sensing)  # rules know it as a part of any kind
-        parts.append(sensing.observe(homes, own, furniture[own]))
+        parts.append(sensing.observe(homes, members, furniture[members]))
     if len(parts) == 1:
         return parts[0]
     columns = {
-        row.name: np.concatenate([getattr(part, row.name) for part in parts])
-        for row in fields(Observation)
+        column.name: np.concatenate([getattr(part, column.name) for part in parts])
+        for column in fields(Observation)
     }
     order = np.argsort(columns["home"])
     seen = np.argsort(columns["seen_home"], kind="stable")

@@ -77,10 +77,14 @@ def claim_rows(
     """
     starts = np.empty((len(homes), 4), dtype=np.uint64)
     for i in range(len(homes)):
-        own, jump = state[homes[i]], jumps[widths[homes[i]]]
-        starts[i] = own
-        step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
-        own[0], own[1] = _multiply_add(own[0], own[1], jump[0], jump[1], step_high, step_low)
+        home_state, jump = state[homes[i]], jumps[widths[homes[i]]]
+        starts[i] = home_state
+        step_high, step_low = _multiply_add(
+            jump[2], jump[3], home_state[2], home_state[3], _ZERO, _ZERO
+        )
+        home_state[0], home_state[1] = _multiply_add(
+            home_state[0], home_state[1], jump[0], jump[1], step_high, step_low
+        )
     return starts
 
 
@@ -92,12 +96,12 @@ def fill_rows(starts: np.ndarray, jump: np.ndarray, counts: np.ndarray, width: i
     """
     numbers = np.empty((len(starts), width))
     for i in range(len(starts)):
-        own, row = starts[i], numbers[i]
-        high, low = _multiply_add(own[0], own[1], _HIGH, _LOW, own[2], own[3])
-        step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
-        row[counts[i] :] = np.nan
+        start, drawn = starts[i], numbers[i]
+        high, low = _multiply_add(start[0], start[1], _HIGH, _LOW, start[2], start[3])
+        step_high, step_low = _multiply_add(jump[2], jump[3], start[2], start[3], _ZERO, _ZERO)
+        drawn[counts[i] :] = np.nan
         for column in range(counts[i]):
-            row[column] = _make_uniform(high, low)
+            drawn[column] = _make_uniform(high, low)
             high, low = _multiply_add(high, low, jump[0], jump[1], step_high, step_low)
     return numbers
 
@@ -109,12 +113,12 @@ def read_rows(
     """Return the numbers of rows (k,) from columns (k,) on, (k, count)."""
     numbers = np.empty((len(rows), count))
     for i in range(len(rows)):
-        own, jump, row = starts[rows[i]], jumps[columns[i]], numbers[i]
-        step_high, step_low = _multiply_add(jump[2], jump[3], own[2], own[3], _ZERO, _ZERO)
-        high, low = _multiply_add(own[0], own[1], jump[0], jump[1], step_high, step_low)
-        for turn in range(len(row)):
-            high, low = _multiply_add(high, low, _HIGH, _LOW, own[2], own[3])
-            row[turn] = _make_uniform(high, low)
+        start, jump, drawn = starts[rows[i]], jumps[columns[i]], numbers[i]
+        step_high, step_low = _multiply_add(jump[2], jump[3], start[2], start[3], _ZERO, _ZERO)
+        high, low = _multiply_add(start[0], start[1], jump[0], jump[1], step_high, step_low)
+        for turn in range(len(drawn)):
+            high, low = _multiply_add(high, low, _HIGH, _LOW, start[2], start[3])
+            drawn[turn] = _make_uniform(high, low)
     return numbers
 
 
@@ -227,8 +231,8 @@ class Streams:
         sizes = np.stack([np.broadcast_to(size, count) for size in shape], axis=1)
         drawn = np.full((count, *sizes.max(axis=0)), np.nan)
         for position, size in enumerate(sizes.tolist()):
-            own = drawn[position][tuple(slice(length) for length in size)]
-            own[...] = self.generator(purpose, position).random(size)
+            home_numbers = drawn[position][tuple(slice(length) for length in size)]
+            home_numbers[...] = self.generator(purpose, position).random(size)
         return drawn
 
     def rows(self, purpose: str, width: int | np.ndarray) -> UniformStream:

@@ -86,14 +86,14 @@ class TimedLife(Life):
         """
         if self._outlook is None:
             state = self._start_copy(f"{self._purpose} outlook")
-            num_places = PlaceCode.count(self._homes.num_furniture)
-            counts = np.zeros((*state.place.shape, num_places), dtype=np.float32)
+            num_place_codes = PlaceCode.count(self._homes.num_furniture)
+            counts = np.zeros((*state.place.shape, num_place_codes), dtype=np.float32)
             for hour in range(1, self._outlook_hours.max() + 1):
                 is_on = hour <= self._outlook_hours
-                own = self._members[is_on]
-                self.live(state, own, self._start[is_on] + HOUR * hour)
-                row, slot = np.nonzero(state.place[own] >= 0)
-                counts[own[row], slot, state.place[own[row], slot]] += 1
+                members = self._members[is_on]
+                self.live(state, members, self._start[is_on] + HOUR * hour)
+                member, slot = np.nonzero(state.place[members] >= 0)
+                counts[members[member], slot, state.place[members[member], slot]] += 1
             self._outlook = counts
         return self._outlook
 

@@ -21,7 +21,7 @@ class Transitions:
     entries bound[b]..bound[b + 1] - 1, and row r the blocks r B..(r + 1) B - 1.
 
     Attributes:
-        num_places: of the largest home, P.
+        num_place_codes: of the largest home, P.
 
     Source: algorithm 1, section 4.1; docs/design.md, rulings 2 and 6.
     """
@@ -34,12 +34,12 @@ class Transitions:
                 beyond the places of a home is never read.
             places_per_furniture: place p belongs to furniture p // places_per_furniture.
         """
-        self.num_places = place_block.shape[1]
+        self.num_place_codes = place_block.shape[1]
         # Homes share a few layouts: read from the cache, unlike a row of blocks for each home.
         self._place_block, layout = np.unique(place_block, axis=0, return_inverse=True)
         self._layout_of_home = layout.reshape(-1)
         self._num_blocks = int(place_block.max()) + 1  # B
-        self._place_furniture = np.arange(self.num_places) // places_per_furniture
+        self._place_furniture = np.arange(self.num_place_codes) // places_per_furniture
         self._entries = Table({"entry": _ENTRY})
         self._bounds = Table({"bound": np.int64})  # where each block starts, and an end
         self._bounds.append(1)
@@ -63,7 +63,7 @@ class Transitions:
 
     def read(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (n,) as float32 (n, P); zeros for row -1."""
-        dense = np.zeros((len(rows), self.num_places), dtype=np.float32)
+        dense = np.zeros((len(rows), self.num_place_codes), dtype=np.float32)
         known = np.flatnonzero(rows >= 0)
         start = self._bounds["bound"][rows[known] * self._num_blocks]
         count = self._bounds["bound"][(rows[known] + 1) * self._num_blocks] - start
@@ -110,8 +110,8 @@ class Transitions:
         The places may have weight zero themselves.
         """
         bounds = self._find_blocks(rows, homes, places)
-        here = self._place_furniture[places]
-        return find_others(self._entries["entry"], *bounds, self._place_furniture, here)
+        furniture = self._place_furniture[places]
+        return find_others(self._entries["entry"], *bounds, self._place_furniture, furniture)
 
     def _find_blocks(
         self, rows: np.ndarray, homes: np.ndarray, places: np.ndarray
@@ -190,13 +190,17 @@ def draw_places(
 
 @kernel
 def find_others(
-    entry: np.ndarray, start: np.ndarray, end: np.ndarray, furniture: np.ndarray, here: np.ndarray
+    entry: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
+    furniture: np.ndarray,
+    current: np.ndarray,
 ) -> np.ndarray:
-    """Tell which ranges of entries have some at other furniture than `here`, bool (n,)."""
+    """Tell which ranges of entries have some at other furniture than `current`, bool (n,)."""
     has_others = np.zeros(len(start), dtype=np.bool_)
     for i in range(len(start)):
         for j in range(start[i], end[i]):
-            if furniture[entry[j].place] != here[i]:
+            if furniture[entry[j].place] != current[i]:
                 has_others[i] = True
                 break
     return has_others

@@ -44,16 +44,16 @@ def deal_copies(
     num_types = len(copies)
     for number in range(homes.num_homes):
         rng = homes.streams.generator("copies", number)
-        own = slice(*np.searchsorted(home, (number, number + 1)))
+        in_home = slice(*np.searchsorted(home, (number, number + 1)))
         most = np.ceil(copies[:, 0] * rng.uniform(0.3, 1, num_types)).astype(int)
         most[~homes.place_weights[number].any(axis=1)] = 0
-        chosen = _limit(types[own], most, rng)
-        for thing in np.flatnonzero(chosen != types[own]):
+        chosen = _limit(types[in_home], most, rng)
+        for thing in np.flatnonzero(chosen != types[in_home]):
             weights = np.cumsum(homes.place_weights[number, chosen[thing]].astype(float))
             mark = rng.random() * weights[-1]
-            places[own.start + thing] = np.searchsorted(weights, mark, side="right")
-        types[own] = chosen
-        codes[own] = _describe(homes, chosen, copies, rng)
+            places[in_home.start + thing] = np.searchsorted(weights, mark, side="right")
+        types[in_home] = chosen
+        codes[in_home] = _describe(homes, chosen, copies, rng)
     return types, places, codes
 
 
@@ -83,14 +83,14 @@ def _describe(
     Some are called the same, but for types of which each thing has a description of its own.
     """
     codes = np.empty(len(types), dtype=np.int32)
-    for one in np.unique(types):
-        own = np.flatnonzero(types == one)
-        most, num_kinds = copies[one]
+    for thing_type in np.unique(types):
+        things = np.flatnonzero(types == thing_type)
+        most, num_kinds = copies[thing_type]
         is_own = num_kinds >= most
-        num_kinds = len(own) if is_own else min(int(rng.integers(1, num_kinds + 1)), len(own))
+        num_kinds = len(things) if is_own else min(int(rng.integers(1, num_kinds + 1)), len(things))
         uniform = rng.random(num_kinds * _TRIES)
-        drawn = homes.object_descriptions.sample(np.full(len(uniform), one), uniform)
+        drawn = homes.object_descriptions.sample(np.full(len(uniform), thing_type), uniform)
         drawn = drawn[np.sort(np.unique(drawn, return_index=True)[1])][:num_kinds]
-        turn = np.arange(len(own)) if is_own else rng.geometric(_ALIKE, len(own)) - 1
-        codes[own] = drawn[np.minimum(turn, len(drawn) - 1)]
+        turn = np.arange(len(things)) if is_own else rng.geometric(_ALIKE, len(things)) - 1
+        codes[things] = drawn[np.minimum(turn, len(drawn) - 1)]
     return codes

@@ -123,8 +123,8 @@ class LivedInSource(MixtureSource):
 
     def describe(self) -> dict[str, Any]:
         """Return the distribution and the checksum of the prior."""
-        own = {"kept_share": self.kept_share, "pace": self.pace, "shares": self.shares}
-        return {**super().describe(), **own}
+        settings = {"kept_share": self.kept_share, "pace": self.pace, "shares": self.shares}
+        return {**super().describe(), **settings}
 
 
 def make_mixture(

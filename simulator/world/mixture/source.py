@@ -159,14 +159,16 @@ class Mixture:
             sensing=PartialViews() if rng.random() < self.partial_share else ConstantMisses(),
         )
         if has_routine:
-            own = RoutineDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
+            dynamics = RoutineDynamics(start_time=start.isoformat(), step_seconds=step_seconds)
             if rng.random() < self.carrying_share:
                 carried = float(rng.uniform(*_CARRIED))
-                own = replace(own, carry_share=carried, carries_anything=bool(rng.random() < 0.5))
+                dynamics = replace(
+                    dynamics, carry_share=carried, carries_anything=bool(rng.random() < 0.5)
+                )
             if rng.random() < self.resettling_share:
                 tidied = float(rng.uniform(*_TIDY))
-                own = replace(own, new_share=draw_rate(rng, *_NEW), tidy_share=tidied)
-            return replace(config, dynamics=own), own.clock
+                dynamics = replace(dynamics, new_share=draw_rate(rng, *_NEW), tidy_share=tidied)
+            return replace(config, dynamics=dynamics), dynamics.clock
         return config, Clock(start, step_seconds) if has_clock else None
 
     def draw_num_steps(self, rng: np.random.Generator) -> int:
@@ -235,7 +237,8 @@ class MixtureSource(HomeSource):
         for home in homes:
             groups[self.mixture.draw_num_steps(np.random.default_rng(home))].append(home)
         return [
-            Group(tuple(own), play_steps=num_steps) for num_steps, own in sorted(groups.items())
+            Group(tuple(members), play_steps=num_steps)
+            for num_steps, members in sorted(groups.items())
         ]
 
     def make(self, streams: Streams) -> MixedHomes:

@@ -37,12 +37,12 @@ def load_words(split: str) -> Words:
     part = "test" if split == "test" else "train"
     synonyms: dict[str, tuple[str, ...]] = {}
     strangers: tuple[str, ...] = ()
-    for row in read_table("simulator.world.mixture", "words.csv"):
-        if row["split"] != part:
+    for entry in read_table("simulator.world.mixture", "words.csv"):
+        if entry["split"] != part:
             continue
-        words = tuple(row["words"].split("|"))
-        if row["label"]:
-            synonyms[row["label"]] = words
+        words = tuple(entry["words"].split("|"))
+        if entry["label"]:
+            synonyms[entry["label"]] = words
         else:
             strangers = words
     return Words(synonyms, strangers)
@@ -103,20 +103,20 @@ class MixedHomes(SampledHomes):
         for home, view in enumerate(self.views):
             if view == TRUE:
                 continue
-            own = seen[home, :, : self.home_num_furniture[home]]
+            known = seen[home, :, : self.home_num_furniture[home]]
             if view == UNKNOWN_WORDS:
-                own[self._is_unknown[home, : len(own)]] = 0  # nor may words lead there
+                known[self._is_unknown[home, : len(known)]] = 0  # nor may words lead there
             rng = self.streams.generator("prior view", home)
             if view == NONE:
-                own[:] = 0
+                known[:] = 0
             if view in (NOISY, UNKNOWN_WORDS):
-                own[rng.random(own.shape) < _FORGOTTEN_SHARE] = 0
-                own *= np.exp(rng.uniform(*_NOISE) * self._draw_noise(rng, own.shape))
+                known[rng.random(known.shape) < _FORGOTTEN_SHARE] = 0
+                known *= np.exp(rng.uniform(*_NOISE) * self._draw_noise(rng, known.shape))
             if view in (OTHER_HOME, BLENDED):
-                others = own[rng.permutation(len(own))]
-                own[:] = others if view == OTHER_HOME else (own + others) / 2
-            total = own.sum(axis=(1, 2), keepdims=True)
-            np.divide(own, total, out=own, where=total > 0)
+                others = known[rng.permutation(len(known))]
+                known[:] = others if view == OTHER_HOME else (known + others) / 2
+            total = known.sum(axis=(1, 2), keepdims=True)
+            np.divide(known, total, out=known, where=total > 0)
         return seen
 
     def _draw_noise(self, rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
@@ -125,8 +125,8 @@ class MixedHomes(SampledHomes):
         A third of its variance is that of a place and a third that of a kind: what is kept
         together elsewhere is kept together here, so that no mean over similar things removes it.
         """
-        place, kind, own = (rng.normal(size=size) for size in ((1, *shape[1:]), shape, shape))
-        return (place + np.einsum("op,pfr->ofr", self._kinship, kind) + own) / np.sqrt(3)
+        place, kin, pair = (rng.normal(size=size) for size in ((1, *shape[1:]), shape, shape))
+        return (place + np.einsum("op,pfr->ofr", self._kinship, kin) + pair) / np.sqrt(3)
 
     @cached_property
     def _kinship(self) -> np.ndarray:
@@ -146,14 +146,14 @@ class MixedHomes(SampledHomes):
         places = dict.fromkeys(furniture[furniture != ""].tolist())
         new: dict[str, str] = {}
         for label in dict.fromkeys([*self.type_labels[home], *places]):
-            chance, kind, which = rng.random(3)
+            chance, replacement, choice = rng.random(3)
             synonyms = words.synonyms.get(label, ())
             if chance >= _UNKNOWN_SHARE:
                 continue
-            if kind < _STRANGER_SHARE and free:
+            if replacement < _STRANGER_SHARE and free:
                 new[label] = str(free.pop())
-            elif synonyms and (kind < _STRANGER_SHARE + _SYNONYM_SHARE or label in places):
-                new[label] = synonyms[int(which * len(synonyms))]
+            elif synonyms and (replacement < _STRANGER_SHARE + _SYNONYM_SHARE or label in places):
+                new[label] = synonyms[int(choice * len(synonyms))]
             elif label not in places:
                 new[label] = label  # its own word, of which the agent knows nothing
         for number, label in enumerate(self.type_labels[home]):

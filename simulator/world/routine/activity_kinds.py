@@ -61,8 +61,10 @@ def compute_object_weights(labels: Sequence[str], move_freq: np.ndarray) -> np.n
     weights = np.zeros((len(load_kinds()), len(labels)))
     for column, label in enumerate(labels):
         alias = types[label].alias_of if label in types else None
-        for row, kind in enumerate(load_kinds().values()):
-            weights[row, column] = kind.objects.get(label, kind.objects.get(alias or "", 0.0))
+        for number, activity in enumerate(load_kinds().values()):
+            weights[number, column] = activity.objects.get(
+                label, activity.objects.get(alias or "", 0.0)
+            )
     unknown = ~weights.any(axis=0)
     mean = weights.sum(axis=1, keepdims=True) / max((~unknown).sum(), 1)
     weights[:, unknown] = 0.1 * np.where(mean > 0, mean, 1.0)
@@ -79,12 +81,14 @@ def compute_spot_weights(
     """
     rooms = [room_labels[room] for room in furniture_room]
     weights = np.zeros((len(load_kinds()), len(rooms)))
-    for row, kind in enumerate(load_kinds().values()):
-        own = [kind.places.get(key, 0.0) for key in zip(rooms, furniture_labels, strict=True)]
-        if not any(own):
+    for number, activity in enumerate(load_kinds().values()):
+        node_weights = [
+            activity.places.get(key, 0.0) for key in zip(rooms, furniture_labels, strict=True)
+        ]
+        if not any(node_weights):
             in_room: dict[str, float] = {}
-            for (room, _), weight in kind.places.items():
+            for (room, _), weight in activity.places.items():
                 in_room[room] = in_room.get(room, 0.0) + weight
-            own = [in_room.get(room, 0.0) for room in rooms]
-        weights[row] = own if any(own) else 1.0
+            node_weights = [in_room.get(room, 0.0) for room in rooms]
+        weights[number] = node_weights if any(node_weights) else 1.0
     return weights

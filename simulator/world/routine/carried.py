@@ -23,7 +23,7 @@ def load_carried() -> dict[str, tuple[float, float]]:
     All numbers are assumptions, in round figures.
     """
     rows = read_table("simulator.world.routine", "carried.csv")
-    return {row["label"]: (float(row["short"]), float(row["long"])) for row in rows}
+    return {entry["label"]: (float(entry["short"]), float(entry["long"])) for entry in rows}
 
 
 def add_carried(
@@ -51,7 +51,7 @@ def add_carried(
         owner = rng.integers(num_residents[home], size=len(slots))
         columns = num_items + np.arange(len(slots))
         for n, occasion in enumerate(rules[home].occasions):
-            if habits.leads_out[habits.kind[home, n]]:
+            if habits.leads_out[habits.activity[home, n]]:
                 is_long = int(occasion.minutes >= _LONG_MINUTES)
                 item[home, owner, n, columns] = slots
                 use[home, owner, n, columns] = shares[:, is_long]

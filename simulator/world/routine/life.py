@@ -43,10 +43,10 @@ class RoutineLife(TimedLife):
         """Draw residents, habits and usual places, and live up to the first step."""
         clocks = [rule.clock for rule in rules]
         super().__init__(homes, members, clocks, [rule.outlook_days for rule in rules], "routine")
-        own = dict(zip(members.tolist(), rules, strict=True))
-        habits = _make_habits(homes, own)
-        self.state = _make_state(homes, own, habits)
-        for home, rule in own.items():
+        rules_of_home = dict(zip(members.tolist(), rules, strict=True))
+        habits = _make_habits(homes, rules_of_home)
+        self.state = _make_state(homes, rules_of_home, habits)
+        for home, rule in rules_of_home.items():
             self.state.own_place[home] = draw_own_places(
                 homes, home, float(rule.gathering), rule.second_place_share, "routine places"
             )
@@ -54,7 +54,7 @@ class RoutineLife(TimedLife):
             homes.object_place[members] >= 0, self.state.own_place[members, :, USUAL], -1
         )
         draw_habits(habits, self.state)
-        self.habits = add_carried(homes, own, habits, self.state.num_residents)
+        self.habits = add_carried(homes, rules_of_home, habits, self.state.num_residents)
         warm_up = np.array([rule.warm_up_days for rule in rules])
         days = np.floor((self._start - DAY_STARTS) / DAY) - warm_up
         self.state.day_end[members] = days * DAY + DAY_STARTS
@@ -95,7 +95,7 @@ def _make_habits(homes: SampledState, rules: Mapping[int, RoutineRules]) -> Habi
         collects=is_washing_up[:, None] & is_left,
         tidies=np.array(kinds) == "cleaning",
         num_slots=homes.home_num_slots,
-        kind=np.full((num_homes, num_occasions), -1, dtype=np.int32),
+        activity=np.full((num_homes, num_occasions), -1, dtype=np.int32),
         after=np.full((num_homes, num_occasions), -1, dtype=np.int32),
         role=np.full((num_homes, num_occasions), -1, dtype=np.int32),
         seconds=np.zeros((num_homes, num_occasions)),
@@ -113,7 +113,7 @@ def _make_habits(homes: SampledState, rules: Mapping[int, RoutineRules]) -> Habi
     for home, rule in rules.items():
         names = [occasion.name for occasion in rule.occasions]
         for n, occasion in enumerate(rule.occasions):
-            habits.kind[home, n] = kinds.index(occasion.kind)
+            habits.activity[home, n] = kinds.index(occasion.kind)
             habits.after[home, n] = names.index(occasion.after) if occasion.after else -1
             habits.role[home, n] = ROLES.index(occasion.role) if occasion.role else -1
             habits.seconds[home, n] = occasion.minutes * 60
@@ -121,13 +121,13 @@ def _make_habits(homes: SampledState, rules: Mapping[int, RoutineRules]) -> Habi
             habits.share[home, :, n] = occasion.weekday_share, occasion.weekend_share
         is_present = homes.object_place[home] >= 0
         habits.object_weight[home] = object_weights[:, homes.object_type[home]] * is_present
-        own = homes.furniture_room[home] >= 0
+        is_furniture = homes.furniture_room[home] >= 0
         weights = compute_spot_weights(
             homes.room_labels[home],
-            homes.furniture_labels[home, own],
-            homes.furniture_room[home, own],
+            homes.furniture_labels[home, is_furniture],
+            homes.furniture_room[home, is_furniture],
         )
-        habits.spot_weight[home, :, own] = weights.T
+        habits.spot_weight[home, :, is_furniture] = weights.T
     np.cumsum(habits.spot_weight, axis=2, out=habits.spot_weight)
     return habits
 

@@ -32,7 +32,7 @@ TIDY = -1  # the event that is no occurrence: tidying up in the evening
 # The numbers of a home that the kernels read: those of its `RoutineRules`, how much of a drift is
 # left a day later, whether things may be carried out, and how many of them are taken at most.
 _MORE = ("drift_kept", "can_carry_out", "max_things")
-_OWN = (row.name for row in fields(RoutineRules) if isinstance(row.default, (int, float)))
+_OWN = (rule.name for rule in fields(RoutineRules) if isinstance(rule.default, (int, float)))
 RULES = np.dtype([(name, np.float64) for name in (*_OWN, *_MORE)])
 
 
@@ -45,7 +45,7 @@ class Habits(NamedTuple):
         collects: whether a kind collects what another one has left, bool (K, K).
         tidies: whether everything that lies about is put back after a kind, bool (K,).
         num_slots: object slots of each home, the first of its row, (H,).
-        kind: kind of each occasion, -1 beyond those of a home, int32 (H, N).
+        activity: of each occasion, -1 beyond those of a home, int32 (H, N).
         after: the occasion that it follows, or -1, int32 (H, N).
         role: the role whose people alone do it, or -1, int32 (H, N).
         seconds: its usual length, (H, N).
@@ -66,7 +66,7 @@ class Habits(NamedTuple):
     collects: np.ndarray
     tidies: np.ndarray
     num_slots: np.ndarray
-    kind: np.ndarray
+    activity: np.ndarray
     after: np.ndarray
     role: np.ndarray
     seconds: np.ndarray
@@ -172,18 +172,20 @@ def draw_habits(habits: Habits, state: State) -> None:
         rule = habits.rules[home]
         set_size = int(rule.max_things)
         _choose_purposes(rule, random, home, habits.num_slots[home], habits.object_weight[home])
-        for kind in range(num_kinds):
-            habits.spot[home, :, kind] = _draw_spot(habits, random, home, kind)
+        for activity in range(num_kinds):
+            habits.spot[home, :, activity] = _draw_spot(habits, random, home, activity)
         for resident in range(state.num_residents[home]):
             mark = _uniform(random, home)
             role = (mark >= rule.away_share) + (mark >= rule.away_share + rule.home_office_share)
             shift = _normal(random, home) * (rule.person_spread_hours * HOUR)
-            for kind in range(num_kinds):
+            for activity in range(num_kinds):
                 if _uniform(random, home) < rule.own_spot_share:
-                    habits.spot[home, resident, kind] = _draw_spot(habits, random, home, kind)
-                count = 0  # favourites of this resident and kind
+                    habits.spot[home, resident, activity] = _draw_spot(
+                        habits, random, home, activity
+                    )
+                count = 0  # favourites of this resident and activity
                 for _ in range(8 * set_size):
-                    found = _draw(random, home, habits.object_weight[home, kind])
+                    found = _draw(random, home, habits.object_weight[home, activity])
                     if found < 0 or count == 2 * set_size or found in favourite[:count]:
                         continue
                     is_apart = count > 0
@@ -195,8 +197,8 @@ def draw_habits(habits: Habits, state: State) -> None:
                     if not is_apart or _uniform(random, home) >= rule.together:
                         favourite[count] = found
                         count += 1
-                for n in range(habits.kind.shape[1]):
-                    if habits.kind[home, n] != kind:
+                for n in range(habits.activity.shape[1]):
+                    if habits.activity[home, n] != activity:
                         continue
                     own_shift = shift + _normal(random, home) * (rule.habit_spread_hours * HOUR)
                     change = (2 * _uniform(random, home) - 1) * rule.omission_spread
@@ -221,9 +223,9 @@ def draw_habits(habits: Habits, state: State) -> None:
 
 
 @kernel
-def _draw_spot(habits: Habits, random: np.ndarray, home: int, kind: int) -> int:
+def _draw_spot(habits: Habits, random: np.ndarray, home: int, activity: int) -> int:
     """Draw a place where a kind of activity may be done."""
-    return habits.spot_place[home, _draw(random, home, habits.spot_weight[home, kind])]
+    return habits.spot_place[home, _draw(random, home, habits.spot_weight[home, activity])]
 
 
 @kernel
@@ -235,13 +237,13 @@ def _choose_purposes(
     for column in range(weight.shape[1]):
         if column < num_slots:
             of_kinds[:] = weight[:, column]
-            for kind in range(1, len(weight)):
-                of_kinds[kind] += of_kinds[kind - 1]
+            for activity in range(1, len(weight)):
+                of_kinds[activity] += of_kinds[activity - 1]
             main = _draw(random, home, of_kinds)
             is_static = _uniform(random, home) < rule.static_share
-            for kind in range(len(weight)):
-                if is_static or kind != main:
-                    weight[kind, column] = 0
+            for activity in range(len(weight)):
+                if is_static or activity != main:
+                    weight[activity, column] = 0
         if column > 0:
             weight[:, column] += weight[:, column - 1]
 
@@ -254,7 +256,7 @@ def _plan_day(habits: Habits, state: State, home: int) -> None:
     midnight = start - DAY_STARTS
     end = start + DAY
     is_weekend = np.int64(np.rint(midnight / DAY)) % 7 >= 5
-    num_occasions = habits.kind.shape[1]
+    num_occasions = habits.activity.shape[1]
     starts = np.empty(num_occasions)
     ends = np.empty(num_occasions)
     time, event = state.event_time[home], state.event[home]
@@ -335,17 +337,17 @@ def _take(state: State, home: int, occurrence: int, slot: int, to: int, left_sha
 def _begin(habits: Habits, state: State, home: int, occurrence: int) -> None:
     """Begin an occurrence: its things come along."""
     rule, random = habits.rules[home], state.random
-    resident, n = divmod(occurrence, habits.kind.shape[1])
-    kind = habits.kind[home, n]
+    resident, n = divmod(occurrence, habits.activity.shape[1])
+    activity = habits.activity[home, n]
     state.is_on[home, occurrence] = state.errand[home, resident] < 0
     if not state.is_on[home, occurrence]:
         return  # not at home
-    spot = habits.spot[home, resident, kind]
+    spot = habits.spot[home, resident, activity]
     if _uniform(random, home) < rule.elsewhere_share:
-        spot = _draw_spot(habits, random, home, kind)
+        spot = _draw_spot(habits, random, home, activity)
     state.spot[home, occurrence] = spot
     to = spot
-    if habits.leads_out[kind]:
+    if habits.leads_out[activity]:
         state.errand[home, resident] = occurrence
         to = -1
         if rule.can_carry_out == 0:
@@ -356,11 +358,11 @@ def _begin(habits: Habits, state: State, home: int, occurrence: int) -> None:
             left_share = habits.left[home, resident, n, i]
             _take(state, home, occurrence, slot, to, left_share)
     if _uniform(random, home) < rule.extra_share:
-        extra = _draw(random, home, habits.object_weight[home, kind])
+        extra = _draw(random, home, habits.object_weight[home, activity])
         _take(state, home, occurrence, extra, to, rule.left_share)
-    for slot in range(state.place.shape[1] if habits.collects[kind].any() else 0):
+    for slot in range(state.place.shape[1] if habits.collects[activity].any() else 0):
         left_by = state.left_by[home, slot]
-        if left_by >= 0 and habits.collects[kind, left_by]:
+        if left_by >= 0 and habits.collects[activity, left_by]:
             if _uniform(random, home) < rule.collect_share:
                 _take(state, home, occurrence, slot, to, 0.0)
 
@@ -372,8 +374,8 @@ def _finish(habits: Habits, state: State, home: int, occurrence: int) -> None:
         return
     state.is_on[home, occurrence] = False
     rule = habits.rules[home]
-    resident, n = divmod(occurrence, habits.kind.shape[1])
-    kind = habits.kind[home, n]
+    resident, n = divmod(occurrence, habits.activity.shape[1])
+    activity = habits.activity[home, n]
     if state.errand[home, resident] == occurrence:
         state.errand[home, resident] = -1
     slot = state.first_held[home, occurrence]
@@ -382,11 +384,11 @@ def _finish(habits: Habits, state: State, home: int, occurrence: int) -> None:
         state.holder[home, slot] = -1
         if _uniform(state.random, home) < state.left_share[home, slot]:
             state.place[home, slot] = state.spot[home, occurrence]
-            state.left_by[home, slot] = kind
+            state.left_by[home, slot] = activity
         else:
             _put_back(rule, state, home, slot)
         slot = state.next_held[home, slot]
-    if habits.tidies[kind]:
+    if habits.tidies[activity]:
         _tidy(rule, rule.collect_share, state, home)
 
 
@@ -398,17 +400,17 @@ def live(habits: Habits, state: State, homes: np.ndarray, until: np.ndarray) -> 
         rule = habits.rules[home]
         while True:
             while state.next_event[home] < state.num_events[home]:
-                at = state.next_event[home]
-                if state.event_time[home, at] > until[i]:
+                next_event = state.next_event[home]
+                if state.event_time[home, next_event] > until[i]:
                     break
-                event = state.event[home, at]
+                event = state.event[home, next_event]
                 if event == TIDY:
                     _tidy(rule, rule.tidy_share, state, home)
                 elif event % 2 == 0:
                     _begin(habits, state, home, event // 2)
                 else:
                     _finish(habits, state, home, event // 2)
-                state.next_event[home] = at + 1
+                state.next_event[home] = next_event + 1
             if state.day_end[home] > until[i]:
                 break
             _plan_day(habits, state, home)

@@ -238,5 +238,5 @@ class RoutineRules(Dynamics):
         """Make the rules from what `describe` returned."""
         fields = dict(data)
         if "occasions" in fields:
-            fields["occasions"] = tuple(Occasion(**row) for row in fields["occasions"])
+            fields["occasions"] = tuple(Occasion(**occasion) for occasion in fields["occasions"])
         return cls(**fields)

@@ -54,12 +54,12 @@ class SessionLife(TimedLife):
         """Draw habits and usual places, and live up to the first step."""
         clocks = [rule.clock for rule in rules]
         super().__init__(homes, members, clocks, [rule.outlook_days for rule in rules], "sessions")
-        own = dict(zip(members.tolist(), rules, strict=True))
+        rules_of_home = dict(zip(members.tolist(), rules, strict=True))
         self.state = _make_state(homes)
         warm_up = np.array([rule.warm_up_days for rule in rules])
         days = np.floor((self._start - DAY_STARTS) / DAY) - warm_up
         self.state.day_end[members] = days * DAY + DAY_STARTS
-        self.habits = _make_habits(homes, own, self.state)
+        self.habits = _make_habits(homes, rules_of_home, self.state)
         self.live(self.state, members, self._start)
         self.note_start()
 
@@ -83,7 +83,7 @@ def _make_state(homes: SampledState) -> SessionState:
         event=np.zeros((num_homes, MOST_EVENTS), dtype=np.int32),
         num_events=np.zeros(num_homes, dtype=np.int32),
         next_event=np.zeros(num_homes, dtype=np.int32),
-        kind=np.zeros(sessions, dtype=np.int32),
+        activity=np.zeros(sessions, dtype=np.int32),
         spot=np.full(sessions, -1, dtype=np.int32),
         until=np.zeros(sessions),
         lately=np.zeros((*sessions, NUM_LATELY), dtype=np.int32),
@@ -202,22 +202,26 @@ def _draw_ways(
     Things (n,) are kept at furniture, (n,).
     """
     num_kinds, width = habits.spot.shape[1:]
-    own = np.flatnonzero(homes.furniture_room[home] >= 0)
+    nodes = np.flatnonzero(homes.furniture_room[home] >= 0)
     spot = compute_spot_weights(
-        homes.room_labels[home], homes.furniture_labels[home, own], homes.furniture_room[home, own]
+        homes.room_labels[home],
+        homes.furniture_labels[home, nodes],
+        homes.furniture_room[home, nodes],
     )
-    habits.spot[home][:, own] = spot
+    habits.spot[home][:, nodes] = spot
     stored = np.zeros((num_kinds, width))
     np.add.at(stored, (habits.group[home, slots], kept), 1.0)
     stored /= np.maximum(stored.sum(axis=1, keepdims=True), 1)
-    leads = spot / spot.sum(axis=1, keepdims=True) + _KEPT * stored[:, own] + _ANYWHERE / len(own)
+    leads = (
+        spot / spot.sum(axis=1, keepdims=True) + _KEPT * stored[:, nodes] + _ANYWHERE / len(nodes)
+    )
     leads *= np.exp(rule.way_spread * rng.normal(size=leads.shape))
     # The greatest of log(w) + Gumbel noise: places without replacement by weights.
-    noise = rng.gumbel(size=(num_kinds, len(own), len(own))) + np.log(leads)[:, None]
-    noise[:, np.arange(len(own)), np.arange(len(own))] = -np.inf  # it goes somewhere else
+    noise = rng.gumbel(size=(num_kinds, len(nodes), len(nodes))) + np.log(leads)[:, None]
+    noise[:, np.arange(len(nodes)), np.arange(len(nodes))] = -np.inf  # it goes somewhere else
     best = np.argsort(-noise, axis=2)[:, :, :NUM_NEXT]
     best = np.concatenate([best] + [best[:, :, :1]] * (NUM_NEXT - best.shape[2]), axis=2)
-    habits.way[home][:, own] = habits.spot_place[home, own][best]
+    habits.way[home][:, nodes] = habits.spot_place[home, nodes][best]
     habits.way_share[home] = np.cumsum(rule.way_next ** np.arange(NUM_NEXT))
 
 

@@ -36,7 +36,7 @@ NUM_WORKDAYS = 5  # of a week that begins on Monday
 BACK, STAY, HANDED, RESETTLED = range(4)
 NO_RETURN = np.inf  # when a thing is put back that stays where it is
 
-_NUMBERS = (row.name for row in fields(SessionRules) if isinstance(row.default, (int, float)))
+_NUMBERS = (rule.name for rule in fields(SessionRules) if isinstance(rule.default, (int, float)))
 RULES = np.dtype([(name, np.float64) for name in (*_NUMBERS, "can_leave")])
 
 
@@ -90,7 +90,7 @@ class SessionState(NamedTuple):
         event_time: of a use or the end of a session, (H, E).
         event: session x 2, + 1 for its end, int32 (H, E).
         num_events, next_event: int32 (H,).
-        kind, spot: of each session, int32 (H, S).
+        activity, spot: of each session, int32 (H, S).
         until: when it ends, (H, S).
         lately: slots of what was used in it last, int32 (H, S, NUM_LATELY).
         num_lately: how many of them were used, int32 (H, S).
@@ -106,7 +106,7 @@ class SessionState(NamedTuple):
     event: np.ndarray
     num_events: np.ndarray
     next_event: np.ndarray
-    kind: np.ndarray
+    activity: np.ndarray
     spot: np.ndarray
     until: np.ndarray
     lately: np.ndarray
@@ -164,9 +164,11 @@ def _draw(random: np.ndarray, home: int, summed: np.ndarray) -> int:
 
 
 @kernel
-def _begin_session(state: SessionState, home: int, session: int, kind: int, until: float) -> None:
+def _begin_session(
+    state: SessionState, home: int, session: int, activity: int, until: float
+) -> None:
     """Say what a session of the day is and when it ends; nothing has been used in it."""
-    state.kind[home, session] = kind
+    state.activity[home, session] = activity
     state.spot[home, session] = -1
     state.until[home, session] = until
     state.num_lately[home, session] = 0
@@ -180,7 +182,7 @@ def _plan_day(habits: SessionHabits, state: SessionState, home: int) -> None:
     end, midnight = start + DAY, start - DAY_STARTS
     num_sessions, count = 0, 0
     time, event = state.event_time[home], state.event[home]
-    last = state.kind.shape[1] - 1  # what happens between sessions
+    last = state.activity.shape[1] - 1  # what happens between sessions
     is_workday = int(midnight // DAY) % 7 < NUM_WORKDAYS
     if is_workday and _uniform(random, home) < rule.work_share:
         begin = midnight + (rule.work_hour + _normal(random, home) * rule.work_spread) * HOUR
@@ -191,23 +193,23 @@ def _plan_day(habits: SessionHabits, state: SessionState, home: int) -> None:
         time[0], event[0] = begin, 0
         time[1], event[1] = until, 1
         num_sessions, count = 1, 2
-    for kind in range(len(habits.tidies)):
-        wanted = _count(random, home, habits.rate[home, kind], last - num_sessions)
+    for activity in range(len(habits.tidies)):
+        wanted = _count(random, home, habits.rate[home, activity], last - num_sessions)
         for _ in range(wanted):
             begin = midnight + (7 + 16 * _uniform(random, home)) * HOUR
-            if not math.isnan(habits.hour[home, kind]):
-                begin = midnight + habits.hour[home, kind]
+            if not math.isnan(habits.hour[home, activity]):
+                begin = midnight + habits.hour[home, activity]
                 begin += _normal(random, home) * rule.hour_spread * HOUR
             begin = min(max(begin, start), end - 2)
-            until = min(begin + _wait(random, home, habits.length[home, kind]), end - 1)
-            _begin_session(state, home, num_sessions, kind, until)
+            until = min(begin + _wait(random, home, habits.length[home, activity]), end - 1)
+            _begin_session(state, home, num_sessions, activity, until)
             moves = rule.moves_per_hour * (1 - rule.idle_share) * (until - begin) / HOUR
             uses = _count(random, home, moves, len(time) - count - 2 * last)
-            if habits.leads_out[kind]:
+            if habits.leads_out[activity]:
                 uses = 1
             for turn in range(uses):
-                at = begin if turn == 0 else begin + _uniform(random, home) * (until - begin)
-                time[count], event[count] = at, 2 * num_sessions
+                use_time = begin if turn == 0 else begin + _uniform(random, home) * (until - begin)
+                time[count], event[count] = use_time, 2 * num_sessions
                 count += 1
             time[count], event[count] = until, 2 * num_sessions + 1
             count += 1
@@ -259,11 +261,11 @@ def _return_due(state: SessionState, home: int, now: float) -> None:
 @kernel
 def _choose(habits: SessionHabits, state: SessionState, home: int, session: int) -> int:
     """Choose what is used: as a rule what the kind of activity needs, or was used just before."""
-    random, kind = state.random, state.kind[home, session]
+    random, activity = state.random, state.activity[home, session]
     count = min(state.num_lately[home, session], NUM_LATELY)
     if count > 0 and _uniform(random, home) < habits.rules[home].again_share:
         return state.lately[home, session, int(_uniform(random, home) * count)]
-    if habits.tidies[kind]:
+    if habits.tidies[activity]:
         chosen, seen = -1, 0
         for slot in range(state.place.shape[1]):
             kept_at = state.own_place[home, slot]
@@ -275,7 +277,7 @@ def _choose(habits: SessionHabits, state: SessionState, home: int, session: int)
         return chosen
     lately = state.lately[home, session, :count]
     for _ in range(NUM_TRIES):
-        slot = _draw(random, home, habits.weight[home, kind])
+        slot = _draw(random, home, habits.weight[home, activity])
         if slot not in lately:
             break
     else:
@@ -312,15 +314,15 @@ def _leave(
 def _use(habits: SessionHabits, state: SessionState, home: int, session: int, now: float) -> None:
     """Use a thing: it goes somewhere, and stays there or not."""
     rule, random = habits.rules[home], state.random
-    last = state.kind.shape[1] - 1
+    last = state.activity.shape[1] - 1
     if session == last:
-        state.kind[home, last] = int(_uniform(random, home) * len(habits.tidies))
+        state.activity[home, last] = int(_uniform(random, home) * len(habits.tidies))
         state.num_lately[home, last] = 0
-    kind = state.kind[home, session]
+    activity = state.activity[home, session]
     if session == last or state.spot[home, session] < 0:
-        where = _draw(random, home, habits.spot[home, kind])
+        where = _draw(random, home, habits.spot[home, activity])
         state.spot[home, session] = habits.spot_place[home, where]
-    if habits.leads_out[kind]:
+    if habits.leads_out[activity]:
         for slot in range(state.place.shape[1] if session < last else 0):
             if state.place[home, slot] >= 0 and _uniform(random, home) < habits.carried[home, slot]:
                 _leave(habits, state, home, slot, state.until[home, session])
@@ -331,7 +333,7 @@ def _use(habits: SessionHabits, state: SessionState, home: int, session: int, no
     before = state.place[home, slot]
     kept_at = state.own_place[home, slot]
     is_away = before != kept_at[USUAL] and before != kept_at[SECOND]
-    if habits.tidies[kind]:
+    if habits.tidies[activity]:
         _return(state, home, slot)
         return
     manner = _draw(random, home, habits.manner[home, slot])
@@ -377,16 +379,16 @@ def live(habits: SessionHabits, state: SessionState, homes: np.ndarray, until: n
     for i in range(len(homes)):
         home = homes[i]
         while True:
-            at = state.next_event[home]
-            has_event = at < state.num_events[home]
-            now = state.event_time[home, at] if has_event else state.day_end[home]
+            next_event = state.next_event[home]
+            has_event = next_event < state.num_events[home]
+            now = state.event_time[home, next_event] if has_event else state.day_end[home]
             if min(now, state.next_back[home]) > until[i]:
                 break
             if state.next_back[home] <= now:
                 _return_due(state, home, state.next_back[home])
             elif has_event:
-                state.next_event[home] = at + 1
-                session, is_end = divmod(state.event[home, at], 2)
+                state.next_event[home] = next_event + 1
+                session, is_end = divmod(state.event[home, next_event], 2)
                 if is_end:
                     _end(habits, state, home, session)
                 else:

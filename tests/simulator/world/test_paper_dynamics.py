@@ -19,7 +19,7 @@ def test_rules_of_a_step_over_many_steps_and_seeds(make_default_homes):
             present, moved = homes.is_present, homes.object_moved
             count = present.sum(axis=1)
             assert ((count >= low) & (count <= high)).all()
-            assert (homes.object_place < homes.num_places).all()
+            assert (homes.object_place < homes.num_place_codes).all()
             assert present[moved].all()
             # A mover was there before, keeps its description, and changes furniture, not room.
             before, after = place_before[moved], homes.object_place[moved]
@@ -122,7 +122,7 @@ def test_moves_follow_T(make_default_homes):
                 code = homes.object_code[home, slot]
                 row = homes.transition_rows(np.array([home]), np.array([code]))[0].astype(float)
                 source, target = before[home, slot], homes.object_place[home, slot]
-                allowed = np.arange(homes.num_places) // 2 != source // 2
+                allowed = np.arange(homes.num_place_codes) // 2 != source // 2
                 if not rules:
                     allowed &= homes.place_room[home] == homes.place_room[home, source]
                 row = np.where(allowed, row, 0) / row[allowed].sum()
@@ -174,7 +174,7 @@ def test_move_weight_is_the_frequency_of_the_type_or_zero_where_it_is_stuck(make
     for home, slot in np.argwhere(homes.is_present):
         code, place = homes.object_code[home, slot], homes.object_place[home, slot]
         row = homes.transition_rows(np.array([home]), np.array([code]))[0]
-        elsewhere = (np.arange(homes.num_places) // 2 != place // 2) & (
+        elsewhere = (np.arange(homes.num_place_codes) // 2 != place // 2) & (
             homes.place_room[home] == homes.place_room[home, place]
         )
         frequency = homes.prior.objects[homes.object_type[home, slot]].move_freq

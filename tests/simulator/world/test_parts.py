@@ -41,7 +41,7 @@ class StillLife(Life):
 
     def transition_rows(self, homes, codes):
         assert set(homes) <= set(self.members)
-        return np.zeros((len(homes), self.homes.num_places), dtype=np.float32)
+        return np.zeros((len(homes), self.homes.num_place_codes), dtype=np.float32)
 
 
 PATH = f"{Still.__module__}.Still"

@@ -133,7 +133,7 @@ def test_people_keep_things_at_new_places_in_a_share_of_the_homes():
 def test_a_home_does_not_depend_on_those_beside_it(source, homes):
     alone = source.make(Streams(0, "train", [37]))
     assert homes.configs[37] == alone.configs[0]
-    num_places, num_slots = alone.num_places, alone.num_slots
+    num_place_codes, num_slots = alone.num_place_codes, alone.num_slots
     memory, own = make_memory(homes), make_memory(alone)
     np.testing.assert_array_equal(
         memory.place_prior.weights[37, :, : alone.num_furniture], own.place_prior.weights[0]
@@ -146,7 +146,7 @@ def test_a_home_does_not_depend_on_those_beside_it(source, homes):
     np.testing.assert_array_equal(again.object_place[37, :num_slots], alone.object_place[0])
     codes = alone.object_code[0]
     np.testing.assert_allclose(
-        again.transition_rows(np.full(num_slots, 37), codes)[:, :num_places],
+        again.transition_rows(np.full(num_slots, 37), codes)[:, :num_place_codes],
         alone.transition_rows(np.zeros(num_slots, dtype=int), codes),
     )
 

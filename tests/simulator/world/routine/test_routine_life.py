@@ -61,7 +61,7 @@ def test_a_life_does_not_depend_on_other_homes():
     group = SampledHomes(PriorGraph.default(), configs, Streams(0, "test", range(4)))
     num_slots, codes = alone.num_slots, alone.object_code[0]
     np.testing.assert_array_equal(
-        group.transition_rows(np.full(num_slots, 3), codes)[:, : alone.num_places],
+        group.transition_rows(np.full(num_slots, 3), codes)[:, : alone.num_place_codes],
         alone.transition_rows(np.zeros(num_slots, dtype=int), codes),
     )
     places = follow(alone, 100)[0]
@@ -231,7 +231,9 @@ def test_the_long_run_is_where_things_are_in_the_long_run():
     assert homes.lives[0].count_hours() is hours
     np.testing.assert_array_equal(homes.object_place, before)
     places = follow(homes, 24 * 960)[:, :, 1:]
-    counts = np.stack([(places == place).sum(axis=2) for place in range(homes.num_places)], axis=2)
+    counts = np.stack(
+        [(places == place).sum(axis=2) for place in range(homes.num_place_codes)], axis=2
+    )
     is_used = counts.any(axis=2)
     found = counts[is_used] / counts[is_used].sum(axis=1, keepdims=True)
     expected = hours[is_used] / hours[is_used].sum(axis=1, keepdims=True)
