@@ -33,7 +33,7 @@ _RULES: Mapping[str, Mapping[str, str]] = {"dynamics": DYNAMICS, "sensing": SENS
 _NAMED: Mapping[str, Mapping[str, str]] = {
     "homes": SOURCES,
     "val_homes": SOURCES,
-    **{f"home.{own}": names for own, names in _RULES.items()},
+    **{f"home.{part}": names for part, names in _RULES.items()},
 }
 _MOST_CHARACTERS = 2000  # of a message; some repeat a whole file
 
@@ -124,31 +124,31 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
         if last.startswith("no_") and kinds.get(switched_off) == "flag" and not has_value:
             found.append(f"--{switched_off}=false")
             continue
-        kind = kinds.get(name)
+        form = kinds.get(name)
         values = [value] if has_value else []
-        if not has_value and kind is not None:
+        if not has_value and form is not None:
             while position < len(arguments) and not arguments[position].startswith("--"):
-                if values and kind != "list":
+                if values and form != "list":
                     break
-                if kind == "flag" and arguments[position].lower() not in ("true", "false"):
+                if form == "flag" and arguments[position].lower() not in ("true", "false"):
                     break
                 values.append(arguments[position])
                 position += 1
-        if kind is not None and "" in values:
+        if form is not None and "" in values:
             raise ValueError(
                 f"--{name} must have a value, got an empty one. Leave it out, or name it."
             )
         if name == "config" and values:
             _check_config(values[0])
-        if kind == "flag" and not values:
+        if form == "flag" and not values:
             values = ["true"]
         is_list = values and values[0].startswith("[") and values[0].endswith("]")  # of a config
-        if kind == "list" and values and not is_list:
+        if form == "list" and values and not is_list:
             lists.setdefault(name, []).extend(values)  # also where the option is repeated
         elif not values:
             found.append(f"--{name}={value}" if has_value else f"--{name}")
         else:
-            value = values[0] if kind == "word" else _find_class(name, values[0], prefix)
+            value = values[0] if form == "word" else _find_class(name, values[0], prefix)
             found.append(f"--{name}={value}")
     return found + [f"--{name}={json.dumps(values)}" for name, values in lists.items()]
 
@@ -260,9 +260,9 @@ def _spell(name: str, prefix: str) -> str:
     """Return the full name of an option of the homes."""
     if not name.startswith(prefix):
         return name
-    own = name[len(prefix) :]
-    is_of_home = own in ("rooms", "dynamic_nodes", "looks", "looks_per_step")
-    return f"{prefix}home.{own}" if is_of_home or own.partition(".")[0] in _RULES else name
+    short = name[len(prefix) :]
+    is_of_home = short in ("rooms", "dynamic_nodes", "looks", "looks_per_step")
+    return f"{prefix}home.{short}" if is_of_home or short.partition(".")[0] in _RULES else name
 
 
 def _find_class(name: str, value: str, prefix: str) -> str:

@@ -125,14 +125,14 @@ class _Store(FunctionCache):
         return (*key, tuple(list_fields(signature)))
 
 
-def list_fields(kind: Any) -> list[tuple[str, ...]]:
+def list_fields(numba_type: Any) -> list[tuple[str, ...]]:
     """List the names of the fields of all named tuples in types of numba, outer ones first."""
-    parts = kind if isinstance(kind, tuple) else getattr(kind, "types", ())
-    if isinstance(kind, types.UniTuple | types.NamedUniTuple):
-        parts = (kind.dtype,)
-    is_named = isinstance(kind, types.BaseNamedTuple)
-    fields = [tuple(kind.instance_class._fields)] if is_named else []
-    return fields + [own for part in parts for own in list_fields(part)]
+    parts = numba_type if isinstance(numba_type, tuple) else getattr(numba_type, "types", ())
+    if isinstance(numba_type, types.UniTuple | types.NamedUniTuple):
+        parts = (numba_type.dtype,)
+    is_named = isinstance(numba_type, types.BaseNamedTuple)
+    fields = [tuple(numba_type.instance_class._fields)] if is_named else []
+    return fields + [names for part in parts for names in list_fields(part)]
 
 
 @lru_cache

@@ -150,9 +150,13 @@ class BoxDetector:
         found = []
         present = np.flatnonzero(world.things.place >= 0)
         for slot in np.flatnonzero(draws[:, 0] < probability).tolist():
-            own = owner == slot
-            left, top = np.array([columns[own].min(), rows[own].min()]) - 0.5 + noise[slot, :2]
-            right, bottom = np.array([columns[own].max(), rows[own].max()]) + 0.5 + noise[slot, 2:]
+            pixels = owner == slot
+            left, top = (
+                np.array([columns[pixels].min(), rows[pixels].min()]) - 0.5 + noise[slot, :2]
+            )
+            right, bottom = (
+                np.array([columns[pixels].max(), rows[pixels].max()]) + 0.5 + noise[slot, 2:]
+            )
             is_named = bool(draws[slot, 1] >= self.wrong_share)
             named = slot if is_named else int(present[int(draws[slot, 2] * len(present))])
             score = (

@@ -95,9 +95,9 @@ def sample_floor(
     boxes: list[Box | None] = [None] * len(sizes)
     ends = [0.0, 0.0]  # of the rows of rooms above and below the corridor
     for room in range(num_rooms):
-        own = [number for number, of in enumerate(furniture_room) if of == room]
-        frees = [labels[number] in _STANDS_FREE for number in own]
-        width, depth, door, pieces = _sample_room([sizes[n] for n in own], frees, rng)
+        in_room = [number for number, of in enumerate(furniture_room) if of == room]
+        frees = [labels[number] in _STANDS_FREE for number in in_room]
+        width, depth, door, pieces = _sample_room([sizes[n] for n in in_room], frees, rng)
         side = int(ends[1] < ends[0])
         start = ends[side]
         ends[side] += width + WALL
@@ -106,7 +106,7 @@ def sample_floor(
         far = near + sign * depth
         low, high = (start, min(near, far)), (start + width, max(near, far))
         rooms.append(BoxRoom(low, high, (start + door, sign * (CORRIDOR + WALL) / 2)))
-        for number, piece in zip(own, pieces, strict=True):
+        for number, piece in zip(in_room, pieces, strict=True):
             size, middle = sizes[number], piece.area.mean(axis=0)
             boxes[number] = Box(
                 (start + middle[0], near + sign * middle[1], size.bottom + size.height / 2),
@@ -152,7 +152,7 @@ def _arrange(
     for number in sorted(range(len(sizes)), key=lambda n: -sizes[n].width * sizes[n].depth):
         for _ in range(_TRIES):
             piece = _draw_piece(sizes[number], frees[number], room, rng)
-            if any((own < 0).any() or (own > room).any() for own in (piece.area, piece.front)):
+            if any((area < 0).any() or (area > room).any() for area in (piece.area, piece.front)):
                 continue
             if not _overlaps(piece.area, behind_door) and not any(
                 _overlaps(piece.area + _GAP * _OUTWARDS, other.area)

@@ -91,7 +91,7 @@ def cast_rays(
     num_alone = np.zeros(num_things, dtype=np.int64)
     # The nearest first: most pixels of those behind are settled by then.
     nearest = np.empty(len(center))
-    own, corners = np.empty((3, 3)), np.empty((8, 3))
+    box_axes, corners = np.empty((3, 3)), np.empty((8, 3))
     for box in range(len(center)):
         cos, sin = turn[box, 0], turn[box, 1]
         ahead = rotation[2, 2] * (center[box, 2] - position[2])
@@ -109,15 +109,17 @@ def cast_rays(
         oz = position[2] - center[box, 2]
         hx, hy, hz = half[box, 0], half[box, 1], half[box, 2]
         for axis in range(3):
-            own[0, axis] = cos * rotation[0, axis] + sin * rotation[1, axis]
-            own[1, axis] = cos * rotation[1, axis] - sin * rotation[0, axis]
-            own[2, axis] = rotation[2, axis]
+            box_axes[0, axis] = cos * rotation[0, axis] + sin * rotation[1, axis]
+            box_axes[1, axis] = cos * rotation[1, axis] - sin * rotation[0, axis]
+            box_axes[2, axis] = rotation[2, axis]
         for corner in range(8):
             x = (hx if corner & 1 else -hx) - ox
             y = (hy if corner & 2 else -hy) - oy
             z = (hz if corner & 4 else -hz) - oz
             for axis in range(3):
-                corners[corner, axis] = own[0, axis] * x + own[1, axis] * y + own[2, axis] * z
+                corners[corner, axis] = (
+                    box_axes[0, axis] * x + box_axes[1, axis] * y + box_axes[2, axis] * z
+                )
         first_row, last_row, first_column, last_column = rows, -1, columns, -1
         for corner in range(8):
             # The corner itself if it is ahead, else where its edges to those ahead come into view.
@@ -142,9 +144,9 @@ def cast_rays(
         is_counted = owner[box] < num_things
         for row in range(max(first_row, 0), min(last_row, rows - 1) + 1):
             v = (row - middle[1]) / focal[1]
-            rx = own[0, 1] * v + own[0, 2]
-            ry = own[1, 1] * v + own[1, 2]
-            rz = own[2, 1] * v + own[2, 2]
+            rx = box_axes[0, 1] * v + box_axes[0, 2]
+            ry = box_axes[1, 1] * v + box_axes[1, 2]
+            rz = box_axes[2, 1] * v + box_axes[2, 2]
             for column in range(max(first_column, 0), min(last_column, columns - 1) + 1):
                 if not is_counted and depth[row, column] < nearest[box]:
                     continue
@@ -153,9 +155,9 @@ def cast_rays(
                     ox,
                     oy,
                     oz,
-                    own[0, 0] * u + rx,
-                    own[1, 0] * u + ry,
-                    own[2, 0] * u + rz,
+                    box_axes[0, 0] * u + rx,
+                    box_axes[1, 0] * u + ry,
+                    box_axes[2, 0] * u + rz,
                     hx,
                     hy,
                     hz,

@@ -146,10 +146,10 @@ class RobotBody:
         That is what a robot finds out that tries to open it.
         """
         best, nearest = None, math.inf
-        for number, own in enumerate(self.world.floor.furniture):
-            away = math.dist(own.center, box.center)
-            flat = math.dist(own.center[:2], box.center[:2])
-            if own.has_door and flat < max(min(own.size[:2]) / 2, 0.25) and away < nearest:
+        for number, piece in enumerate(self.world.floor.furniture):
+            away = math.dist(piece.center, box.center)
+            flat = math.dist(piece.center[:2], box.center[:2])
+            if piece.has_door and flat < max(min(piece.size[:2]) / 2, 0.25) and away < nearest:
                 best, nearest = number, away
         return best
 
@@ -165,10 +165,10 @@ class RobotBody:
             for part in range(1, num + 1):
                 self._move(start + (stand - start) * part / num)
                 yield self._take(middle - (*self.position, self.rules.camera_height))
-            at = np.array([*self.position, self.rules.camera_height])
+            eye = np.array([*self.position, self.rules.camera_height])
             for target in self._list_aims(box):
                 for _ in range(self.rules.frames_per_aim):
-                    yield self._take(target - at)
+                    yield self._take(target - eye)
                     self.time += self.rules.frame_seconds
         if door is not None:
             self.world.open_doors.discard(door)
@@ -183,15 +183,15 @@ class RobotBody:
         levels = [height / 2 + 0.1]
         if box.interior != "none":
             num = max(math.ceil(height / 0.8), 1)
-            levels += [height / 2 - (row + 0.5) * height / num for row in range(num)]
+            levels += [height / 2 - (board + 0.5) * height / num for board in range(num)]
         return [box.to_map(np.array([0.0, side, level])) for level in levels for side in sides]
 
     def _list_stands(self, box: Box) -> list[np.ndarray]:
         """Return where the robot looks from: before the front, then left and right of there."""
         aside = box.to_map(np.array([0.0, self.rules.sidestep, 0.0]))[:2] - box.center[:2]
-        here = np.array(self.position)
-        ways = [here + sign * aside for sign in (-1, 1)] if self.rules.sidestep else []
-        return [here, *(to for to in ways if self.routes.is_free_between(here, to))]
+        stand = np.array(self.position)
+        ways = [stand + sign * aside for sign in (-1, 1)] if self.rules.sidestep else []
+        return [stand, *(to for to in ways if self.routes.is_free_between(stand, to))]
 
     def _move(self, to: np.ndarray) -> None:
         self.time += float(np.linalg.norm(to - self.position)) / self.rules.speed
@@ -203,8 +203,8 @@ class RobotBody:
         angle = math.acos(min(max(float(forward @ self._forward), -1.0), 1.0))
         self.time += angle / self.rules.turn_speed + 1e-3
         self._forward = forward
-        at = np.array([*self.position, self.rules.camera_height])
-        true_pose = Pose.look_at(at.tolist(), (at + forward).tolist())
+        eye = np.array([*self.position, self.rules.camera_height])
+        true_pose = Pose.look_at(eye.tolist(), (eye + forward).tolist())
         shot = self.rules.camera.shoot(
             self.world.solids, self.world.homes.num_slots, true_pose, rng=self._rng
         )

@@ -89,10 +89,10 @@ class FloorRoutes:
         points = self._middles[cells]
         kept = [0]
         while kept[-1] < len(points) - 1:  # straight on as far as all is free
-            at = kept[-1]
-            further = range(min(at + 60, len(points) - 1), at + 1, -1)
-            is_free = (n for n in further if self.is_free_between(points[at], points[n]))
-            kept.append(next(is_free, at + 1))
+            corner = kept[-1]
+            further = range(min(corner + 60, len(points) - 1), corner + 1, -1)
+            is_free = (n for n in further if self.is_free_between(points[corner], points[n]))
+            kept.append(next(is_free, corner + 1))
         return points[kept]
 
     def is_free_between(self, start: np.ndarray, end: np.ndarray) -> bool:

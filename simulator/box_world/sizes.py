@@ -63,10 +63,12 @@ def find_thing_size(label: str) -> tuple[float, float, float]:
 def _load_furniture() -> dict[str, FurnitureSize]:
     """Read `data/furniture_sizes.csv`: round figures of usual furniture, written for this table."""
     sizes: dict[str, FurnitureSize] = {}
-    for row in read_table("simulator.box_world", "furniture_sizes.csv"):
-        metres = {name: float(row[name]) for name in ("width", "depth", "height", "bottom")}
-        size = FurnitureSize(**metres, shape=row["shape"])
-        sizes |= dict.fromkeys((row["label"], *filter(None, row["also"].split("|"))), size)
+    for furniture in read_table("simulator.box_world", "furniture_sizes.csv"):
+        metres = {name: float(furniture[name]) for name in ("width", "depth", "height", "bottom")}
+        size = FurnitureSize(**metres, shape=furniture["shape"])
+        sizes |= dict.fromkeys(
+            (furniture["label"], *filter(None, furniture["also"].split("|"))), size
+        )
     return sizes
 
 
@@ -74,9 +76,9 @@ def _load_furniture() -> dict[str, FurnitureSize]:
 def _load_things() -> dict[str, tuple[float, float, float]]:
     """Read `data/thing_sizes.csv`: round figures of usual things, written for this table."""
     return {
-        words: (float(row["width"]), float(row["depth"]), float(row["height"]))
-        for row in read_table("simulator.box_world", "thing_sizes.csv")
-        for words in row["words"].split("|")
+        words: (float(thing["width"]), float(thing["depth"]), float(thing["height"]))
+        for thing in read_table("simulator.box_world", "thing_sizes.csv")
+        for words in thing["words"].split("|")
     }
 
 
@@ -124,7 +126,7 @@ def list_levels(height: float) -> list[float]:
     board = 0.02
     num = max(round((height - 2 * board) / 0.38), 1)
     space = (height - 2 * board) / num
-    return [-height / 2 + board + row * space for row in range(num)]
+    return [-height / 2 + board + level * space for level in range(num)]
 
 
 def _cut(box: Box, offset: tuple[float, float, float], size: tuple[float, float, float]) -> Box:

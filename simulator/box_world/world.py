@@ -56,10 +56,13 @@ class ThingBoxes:
     @property
     def solids(self) -> Solids:
         """The boxes of what is there; the owner is the slot."""
-        own = np.flatnonzero(self.place >= 0)
-        turn = np.column_stack([np.cos(self.yaw[own]), np.sin(self.yaw[own])])
+        present = np.flatnonzero(self.place >= 0)
+        turn = np.column_stack([np.cos(self.yaw[present]), np.sin(self.yaw[present])])
         return Solids(
-            center=self.center[own], half=self.half[own], turn=turn, owner=own.astype(np.int32)
+            center=self.center[present],
+            half=self.half[present],
+            turn=turn,
+            owner=present.astype(np.int32),
         )
 
     def get_box(self, slot: int) -> tuple[np.ndarray, np.ndarray, float]:
@@ -79,8 +82,8 @@ class ThingBoxes:
         furniture, relation = PlaceCode.split(place)
         box, shape = self._floor.furniture[furniture], self._floor.shapes[furniture]
         low, high, levels, headroom = _list_surfaces(box.size, shape, relation)
-        kind = int(self._homes.object_type[0, slot])
-        width, depth, height = find_thing_size(self._homes.type_labels[0, kind])
+        object_type = int(self._homes.object_type[0, slot])
+        width, depth, height = find_thing_size(self._homes.type_labels[0, object_type])
         others = np.flatnonzero(self.place == place)
         own_center = box.to_own(self.center[others])
         lowest, spot, half = np.inf, np.zeros(3), np.zeros(3)

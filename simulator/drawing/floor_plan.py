@@ -82,8 +82,8 @@ class FloorPlan:
         if positions is None:
             boxes, corner, size = *_lay_out(len(rooms), furniture_room), 1.0
         else:
-            at = np.asarray(positions, float)
-            boxes, corner, size = _place(len(rooms), furniture_room, at, footprints)
+            points = np.asarray(positions, float)
+            boxes, corner, size = _place(len(rooms), furniture_room, points, footprints)
         return cls(
             tuple(rooms),
             tuple(furniture),
@@ -178,25 +178,25 @@ def _lay_out(num_rooms: int, furniture_room: np.ndarray) -> tuple[np.ndarray, np
     boxes = np.zeros((num_rooms, 4))
     top = 0.0
     for first in range(0, num_rooms, per_row):
-        row = np.arange(first, min(first + per_row, num_rooms))
-        deepest = depth[row].max()
-        boxes[row, 0] = (row - first) * (columns + GAP)
-        boxes[row, 1:] = np.array([top - deepest, columns, deepest])
+        rooms_beside = np.arange(first, min(first + per_row, num_rooms))
+        deepest = depth[rooms_beside].max()
+        boxes[rooms_beside, 0] = (rooms_beside - first) * (columns + GAP)
+        boxes[rooms_beside, 1:] = np.array([top - deepest, columns, deepest])
         top -= deepest + GAP + TITLE
     corner = np.zeros((len(furniture_room), 2))
     for room in range(num_rooms):
         row, column = np.divmod(np.arange(counts[room]), columns)
         left, bottom, _, height = boxes[room]
-        own = np.stack([left + column, bottom + height - 1 - row], axis=1)
-        corner[furniture_room == room] = own
+        corners = np.stack([left + column, bottom + height - 1 - row], axis=1)
+        corner[furniture_room == room] = corners
     return boxes, corner
 
 
 def _place(
-    num_rooms: int, furniture_room: np.ndarray, at: np.ndarray, footprints: np.ndarray | None
+    num_rooms: int, furniture_room: np.ndarray, points: np.ndarray, footprints: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Put furniture where it is; a room is the box around what stands in it."""
-    apart = np.abs(at[:, None] - at[None]).max(axis=2)  # of squares, not of discs
+    apart = np.abs(points[:, None] - points[None]).max(axis=2)  # of squares, not of discs
     apart[apart < 1e-6] = np.inf  # at one position
     nearest = apart.min(axis=1, initial=np.inf)
     nearest = nearest[np.isfinite(nearest)]
@@ -204,13 +204,15 @@ def _place(
     size = float(np.clip(np.quantile(nearest, 0.25), 0.5, 1.5)) if len(nearest) else 1.0
     boxes = np.zeros((num_rooms, 4))
     for room in range(num_rooms):
-        own = at[furniture_room == room]
-        if len(own) == 0:  # beside the home
-            own = np.array([[at[:, 0].max(initial=0) + 2 * size, at[:, 1].min(initial=0)]])
-        low, high = own.min(axis=0) - 0.6 * size, own.max(axis=0) + 0.6 * size
+        in_room = points[furniture_room == room]
+        if len(in_room) == 0:  # beside the home
+            in_room = np.array(
+                [[points[:, 0].max(initial=0) + 2 * size, points[:, 1].min(initial=0)]]
+            )
+        low, high = in_room.min(axis=0) - 0.6 * size, in_room.max(axis=0) + 0.6 * size
         if footprints is not None:
             corners = footprints[furniture_room == room].reshape(-1, 2)
             if np.isfinite(corners).all() and len(corners):
                 low, high = corners.min(axis=0) - 0.1, corners.max(axis=0) + 0.1
         boxes[room] = [*low, *(high - low)]
-    return boxes, at - size / 2, size
+    return boxes, points - size / 2, size

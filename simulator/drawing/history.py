@@ -83,10 +83,10 @@ def draw_history(axes: Axes, history: History) -> Axes:
             zorder=2,
         )
     found = np.asarray(history.is_found, dtype=bool)
-    at, where = history.look_hour, history.look_place
+    look_hours, where = history.look_hour, history.look_place
     for name, hours, places, marker, colour in (
-        ("look that saw it", at[found], where[found], "o", SEEN),
-        ("look that did not", at[~found], where[~found], "x", MISSING),
+        ("look that saw it", look_hours[found], where[found], "o", SEEN),
+        ("look that did not", look_hours[~found], where[~found], "x", MISSING),
         ("said to be there", history.said_hour, history.said_place, "D", SAID),
     ):
         if len(hours):

@@ -66,11 +66,11 @@ def draw_home(
         is_known = batch.furniture_last_observed[0] != NEVER if is_known is None else is_known
     draw_plan(axes, plan, is_known=is_known)
     if dots:
-        places = np.concatenate([np.asarray(at, dtype=np.int64) for at, _ in dots.values()])
-        ends = np.cumsum([len(at) for at, _ in dots.values()])
+        places = np.concatenate([np.asarray(nodes, dtype=np.int64) for nodes, _ in dots.values()])
+        ends = np.cumsum([len(nodes) for nodes, _ in dots.values()])
         spots = np.split(plan.list_spots(places), ends[:-1])
-        for (name, (_, style)), own in zip(dots.items(), spots, strict=True):
-            axes.scatter(own[:, 0], own[:, 1], label=name, zorder=3, **style)
+        for (name, (_, style)), points in zip(dots.items(), spots, strict=True):
+            axes.scatter(points[:, 0], points[:, 1], label=name, zorder=3, **style)
     return axes
 
 
@@ -208,7 +208,7 @@ def draw_belief(
         probability = belief
     draw_plan(axes, plan, colours=mix("#ffffff", BELIEF, compute_shade(probability)))
     box = plan.furniture_box
-    at = {number: node for node, number in enumerate(plan.furniture_ids)}
+    node_of = {number: node for node, number in enumerate(plan.furniture_ids)}
     for node in np.flatnonzero(probability >= SMALLEST_SHOWN):
         x, y, width, height = box[node]
         axes.text(
@@ -220,7 +220,7 @@ def draw_belief(
             fontsize=8,
             zorder=5,
         )
-    way = np.array([plan.centre[at[number]] for number in order]).reshape(-1, 2)
+    way = np.array([plan.centre[node_of[number]] for number in order]).reshape(-1, 2)
     way[:, 1] += 0.4 * plan.size  # above the boxes, whose numbers can be read
     axes.plot(way[:, 0], way[:, 1], color=ROUTE, linewidth=1, alpha=0.6, zorder=5)
     for number, (x, y) in enumerate(way, start=1):
@@ -235,7 +235,7 @@ def draw_belief(
             zorder=6,
             bbox={"boxstyle": "circle,pad=0.2", "facecolor": ROUTE, "edgecolor": "none"},
         )
-    stars = np.array([box[at[number]] for number in true_places]).reshape(-1, 4)
+    stars = np.array([box[node_of[number]] for number in true_places]).reshape(-1, 4)
     axes.scatter(
         stars[:, 0] + 0.88 * stars[:, 2], stars[:, 1] + 0.5 * stars[:, 3], marker="*", s=90,
         color=TRUE_PLACE, zorder=6,

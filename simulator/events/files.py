@@ -59,7 +59,9 @@ def save_events(table: EventTable, folder: str | Path, settings: Mapping[str, An
     folder.mkdir(parents=True, exist_ok=True)
     parts: dict[str, Any] = {EVENTS: table.events, NODES: table.nodes, QUESTIONS: table.questions}
     for name, rows in parts.items():
-        columns = {row.name: _write(row.name, getattr(rows, row.name)) for row in fields(rows)}
+        columns = {
+            column.name: _write(column.name, getattr(rows, column.name)) for column in fields(rows)
+        }
         if name == NODES:
             columns = {"node": range(table.num_nodes), **columns}
         text = _make_csv(tuple(columns), zip(*columns.values(), strict=True))
@@ -155,7 +157,7 @@ def make_edge_types(events: Events) -> np.ndarray:
 def _write(name: str, column: Any) -> Iterable[Any]:
     """Return a column as CSV has it."""
     if name == "places":
-        return (" ".join(map(str, row)) for row in column)
+        return (" ".join(map(str, places)) for places in column)
     if name in _SHARES:
         return (format(value, ".6g") for value in column)
     if name in _CHOICES:
@@ -176,7 +178,7 @@ def _make_parquet(table: EventTable) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 
-    columns = {row.name: getattr(table.events, row.name) for row in fields(Events)}
+    columns = {column.name: getattr(table.events, column.name) for column in fields(Events)}
     columns["relation"] = np.array(RELATIONS, dtype=object)[table.events.relation]
     out = io.BytesIO()
     parquet.write_table(pa.table(columns), out)
@@ -184,10 +186,10 @@ def _make_parquet(table: EventTable) -> bytes:
 
 
 def _read_columns(
-    path: Path, kind: type[Rows], more: Sequence[str] = (), num_nodes: int | None = None
+    path: Path, table: type[Rows], more: Sequence[str] = (), num_nodes: int | None = None
 ) -> dict[str, Any]:
     """Read `more` columns of a file, then the fields; ids of nodes are below `num_nodes`."""
-    names = (*more, *(row.name for row in fields(kind)))
+    names = (*more, *(column.name for column in fields(table)))
     try:
         rows = list(csv.reader(io.StringIO(read_file(path, _MOST_BYTES).decode()), strict=True))
     except (OSError, ValueError, csv.Error) as error:
@@ -195,21 +197,21 @@ def _read_columns(
     if not rows or tuple(rows[0]) != names:
         found = ", ".join(rows[0]) if rows else "nothing"
         raise _make_error(f"columns must be {', '.join(names)}", found, path)
-    for number, row in enumerate(rows[1:], 2):
-        if len(row) != len(names):
-            raise _make_error(f"row {number} must have {len(names)} cells", len(row), path)
+    for number, line in enumerate(rows[1:], 2):
+        if len(line) != len(names):
+            raise _make_error(f"row {number} must have {len(names)} cells", len(line), path)
     columns: dict[str, Any] = {}
     for place, name in enumerate(names):
-        cells = [row[place] for row in rows[1:]]
+        cells = [line[place] for line in rows[1:]]
         if name in _TEXTS:
             columns[name] = np.array(cells, dtype=object)
         elif name in _CHOICES:
             columns[name] = _read_choices(cells, name, path)
         elif name == "places":
             words = [cell.split() for cell in cells]
-            all_words = [word for row in words for word in row]
+            all_words = [word for ids in words for word in ids]
             each = iter(_read_numbers(all_words, name, path, num_nodes).tolist())
-            columns[name] = tuple(tuple(islice(each, len(row))) for row in words)
+            columns[name] = tuple(tuple(islice(each, len(ids))) for ids in words)
         else:
             columns[name] = _read_numbers(cells, name, path, num_nodes)
     return columns
@@ -220,8 +222,8 @@ def _read_numbers(cells: Sequence[str], name: str, path: Path, num_nodes: int | 
     try:
         values = np.array(cells, dtype=float if is_share else np.int64)
     except (ValueError, OverflowError) as error:
-        what = {"places": "node ids"}.get(name, "numbers" if is_share else "whole numbers")
-        raise _make_error(f"{name} must be {what}", error, path) from None
+        wanted = {"places": "node ids"}.get(name, "numbers" if is_share else "whole numbers")
+        raise _make_error(f"{name} must be {wanted}", error, path) from None
     is_wrong = ~((values >= 0) & (values <= 1)) if is_share else values < 0
     if is_wrong.any():
         first = int(np.flatnonzero(is_wrong)[0])

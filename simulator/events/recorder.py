@@ -54,8 +54,8 @@ class EventRecorder:
             place_label = labels[memory.furniture_label[home, :num_places]]
             rooms = memory.room_label[home, memory.furniture_room[home, :num_places]]
             names = [text(int(code)) for code in memory.objects["key"][things]]
-            own = rows[:, 0] == home
-            _, time, look, order, thing, place, relation, is_seen = rows[own].T
+            of_home = rows[:, 0] == home
+            _, time, look, order, thing, place, relation, is_seen = rows[of_home].T
             events = Events(
                 np.full(len(time), number),
                 time,
@@ -65,7 +65,7 @@ class EventRecorder:
                 place,
                 relation,
                 is_seen.astype(bool),
-                *shares[own].T,
+                *shares[of_home].T,
             )
             nodes = Nodes(
                 np.full(num_places + len(things), number),
@@ -81,7 +81,7 @@ class EventRecorder:
                 time,
                 look,
                 new_id[thing],
-                tuple(self._places[row] for row in chosen),
+                tuple(self._places[question] for question in chosen),
             )
             seconds = None
             if clock is not None and not np.isnan(clock[home]).any():
@@ -97,7 +97,7 @@ class EventRecorder:
         self._asked.append(
             np.column_stack([home, time, self._num_looks[home], answer.queries.object])
         )
-        self._places += [tuple(np.flatnonzero(row).tolist()) for row in answer.answers]
+        self._places += [tuple(np.flatnonzero(is_answer).tolist()) for is_answer in answer.answers]
 
     def _note_change(self, change: Change) -> None:
         self._change = change
@@ -112,7 +112,7 @@ class EventRecorder:
         # Where the detector listed each edge first; what it did not list comes last.
         listed: dict[tuple[int, int, int], int] = {}
         detected = (seen.seen_home, seen.seen_code, seen.seen_relation)
-        for number, key in enumerate(zip(*(own.tolist() for own in detected), strict=True)):
+        for number, key in enumerate(zip(*(column.tolist() for column in detected), strict=True)):
             listed.setdefault(key, number)
         keys = zip(
             home.tolist(), memory.objects["key"][thing].tolist(), relation.tolist(), strict=True

@@ -134,7 +134,7 @@ class EventTable:
             ValueError: if the shares leave one part without a home.
         """
         part = cut(self.homes, val, test, "homes")
-        return {name: np.isin(self.events.home, own) for name, own in part.items()}
+        return {name: np.isin(self.events.home, chosen) for name, chosen in part.items()}
 
     def split_time(self, val: float = 0.15, test: float = 0.15) -> dict[str, np.ndarray]:
         """Return event masks of "train", "val" and "test", one after the other in every home.
@@ -146,7 +146,7 @@ class EventTable:
             1, int(max(self.events.time.max(initial=0), self.questions.time.max(initial=0))) + 1
         )
         part = cut(steps, val, test, "time steps")
-        return {name: np.isin(self.events.time, own) for name, own in part.items()}
+        return {name: np.isin(self.events.time, chosen) for name, chosen in part.items()}
 
     def take_homes(self, homes: Sequence[int]) -> EventTable:
         """Return the table of some homes; ids of nodes are counted anew."""
@@ -193,9 +193,9 @@ class EventTable:
 
 def take_rows(rows: Rows, chosen: np.ndarray) -> Rows:
     """Return some rows of columns, by their numbers (n,)."""
-    columns = {row.name: getattr(rows, row.name) for row in fields(rows)}
+    columns = {column.name: getattr(rows, column.name) for column in fields(rows)}
     taken: dict[str, Any] = {
-        name: tuple(column[row] for row in chosen) if name == "places" else column[chosen]
+        name: tuple(column[number] for number in chosen) if name == "places" else column[chosen]
         for name, column in columns.items()
     }
     return type(rows)(**taken)
@@ -203,10 +203,12 @@ def take_rows(rows: Rows, chosen: np.ndarray) -> Rows:
 
 def _join_rows(parts: Sequence[Rows]) -> Rows:
     """Return rows of several tables, one after the other."""
-    columns = {row.name: [getattr(own, row.name) for own in parts] for row in fields(parts[0])}
+    columns = {
+        column.name: [getattr(part, column.name) for part in parts] for column in fields(parts[0])
+    }
     joined: dict[str, Any] = {
-        name: tuple(chain(*own)) if name == "places" else np.concatenate(own)
-        for name, own in columns.items()
+        name: tuple(chain(*pieces)) if name == "places" else np.concatenate(pieces)
+        for name, pieces in columns.items()
     }
     return type(parts[0])(**joined)
 
@@ -214,12 +216,12 @@ def _join_rows(parts: Sequence[Rows]) -> Rows:
 def _renumber(rows: Linked, new_id: np.ndarray) -> Linked:
     """Return rows with other ids of nodes, (N,)."""
     if isinstance(rows, EventQuestions):
-        places = tuple(tuple(new_id[list(own)].tolist()) for own in rows.places)
+        places = tuple(tuple(new_id[list(nodes)].tolist()) for nodes in rows.places)
         return replace(rows, thing=new_id[rows.thing], places=places)
     return replace(rows, thing=new_id[rows.thing], place=new_id[rows.place])
 
 
-def cut(values: np.ndarray, val: float, test: float, what: str) -> dict[str, np.ndarray]:
+def cut(values: np.ndarray, val: float, test: float, noun: str) -> dict[str, np.ndarray]:
     """Cut values into parts that follow each other; `val` and `test` are shares of the whole.
 
     Raises:
@@ -230,7 +232,7 @@ def cut(values: np.ndarray, val: float, test: float, what: str) -> dict[str, np.
     parts = values[: max(first, 0)], values[max(first, 0) : second], values[second:]
     if min(len(part) for part in parts) < 1 or min(val, test) < 0:
         raise ValueError(
-            f"val and test must leave {what} for all of {', '.join(PARTS)}, got {val} and {test} "
+            f"val and test must leave {noun} for all of {', '.join(PARTS)}, got {val} and {test} "
             f"of {len(values)}. Choose other shares, or collect more."
         )
     return dict(zip(PARTS, parts, strict=True))

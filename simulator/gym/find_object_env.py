@@ -168,11 +168,13 @@ class FindObjectEnv(gymnasium.Env[dict[str, Any], np.int64]):
         return np.pad(rows, ((0, self.num_furniture - len(rows)), (0, 0)))
 
     def _observe(self) -> dict[str, Any]:
-        return {name: own[0] for name, own in self.searches.observe().items()}
+        return {name: column[0] for name, column in self.searches.observe().items()}
 
     def _get_info(self) -> dict[str, Any]:
         info = self.searches.get_info()
-        return {name: own[0] if own.ndim > 1 else own.item() for name, own in info.items()}
+        return {
+            name: column[0] if column.ndim > 1 else column.item() for name, column in info.items()
+        }
 
 
 class FindObjectVectorEnv(VectorEnv[dict[str, Any], np.ndarray, np.ndarray]):

@@ -140,8 +140,8 @@ def _make_edges(
         of_edges[f"steps_since_{name}"][:] = _count_since(edges["time"], last)
     place = PlaceCode.of(edges["furniture"], edges["relation"])
     layout = np.arange(num_layout)
-    kind = np.concatenate([np.zeros_like(layout), np.where(is_known, 1, 2)])
-    return features, (kind, np.concatenate([layout, np.where(is_known, edges.rows, place)]))
+    edge_group = np.concatenate([np.zeros_like(layout), np.where(is_known, 1, 2)])
+    return features, (edge_group, np.concatenate([layout, np.where(is_known, edges.rows, place)]))
 
 
 def _count_since(time: np.ndarray, stamp: np.ndarray) -> np.ndarray:

@@ -59,10 +59,10 @@ def _make_parser(prog: str, more: type[Any] | None, description: str) -> Argumen
 def _find_searcher(options: Namespace, more: type[Any] | None) -> Searcher | None:
     """Return the policy that options name, those of further options included."""
     check_seed(options.seed)
-    own = {} if more is None else more(**pick(options, more)).make_searchers()
+    searchers = {} if more is None else more(**pick(options, more)).make_searchers()
     if options.policy is None:
         return None
-    return find_searcher(options.policy, own, options.look_cost)
+    return find_searcher(options.policy, searchers, options.look_cost)
 
 
 def _play(prog: str, more: type[Any] | None, arguments: Sequence[str]) -> int:

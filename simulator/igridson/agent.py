@@ -55,8 +55,8 @@ class GridAgent:
     def _show(self, scores: np.ndarray) -> None:
         env = self._env
         if env.search.is_open.any():
-            kind = env.rollout.policy.score_kind
-            env.belief = compute_belief(scores, kind, env.search.is_open)[0]
+            score_kind = env.rollout.policy.score_kind
+            env.belief = compute_belief(scores, score_kind, env.search.is_open)[0]
 
 
 def plan_look(env: IGridsonEnv, furniture: int) -> Iterator[GridAction]:

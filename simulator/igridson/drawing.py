@@ -207,15 +207,15 @@ class HomePicture:
 
     def _draw_legend(self, pen: ImageDraw.ImageDraw) -> None:
         x, y = 0.5, self.layout.size[1] + CAPTION - 0.5
-        for kind, text in LEGEND.items():
-            if kind == "asked":
+        for mark, text in LEGEND.items():
+            if mark == "asked":
                 self._draw_star(pen, x, y)
-            elif kind in ("looked", "found"):
-                color = FOUND if kind == "found" else AGENT
+            elif mark in ("looked", "found"):
+                color = FOUND if mark == "found" else AGENT
                 box, radius = self._box(x - 0.16, y - 0.16, 0.32, 0.32), 0.05 * self._scale
                 pen.rounded_rectangle(box, radius, FURNITURE, color, width=3 * _SMOOTH)
             else:
-                self._draw_thing(pen, x, y, GridThing((0, 0), kind == "inside", NEUTRALS[0], False))
+                self._draw_thing(pen, x, y, GridThing((0, 0), mark == "inside", NEUTRALS[0], False))
             self._write(pen, x + 0.34, y, text, NOTE_SIZE, anchor="lm")
             x += 0.95 + self._measure(text, NOTE_SIZE)
 
@@ -249,8 +249,8 @@ class HomePicture:
         color: Color = TEXT,
         anchor: str = "mm",
     ) -> None:
-        at = (x * self._scale, y * self._scale)
-        pen.text(at, text, fill=color, font=self._fonts[size], anchor=anchor)
+        position = (x * self._scale, y * self._scale)
+        pen.text(position, text, fill=color, font=self._fonts[size], anchor=anchor)
 
     def _measure(self, text: str, size: float) -> float:
         """Return the width of a text in cells."""

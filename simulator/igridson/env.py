@@ -303,8 +303,10 @@ class IGridsonEnv(MiniGridEnv):
         """Return what a picture of this moment shows."""
         things = list_things(self.homes, self.placement, int(self.search.codes[0]))
         if not self.shows_all:
-            at = self.layout.furniture_at
-            things = tuple(t for t in things if at[t.cell[1], t.cell[0]] in self.looked_at)
+            furniture_at = self.layout.furniture_at
+            things = tuple(
+                t for t in things if furniture_at[t.cell[1], t.cell[0]] in self.looked_at
+            )
         return GridScene(
             position=self.position,
             direction=int(self.agent_dir),

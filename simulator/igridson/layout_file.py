@@ -68,7 +68,7 @@ def parse_layout(text: str) -> GridLayout:
             f"start must be one line 'column row', got {len(sections['start'])} lines. "
             "Name one free cell."
         )
-    start = _parse_numbers(*sections["start"][0], what="start", rule="be 'column row'")
+    start = _parse_numbers(*sections["start"][0], noun="start", rule="be 'column row'")
     room = np.full(grid.shape, -1)
     for index, letter in enumerate(letters):
         room[grid == letter] = index
@@ -85,7 +85,9 @@ def parse_layout(text: str) -> GridLayout:
         is_door=grid == "+",
         room=room,
         furniture=tuple(pieces),
-        furniture_room=np.array([room[own.row, own.column] for own in pieces], dtype=np.int64),
+        furniture_room=np.array(
+            [room[piece.row, piece.column] for piece in pieces], dtype=np.int64
+        ),
         furniture_at=furniture_at,
         start=start,
     )
@@ -100,7 +102,7 @@ def _check_pieces(
     num_rows, num_columns = room.shape
     owner: dict[tuple[int, int], GridFurniture] = {}
     for piece in pieces:
-        what = f"furniture '{piece.label}'"
+        noun = f"furniture '{piece.label}'"
         # Before its cells are listed, of which there may be billions.
         is_wide = piece.column + piece.width > num_columns
         if is_wide or piece.row + piece.height > num_rows:
@@ -108,24 +110,24 @@ def _check_pieces(
                 (max(piece.column, num_columns), piece.row) if is_wide else (piece.column, num_rows)
             )
             raise ValueError(
-                f"{what} must lie inside the map of {num_columns} x {num_rows} cells, got "
+                f"{noun} must lie inside the map of {num_columns} x {num_rows} cells, got "
                 f"column {x}, row {y}. Move it or make it smaller."
             )
         for x, y in piece.cells:
             if room[y, x] < 0:
                 ground = "a wall" if is_wall[y, x] else "a door"
                 raise ValueError(
-                    f"{what} must stand on floor, got {ground} at column {x}, row {y}. "
+                    f"{noun} must stand on floor, got {ground} at column {x}, row {y}. "
                     "Move it or make it smaller."
                 )
             if (x, y) in owner:
                 raise ValueError(
-                    f"{what} must have its cells to itself, got '{owner[x, y].label}' at column "
+                    f"{noun} must have its cells to itself, got '{owner[x, y].label}' at column "
                     f"{x}, row {y}, too. Move one of them."
                 )
             if room[y, x] != room[piece.row, piece.column]:
                 raise ValueError(
-                    f"{what} must stand in one room, got {rooms[room[piece.row, piece.column]]} "
+                    f"{noun} must stand in one room, got {rooms[room[piece.row, piece.column]]} "
                     f"and, at column {x}, row {y}, {rooms[room[y, x]]}. Move it."
                 )
             owner[x, y] = piece
@@ -208,12 +210,12 @@ def _parse_furniture(number: int, line: str) -> GridFurniture:
     return GridFurniture(label, column, row, width, height)
 
 
-def _parse_numbers(number: int, text: str, what: str, rule: str) -> tuple[int, int]:
+def _parse_numbers(number: int, text: str, noun: str, rule: str) -> tuple[int, int]:
     """Read two non-negative integers."""
     words = text.split()
     if len(words) != 2 or not all(word.isdecimal() and len(word) < 10 for word in words):
         raise ValueError(
-            f"{what} must {rule}, got {shorten(text)} in line {number}. Write non-negative numbers "
+            f"{noun} must {rule}, got {shorten(text)} in line {number}. Write non-negative numbers "
             "of at most 9 digits."
         )
     return int(words[0]), int(words[1])

@@ -128,18 +128,18 @@ class Walk:
 
 
 def compute_belief(
-    scores: np.ndarray, kind: ScoreKind, is_open: np.ndarray, floor: float = 0.0
+    scores: np.ndarray, score_kind: ScoreKind, is_open: np.ndarray, floor: float = 0.0
 ) -> np.ndarray:
     """Return where the object is, if at one of the open places, (n, F); sums to one.
 
     Args:
         scores: the policy's, (n, F).
-        kind: the policy's `score_kind`.
+        score_kind: the policy's `score_kind`.
         is_open: bool (n, F), some in each row.
         floor: share that is spread over all open places, so that none is impossible.
     """
     even = is_open / is_open.sum(axis=1, keepdims=True)
-    known = compute_probabilities(np.where(is_open, scores, -np.inf), kind) * is_open
+    known = compute_probabilities(np.where(is_open, scores, -np.inf), score_kind) * is_open
     # Where no open place has any mass, they are all alike.
     known = known / known.sum(axis=1, keepdims=True)
     return (1 - floor) * known + floor * even

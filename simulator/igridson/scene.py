@@ -92,8 +92,8 @@ class GridPlacement:
         self.cell[moved] = -1
         for slot in moved[now[moved] >= 0]:
             cells = self._cells[now[slot]]  # (k, 2)
-            here = self.cell[self.furniture == now[slot]]
-            load = (here[:, None] == cells).all(axis=2).sum(axis=0)
+            taken = self.cell[self.furniture == now[slot]]
+            load = (taken[:, None] == cells).all(axis=2).sum(axis=0)
             self.cell[slot] = cells[np.argmin(load)]
             self.furniture[slot] = now[slot]
 

@@ -29,7 +29,7 @@ class ChainArrays(NamedTuple):
     Attributes:
         newest: number of each key's newest entry, or -1, (m,).
         first: number of the oldest entry that is kept.
-        at: when, (n,).
+        moment: a round of looks, or a time step of questions, (n,).
         value: what an entry says, (n,).
         share: a number in [0, 1] that it says, (n,).
         previous: number of the entry before it with the same key, or -1, (n,).
@@ -37,7 +37,7 @@ class ChainArrays(NamedTuple):
 
     newest: np.ndarray
     first: int
-    at: np.ndarray
+    moment: np.ndarray
     value: np.ndarray
     share: np.ndarray
     previous: np.ndarray
@@ -96,7 +96,7 @@ def list_entries(chain: ChainArrays, key: int, since: int) -> np.ndarray:
     count = 0
     if key >= 0:
         entry = chain.newest[key]
-        while entry >= first and chain.at[entry - first] >= since:
+        while entry >= first and chain.moment[entry - first] >= since:
             count += 1
             entry = chain.previous[entry - first]
     rows = np.empty(count, dtype=np.int64)
@@ -219,14 +219,14 @@ def update_instance_noise(
 
     `believed` is how many such objects were expected at the node.
     """
-    own = own_possible[node]
-    if is_seen or own >= 1:
+    possible = own_possible[node]
+    if is_seen or possible >= 1:
         own_possible[node] = 1
         return
     found = min(believed, 1.0) * (1 - miss)
     # P(seen | possible); P(seen | impossible) = 0
-    found = min(found / max(own * type_possible[node], 1e-6), MOST_CERTAIN)
-    own_possible[node] = max(own * (1 - found) / (1 - own * found), LEAST_POSSIBLE)
+    found = min(found / max(possible * type_possible[node], 1e-6), MOST_CERTAIN)
+    own_possible[node] = max(possible * (1 - found) / (1 - possible * found), LEAST_POSSIBLE)
 
 
 @kernel
@@ -319,10 +319,10 @@ def follow(
         while True:
             first_look = next_look
             while next_look < len(look):
-                number = looks.at[look[next_look]]
+                number = looks.moment[look[next_look]]
                 if round_time[number - first_round] != time:
                     break
-                is_seen = next_seen < len(seen) and sightings.at[seen[next_seen]] == number
+                is_seen = next_seen < len(seen) and sightings.moment[seen[next_seen]] == number
                 next_seen += is_seen
                 was_seen |= is_seen
                 node = looks.value[look[next_look]]
@@ -331,7 +331,7 @@ def follow(
                 if learns:
                     is_type_seen = (
                         next_type < len(type_seen)
-                        and type_sightings.at[type_seen[next_type]] == number
+                        and type_sightings.moment[type_seen[next_type]] == number
                     )
                     next_type += is_type_seen
                     update_class_noise(for_type, of_type, groups, node, is_type_seen, miss)
@@ -345,7 +345,7 @@ def follow(
                 make_transitions(weights, for_type, for_own, rooms, transitions)
             time += 1
             rate = rules.move_rate[query]
-            if next_asked < len(asked) and questions.at[asked[next_asked]] == time:
+            if next_asked < len(asked) and questions.moment[asked[next_asked]] == time:
                 rate = rules.asked_move_rate[query]
                 next_asked += 1
             kept, coming = 1 - rules.remove_rate[query], rules.add_rate[query]

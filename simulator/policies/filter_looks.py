@@ -31,7 +31,7 @@ class Chains:
         return ChainArrays(
             newest=self._newest,
             first=self._first,
-            at=entries["at"],
+            moment=entries["moment"],
             value=entries["value"],
             share=entries["share"],
             previous=entries["previous"],
@@ -42,20 +42,26 @@ class Chains:
         self._newest = fit_keys(self._newest, num_keys)
 
     def append(
-        self, keys: np.ndarray, at: int, value: np.ndarray | int = 0, share: np.ndarray | int = 1
+        self,
+        keys: np.ndarray,
+        moment: int,
+        value: np.ndarray | int = 0,
+        share: np.ndarray | int = 1,
     ) -> None:
         """Add an entry for each key (n,); a key that stands there twice counts once.
 
-        `at`, when, is no less than that of the entries before; `value` and `share` are (n,).
+        `moment` is no less than that of the entries before; `value` and `share` are (n,).
         """
         previous = self._newest[keys]
-        rows = self._entries.append(len(keys), at=at, value=value, share=share, previous=previous)
+        rows = self._entries.append(
+            len(keys), moment=moment, value=value, share=share, previous=previous
+        )
         self._newest[keys] = self._first + rows
 
     def drop(self, until: int) -> None:
-        """Forget the entries with `at` < until."""
+        """Forget the entries with `moment` < until."""
         kept = self._entries
-        num_dropped = int(np.searchsorted(kept["at"], until))
+        num_dropped = int(np.searchsorted(kept["moment"], until))
         self._entries = _make_entries()
         columns = {name: kept[name][num_dropped:] for name in kept}
         self._entries.append(kept.num_rows - num_dropped, **columns)
@@ -71,7 +77,7 @@ def fit_keys(rows: np.ndarray, num_keys: int) -> np.ndarray:
 
 
 def _make_entries() -> Table:
-    return Table({"at": np.int64, "value": np.int64, "share": np.float64, "previous": np.int64})
+    return Table({"moment": np.int64, "value": np.int64, "share": np.float64, "previous": np.int64})
 
 
 class FilterLooks:
@@ -137,7 +143,7 @@ class FilterLooks:
         asked = self.questions.arrays
         rows = asked.newest[objects] - asked.first
         is_new = rows < 0
-        is_new[~is_new] = asked.at[rows[~is_new]] != time
+        is_new[~is_new] = asked.moment[rows[~is_new]] != time
         self.questions.append(objects[is_new], time)
 
     def fit(self, num_objects: int) -> None:

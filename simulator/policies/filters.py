@@ -48,7 +48,9 @@ class PriorFilter(PlaceFilter):
         is_unknown = ((subjects.type < 0) | ~subjects.moves.any(axis=1))[:, None]
         num_furniture = self._num_furniture[subjects.home][:, None]
         alike = (np.arange(subjects.moves.shape[1]) < num_furniture) / num_furniture
-        moves, initial = (np.where(is_unknown, alike, own) for own in (rules.moves, rules.initial))
+        moves, initial = (
+            np.where(is_unknown, alike, known) for known in (rules.moves, rules.initial)
+        )
         return rules._replace(moves=moves, initial=initial)
 
 

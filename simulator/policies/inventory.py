@@ -34,11 +34,13 @@ class Inventory:
         queries that are about an object that has just moved.
         """
         self._asks_moved = asks_moved
-        self._move_freq = np.array([row.move_freq for row in prior.objects])
-        self._add_remove = np.array([row.add_remove_prob for row in prior.objects])
+        self._move_freq = np.array([object_type.move_freq for object_type in prior.objects])
+        self._add_remove = np.array([object_type.add_remove_prob for object_type in prior.objects])
         self.sameness = make_descriptions(prior.objects).compute_sameness()
         self._is_dynamic = np.array([config.dynamic_nodes for config in configs])
-        weights = weights * np.array([row.sample_prob for row in prior.objects])[:, None]
+        weights = (
+            weights * np.array([object_type.sample_prob for object_type in prior.objects])[:, None]
+        )
         total = weights.sum(axis=1, keepdims=True)
         share = np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)
         per_furniture = np.array([config.objects_per_furniture for config in configs])

@@ -104,24 +104,24 @@ class ScheduleOracle(Policy):
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability that each furniture node holds such an object, (Q, F)."""
         scores = np.zeros((len(queries.home), memory.num_furniture))
-        for query, (home, row) in enumerate(zip(queries.home, queries.object, strict=True)):
-            code = memory.objects["key"][row]
+        for query, (home, thing) in enumerate(zip(queries.home, queries.object, strict=True)):
+            code = memory.objects["key"][thing]
             slots = np.flatnonzero(self._homes.object_code[home] == code)
-            weight, place = self._weigh_days(memory.time, home, row, slots)
+            weight, place = self._weigh_days(memory.time, home, thing, slots)
             for slot in range(len(slots)):
                 is_new = (place[:, slot, None] != place[:, :slot]).all(axis=1) & (
                     place[:, slot] >= 0
                 )
                 np.add.at(scores[query], place[is_new, slot], weight[is_new])
-            last = memory.objects["last_furniture"][row]
+            last = memory.objects["last_furniture"][thing]
             if last != NEVER:
-                since = memory.objects["last_observed"][row]
+                since = memory.objects["last_observed"][thing]
                 looked = [n for t, f, _, _ in self._looks[home] for n in [t > since] if f == last]
                 scores[query, last] += _STAYS * (not any(looked))
         return mask_furniture(memory, queries, scores)
 
     def _weigh_days(
-        self, time: int, home: int, row: int, slots: np.ndarray
+        self, time: int, home: int, thing: int, slots: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the weights (W,) of days of the copy, and the places of some objects then (W, k).
 
@@ -139,7 +139,7 @@ class ScheduleOracle(Policy):
             ago = np.array([round((time - then) * step / HOUR_SECONDS) for then, *_ in looks])
             furniture = np.array([place for _, place, *_ in looks])
             in_view = np.array([share for *_, share, _ in looks])
-            is_seen = np.array([row in seen for *_, seen in looks])
+            is_seen = np.array([thing in seen for *_, seen in looks])
             then = lived[now[:, None] - ago]  # (W, looks, k)
             count = (then == furniture[:, None]).sum(axis=2)
             miss = 1 - in_view * (1 - self._homes.detection_error[home])

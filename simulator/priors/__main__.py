@@ -178,16 +178,17 @@ def select_rows(
         raise ValueError(
             f"room must be one of {', '.join(prior.rooms)}, got {shorten(room)}. Choose one."
         )
-    labels = [row.label for row in prior.objects]
+    labels = [object_type.label for object_type in prior.objects]
     if label is not None and label not in labels:
         close = [other for other in labels if label[:3] in other] or labels
         raise ValueError(
             f"object must be in the prior, got {shorten(label)}. Choose one of {', '.join(close)}."
         )
     return tuple(
-        row
-        for row in prior.placements
-        if (room is None or row.room in (room, None)) and (label is None or row.object == label)
+        placement
+        for placement in prior.placements
+        if (room is None or placement.room in (room, None))
+        and (label is None or placement.object == label)
     )
 
 
@@ -220,31 +221,39 @@ def print_prior(
     if label:
         for column in ("room", "furniture", "relation", "prob", "count", "source"):
             table.add_column(column, justify="right" if column in ("prob", "count") else "left")
-        for row in sorted(placements, key=lambda row: -row.prob):
-            count = "" if row.count is None else f"{row.count:g}"
-            cells = (row.room or "(any)", row.furniture, row.relation, f"{row.prob:.4f}", count)
-            table.add_row(*cells, row.source or "")
+        for placement in sorted(placements, key=lambda placement: -placement.prob):
+            count = "" if placement.count is None else f"{placement.count:g}"
+            cells = (
+                placement.room or "(any)",
+                placement.furniture,
+                placement.relation,
+                f"{placement.prob:.4f}",
+                count,
+            )
+            table.add_row(*cells, placement.source or "")
     else:
         for column in ("room", "furniture", "prob", "objects", "most typical objects"):
             table.add_column(column, justify="right" if column in ("prob", "objects") else "left")
         on_furniture: dict[tuple[str | None, str], list[Placement]] = defaultdict(list)
-        for row in placements:
-            on_furniture[row.room, row.furniture].append(row)
+        for placement in placements:
+            on_furniture[placement.room, placement.furniture].append(placement)
         for node in prior.furniture:
             if room is not None and node.room != room:
                 continue
             rows = on_furniture[node.room, node.label] + on_furniture[None, node.label]
-            typical = sorted(rows, key=lambda row: -row.prob)[:top]
-            names = ", ".join(f"{row.object} {row.prob:.2f}" for row in typical)
-            number = str(len({row.object for row in rows}))
+            typical = sorted(rows, key=lambda placement: -placement.prob)[:top]
+            names = ", ".join(f"{placement.object} {placement.prob:.2f}" for placement in typical)
+            number = str(len({placement.object for placement in rows}))
             table.add_row(node.room, node.label, f"{node.prob:.3f}", number, names)
     Console().print(table)
 
 
 def summarise_prior(prior: PriorGraph) -> str:
     """Sizes of a prior, in one line."""
-    pairs = {(row.room, row.object) for row in prior.placements}
-    places = {(row.room, row.object, row.furniture) for row in prior.placements}
+    pairs = {(placement.room, placement.object) for placement in prior.placements}
+    places = {
+        (placement.room, placement.object, placement.furniture) for placement in prior.placements
+    }
     return (
         f"{len(prior.rooms)} rooms, {len(prior.furniture)} furniture nodes, "
         f"{len(prior.objects)} objects, {len(prior.placements)} placements, "

@@ -46,7 +46,7 @@ def draw_graph(
     Source: paper figures 7 and 8.
     """
     bands = _split_bands(prior, placements, room)
-    widest = max(len({row.object for row in rows}) for rows in bands.values())
+    widest = max(len({placement.object for placement in rows}) for rows in bands.values())
     figure = _make_figure(
         max(10.0, OBJECT_WIDTH * widest + 1),
         sum(4.2 if name in prior.rooms else 8.0 for name in bands) + 0.4,
@@ -66,16 +66,20 @@ def draw_heat_map(
     Args and errors as `draw_graph`.
     """
     bands = _split_bands(prior, placements, room)
-    widest = max(len({row.object for row in rows}) for rows in bands.values())
-    heights = [len({row.furniture for row in rows}) * 0.2 + 1.6 for rows in bands.values()]
+    widest = max(len({placement.object for placement in rows}) for rows in bands.values())
+    heights = [
+        len({placement.furniture for placement in rows}) * 0.2 + 1.6 for rows in bands.values()
+    ]
     figure = _make_figure(max(10.0, OBJECT_WIDTH * widest + 2.2), sum(heights))
     axes = figure.subplots(len(bands), 1, squeeze=False, height_ratios=heights)[:, 0]
     image: Any = None
     for axis, (name, rows) in zip(axes, bands.items(), strict=True):
         furniture, objects = _order_nodes(prior, name, rows)
         values = np.zeros((len(furniture), len(objects)))
-        for row in rows:
-            values[furniture.index(row.furniture), objects.index(row.object)] += row.prob
+        for placement in rows:
+            values[furniture.index(placement.furniture), objects.index(placement.object)] += (
+                placement.prob
+            )
         totals = values.sum(axis=0, keepdims=True)
         shares = np.divide(values, totals, out=np.zeros_like(values), where=totals > 0)
         image = axis.pcolormesh(
@@ -111,8 +115,8 @@ def _split_bands(
 ) -> dict[str, list[Placement]]:
     """Placements by room; coarse ones go to one band of all rooms."""
     bands: dict[str, list[Placement]] = defaultdict(list)
-    for row in placements:
-        bands[row.room or room or "all rooms"].append(row)
+    for placement in placements:
+        bands[placement.room or room or "all rooms"].append(placement)
     order = [*prior.rooms, "all rooms"]
     return dict(sorted(bands.items(), key=lambda band: order.index(band[0])))
 
@@ -125,7 +129,7 @@ def _order_nodes(
     Nodes stand near those they belong to, so that few edges cross.
     """
     rooms = [name] if name in prior.rooms else list(prior.rooms)
-    used = {row.furniture for row in rows}
+    used = {placement.furniture for placement in rows}
     probs: dict[str, list[float]] = defaultdict(lambda: [0.0] * len(rooms))
     for node in prior.furniture:
         if node.room in rooms and node.label in used:
@@ -136,9 +140,9 @@ def _order_nodes(
     }
     furniture = sorted(probs, key=lambda label: (centres[label], -sum(probs[label])))
     sums: dict[str, list[float]] = defaultdict(lambda: [0.0, 0.0])
-    for row in rows:
-        sums[row.object][0] += row.prob * furniture.index(row.furniture)
-        sums[row.object][1] += row.prob
+    for placement in rows:
+        sums[placement.object][0] += placement.prob * furniture.index(placement.furniture)
+        sums[placement.object][1] += placement.prob
     objects = sorted(sums, key=lambda label: sums[label][0] / (sums[label][1] or 1.0))
     return furniture, objects
 
@@ -162,8 +166,10 @@ def _draw_band(
     }
     _draw_edges(axis, upper)
     lower: dict[tuple[float, float, float, float], float] = defaultdict(float)
-    for row in rows:
-        lower[x_furniture[row.furniture], 1.0, x_object[row.object], 0.0] += row.prob
+    for placement in rows:
+        lower[x_furniture[placement.furniture], 1.0, x_object[placement.object], 0.0] += (
+            placement.prob
+        )
     _draw_edges(axis, lower)
     palette = colormaps["tab20"](np.arange(len(objects)) % 20)  # so that an eye can follow each
     axis.scatter(

@@ -66,8 +66,8 @@ def make_word_prior(
     if not temperature > 0:
         raise ValueError(f"temperature must be above 0, got {temperature}. Take one like .2.")
     text = load_text() if text is None else text
-    nodes = [(row.room, row.label) for row in base.furniture]
-    names = [row.label for row in base.objects]
+    nodes = [(furniture_type.room, furniture_type.label) for furniture_type in base.furniture]
+    names = [object_type.label for object_type in base.objects]
     thing, furniture, room = (
         _scale(text.vectors(list(labels)))
         for labels in (names, [label for _, label in nodes], [name for name, _ in nodes])
@@ -111,8 +111,8 @@ def read_filled(path: Path, base: PriorGraph | None = None) -> PriorGraph:
     """
     base = PriorGraph.household() if base is None else base
     rooms_of: dict[str, list[str]] = defaultdict(list)
-    for row in base.furniture:
-        rooms_of[row.label].append(row.room)
+    for furniture_type in base.furniture:
+        rooms_of[furniture_type.label].append(furniture_type.room)
     usual = find_relations(base)
     found: dict[str, dict[tuple[str, str, str], float]] = defaultdict(lambda: defaultdict(float))
     for number, cells in _read_rows(path):
@@ -144,9 +144,9 @@ def read_filled(path: Path, base: PriorGraph | None = None) -> PriorGraph:
             raise ValueError(f"weight must be from 0 on, got {shorten(weight)} {where}. Mend it.")
         rooms = [room] if room else rooms_of[furniture]
         where_put = _RELATIONS[relation.lower()] if relation else usual[furniture]
-        for one in rooms:
-            found[thing][one, furniture, where_put] += value / len(rooms)
-    known = {row.label: row for row in base.objects}
+        for each_room in rooms:
+            found[thing][each_room, furniture, where_put] += value / len(rooms)
+    known = {object_type.label: object_type for object_type in base.objects}
     placements = [
         Placement(
             room=room,
@@ -162,7 +162,7 @@ def read_filled(path: Path, base: PriorGraph | None = None) -> PriorGraph:
     ]
     if not placements:
         raise ValueError(f"table must have a row with a weight, got none in {path}. Fill it in.")
-    kept = dict.fromkeys(row.object for row in placements)
+    kept = dict.fromkeys(placement.object for placement in placements)
     objects = tuple(known.get(thing, replace(_UNKNOWN, label=thing)) for thing in kept)
     metadata = {"name": "filled", "sources": [f"table {path.name}, filled in by its user"]}
     return make_prior(base, objects, placements, metadata)
@@ -177,11 +177,11 @@ def make_prompt(base: PriorGraph, things: Sequence[str] = ()) -> str:
         things: to be placed; those of `base` if none are given.
     """
     by_room: dict[str, list[str]] = defaultdict(list)
-    for row in base.furniture:
-        if row.prob > 0:
-            by_room[row.room].append(row.label)
+    for furniture_type in base.furniture:
+        if furniture_type.prob > 0:
+            by_room[furniture_type.room].append(furniture_type.label)
     places = "\n".join(f"- {room}: {', '.join(labels)}" for room, labels in by_room.items())
-    names = list(things) or [row.label for row in base.objects]
+    names = list(things) or [object_type.label for object_type in base.objects]
     return PROMPT.format(places=places, things=", ".join(names))
 
 
@@ -192,19 +192,30 @@ def make_prior(
     metadata: dict[str, Any],
 ) -> PriorGraph:
     """Return a prior with the rooms and furniture of another that something is placed at."""
-    used = {(row.room, row.furniture) for row in placements}
-    furniture = tuple(row for row in base.furniture if (row.room, row.label) in used)
-    rooms = tuple(room for room in base.rooms if any(room == row.room for row in furniture))
+    used = {(placement.room, placement.furniture) for placement in placements}
+    furniture = tuple(
+        furniture_type
+        for furniture_type in base.furniture
+        if (furniture_type.room, furniture_type.label) in used
+    )
+    rooms = tuple(
+        room
+        for room in base.rooms
+        if any(room == furniture_type.room for furniture_type in furniture)
+    )
     return PriorGraph(rooms, furniture, tuple(objects), tuple(placements), metadata)
 
 
 def find_relations(base: PriorGraph) -> dict[str, str]:
     """Return whether things are rather in or on each piece of furniture, by its label."""
     counts: dict[str, Counter[str]] = defaultdict(Counter)
-    for row in base.placements:
-        counts[row.furniture][row.relation] += 1
+    for placement in base.placements:
+        counts[placement.furniture][placement.relation] += 1
     usual = {label: relations.most_common(1)[0][0] for label, relations in counts.items()}
-    return {row.label: usual.get(row.label, "onTop") for row in base.furniture}
+    return {
+        furniture_type.label: usual.get(furniture_type.label, "onTop")
+        for furniture_type in base.furniture
+    }
 
 
 def _scale(vectors: np.ndarray) -> np.ndarray:
@@ -226,11 +237,11 @@ def _read_rows(path: Path) -> list[tuple[int, list[str]]]:
             f"columns must be {','.join(COLUMNS)}, got {shorten(found)} in {path}. Write them in "
             "the first line."
         )
-    numbered = [(number, row) for number, row in enumerate(rows[1:], 2) if row]
-    for number, row in numbered:
-        if len(row) != len(COLUMNS):
+    numbered = [(number, cells) for number, cells in enumerate(rows[1:], 2) if cells]
+    for number, cells in numbered:
+        if len(cells) != len(COLUMNS):
             raise ValueError(
-                f"row must have {len(COLUMNS)} cells, got {len(row)} at {path.name}:{number}. "
+                f"row must have {len(COLUMNS)} cells, got {len(cells)} at {path.name}:{number}. "
                 "Mend it."
             )
     return numbered

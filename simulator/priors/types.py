@@ -112,11 +112,11 @@ def load_names(source: str) -> Names:
     Names that differ from ours only in case, spacing or camel case need no row.
     """
     kinds = ("room", "furniture", "object", "outside", "asset")
-    parts: dict[str, dict[str, str]] = {kind: {} for kind in kinds}
-    for row in read_table("simulator.priors", "names.csv"):
-        if row["source"] == source:
-            parts[row["kind"]][row["name"]] = row["label"]
-    rooms, furniture, objects, outside, assets = (parts[kind] for kind in kinds)
+    parts: dict[str, dict[str, str]] = {category: {} for category in kinds}
+    for entry in read_table("simulator.priors", "names.csv"):
+        if entry["source"] == source:
+            parts[entry["kind"]][entry["name"]] = entry["label"]
+    rooms, furniture, objects, outside, assets = (parts[category] for category in kinds)
     return Names(rooms, furniture, objects, frozenset(outside), assets)
 
 
@@ -138,13 +138,16 @@ _COLUMNS: Mapping[str, Callable[[str], Any]] = {
 }
 
 
-def _read(kind: type[Row], file: str) -> dict[str, Row]:
+def _read(row_class: type[Row], file: str) -> dict[str, Row]:
     """Read the rows of a table, by label."""
     return {
-        row["label"]: kind(
-            **{each.name: _COLUMNS.get(each.name, str)(row[each.name]) for each in fields(kind)}  # type: ignore[arg-type]
+        entry["label"]: row_class(
+            **{
+                each.name: _COLUMNS.get(each.name, str)(entry[each.name])
+                for each in fields(row_class)  # type: ignore[arg-type]
+            }
         )
-        for row in read_table("simulator.priors", file)
+        for entry in read_table("simulator.priors", file)
     }
 
 

@@ -35,7 +35,7 @@ class PastThings:
     def note_look(self, time: int, furniture: int, seen: Iterable[tuple[Any, ...]]) -> None:
         """Note what a look at a place showed: the arguments of each sighting, as a log has them."""
         self._furniture.append(furniture)
-        ids = ((row[0], row[4] or "" if len(row) > 4 else "") for row in seen)
+        ids = ((sighting[0], sighting[4] or "" if len(sighting) > 4 else "") for sighting in seen)
         self.seen.append([self._find(time, description, number) for description, number in ids])
 
     def note_statement(self, time: int, name: ThingName | None) -> None:
@@ -52,13 +52,13 @@ class PastThings:
         if line.kind == "start":
             self._start(time, values["memory"])
         elif line.kind in ("rename", "merge", "split", "split_off", "remove_object"):
-            own = ThingName.from_json(values)
-            number = self._find(time, own.description, own.id)
+            thing_name = ThingName.from_json(values)
+            number = self._find(time, thing_name.description, thing_name.id)
             if line.kind == "rename":
                 name = values["name"]
                 self._names[number].append((time, name))
-                if not own.id:
-                    del self._number_of[read_name(own.description)]
+                if not thing_name.id:
+                    del self._number_of[read_name(thing_name.description)]
                     self._number_of[read_name(name)] = number
             elif line.kind == "merge":
                 other: ThingName = values["other"]
@@ -78,9 +78,11 @@ class PastThings:
         Names are ids, or what the things are called at the time step.
         """
         words = {read_name(name) for name in names}
-        own = {self._number_of[name] for name in names if name in self._number_of}
-        own |= {n for n in range(len(self._names)) if read_name(self._get_called(n, step)) in words}
-        roots = {self._get_root(number) for number in own}
+        numbers = {self._number_of[name] for name in names if name in self._number_of}
+        numbers |= {
+            n for n in range(len(self._names)) if read_name(self._get_called(n, step)) in words
+        }
+        roots = {self._get_root(number) for number in numbers}
         return frozenset(n for n in range(len(self._names)) if self._get_root(n) in roots)
 
     def get_name(self, things: frozenset[int], step: int) -> str | None:
@@ -109,7 +111,7 @@ class PastThings:
         same_as = np.asarray(content.tables["objects"]["same_as"]).tolist()
         numbers = [self._find(time, thing.description, thing.id) for thing in content.things]
         self._same_as = {
-            numbers[row]: numbers[root] for row, root in enumerate(same_as) if root >= 0
+            numbers[number]: numbers[root] for number, root in enumerate(same_as) if root >= 0
         }
 
     def _get_root(self, number: int) -> int:

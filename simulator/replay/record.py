@@ -74,14 +74,14 @@ class RunRecorder:
 
     def _note_look(self, seen: Observation) -> None:
         text = self._homes.object_descriptions.text
-        for row in range(len(seen.home)):
+        for look in range(len(seen.home)):
             rows = [
                 (text(int(code)), RELATIONS[int(relation)], float(confidence))
                 for code, relation, confidence in zip(
                     seen.seen_code, seen.seen_relation, seen.seen_confidence, strict=True
                 )
             ]
-            furniture, coverage = int(seen.furniture[row]), float(seen.coverage[row])
+            furniture, coverage = int(seen.furniture[look]), float(seen.coverage[look])
             values = {"furniture": furniture, "coverage": coverage, "seen": rows}
             self._lines.append(LogLine("look", self._rollout.memory.time, values))
 

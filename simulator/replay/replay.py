@@ -99,7 +99,9 @@ class Replay(Story):
         key = bisect_right(self._times, step), step
         with self._lock:
             if key not in self._memories:
-                earlier = [own for own in self._memories if own[0] <= key[0] and own[1] <= key[1]]
+                earlier = [
+                    kept for kept in self._memories if kept[0] <= key[0] and kept[1] <= key[1]
+                ]
                 begin = max(earlier, default=(0, 0))
                 player = self._memories[begin].copy() if earlier else self._make_player()
                 first = begin[0]
@@ -149,14 +151,14 @@ class Replay(Story):
             if line.kind in ("look", "absent") and values["furniture"] in player.furniture:
                 furniture = player.furniture[values["furniture"]]
                 is_look = line.kind == "look"
-                seen = tuple(row[0] for row in values["seen"]) if is_look else ()
+                seen = tuple(sighting[0] for sighting in values["seen"]) if is_look else ()
                 missed = None
                 if self.truth is not None and line.time <= self.truth.num_steps:
-                    there = self.truth.list_there(line.time, furniture)
+                    unseen = self.truth.list_there(line.time, furniture)
                     for text in seen:
-                        if text in there:
-                            there.remove(text)
-                    missed = tuple(there)
+                        if text in unseen:
+                            unseen.remove(text)
+                    missed = tuple(unseen)
                 sought = None if is_look else values["description"]
                 things.note_look(line.time, furniture, values["seen"] if is_look else ())
                 looks.append(
@@ -299,11 +301,11 @@ def _list_last_sightings(memory: SceneGraphMemory) -> tuple[PastLook, ...]:
         for furniture in room["furniture"]:
             if furniture["last_looked"] is not None:
                 found.setdefault((furniture["last_looked"], furniture["id"]), [])
-            for row in furniture["objects"]:
-                if "by" in row:  # it was said, not seen
+            for thing in furniture["objects"]:
+                if "by" in thing:  # it was said, not seen
                     continue
-                key = (row["last_seen"], furniture["id"])
-                found.setdefault(key, []).append(row["description"])
+                key = (thing["last_seen"], furniture["id"])
+                found.setdefault(key, []).append(thing["description"])
     return tuple(
         PastLook(step, furniture, tuple(seen)) for (step, furniture), seen in sorted(found.items())
     )

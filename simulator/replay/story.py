@@ -44,8 +44,8 @@ class TruePlaces:
 
     def list_there(self, step: int, furniture: int) -> list[str]:
         """List what is at a furniture node, each object once."""
-        at = np.flatnonzero(self.furniture[step] == furniture)
-        return sorted(self.descriptions[code] for code in self.code[step, at])
+        slots = np.flatnonzero(self.furniture[step] == furniture)
+        return sorted(self.descriptions[code] for code in self.code[step, slots])
 
     def find(self, descriptions: Collection[str], num_furniture: int) -> np.ndarray:
         """Return where any object of some descriptions is, bool (T + 1, F)."""
@@ -198,8 +198,8 @@ class Story(ABC):
             {look.step for look in self.looks},
             set(np.linspace(first, last, most).astype(int).tolist()),
         )
-        for kind in kinds:
-            new = sorted(step for step in kind - chosen if first <= step <= last)
+        for group in kinds:
+            new = sorted(step for step in group - chosen if first <= step <= last)
             left = most - len(chosen)
             if len(new) > left:
                 new = [new[n] for n in np.linspace(0, len(new) - 1, left).astype(int)]
@@ -221,27 +221,27 @@ class Story(ABC):
         now = self.memory_at(last)
         index = {number: node for node, number in enumerate(now.furniture_ids)}
         matches = now.resolve(description).matches or (description,)
-        own = self.things.find(matches, last)
+        wanted = self.things.find(matches, last)
         belief = None
         if finder is not None:
             belief = np.full((len(steps), len(index)), np.nan)
-            for row, step in enumerate(steps.tolist()):
+            for point, step in enumerate(steps.tolist()):
                 memory = self.memory_at(step)
                 if memory.num_furniture:
-                    name = self.things.get_name(own, step) or description
+                    name = self.things.get_name(wanted, step) or description
                     for guess in finder.rank(memory, name):
                         if guess.furniture in index:
-                            belief[row, index[guess.furniture]] = guess.probability
+                            belief[point, index[guess.furniture]] = guess.probability
         truth = None if self.truth is None else self.truth.find(matches, len(index))[steps]
         looks = [
-            (look, index[look.furniture], not own.isdisjoint(seen))
+            (look, index[look.furniture], not wanted.isdisjoint(seen))
             for look, seen in zip(self.looks, self.things.seen, strict=True)
             if look.furniture in index
         ]
         said = [
-            (one, index[one.furniture])
-            for one, number in zip(self.statements, self.things.spoken_of, strict=True)
-            if number in own and one.kind in _PLACED and one.furniture in index
+            (statement, index[statement.furniture])
+            for statement, number in zip(self.statements, self.things.spoken_of, strict=True)
+            if number in wanted and statement.kind in _PLACED and statement.furniture in index
         ]
         weight = np.zeros(len(index))
         if belief is not None and len(index):
@@ -255,9 +255,9 @@ class Story(ABC):
             weight[place] += 1
         order = np.argsort(-weight, kind="stable")
         shown = order[weight[order] > 0][:MOST_PLACES]
-        looks = [row for row in looks if row[1] in shown]
-        said = [row for row in said if row[1] in shown]
-        position = {place: row for row, place in enumerate(shown.tolist())}
+        looks = [entry for entry in looks if entry[1] in shown]
+        said = [entry for entry in said if entry[1] in shown]
+        position = {place: turn for turn, place in enumerate(shown.tolist())}
         return History(
             description=description,
             places=tuple(now.describe(now.furniture_ids[place]) for place in shown),
@@ -268,7 +268,9 @@ class Story(ABC):
             look_place=np.array([position[place] for _, place, _ in looks], dtype=np.int64),
             is_found=np.array([is_found for _, _, is_found in looks], dtype=bool),
             unit="steps" if self.clock is None else "hours",
-            said_hour=np.array([one.step * self.step_hours for one, _ in said], dtype=float),
+            said_hour=np.array(
+                [statement.step * self.step_hours for statement, _ in said], dtype=float
+            ),
             said_place=np.array([position[place] for _, place in said], dtype=np.int64),
-            said_by=tuple(one.by for one, _ in said),
+            said_by=tuple(statement.by for statement, _ in said),
         )

@@ -99,7 +99,7 @@ class HomeRobot(ABC):
                 search.not_found(0.01)
             elif search.seen(look.seen, look.coverage, look.hidden, look.viewpoint):
                 # Something that the question means is truly there.
-                names = [one.description for one, _ in self._list_there(furniture)]
+                names = [thing.description for thing, _ in self._list_there(furniture)]
                 meant = self._finder.resolve_among(self.memory, description, names).matches
                 is_found = description in names or bool(meant)
                 break
@@ -139,7 +139,7 @@ class PerfectRobot(HomeRobot):
     def look_at(self, furniture: int) -> BuiltLook:
         """Return everything that is there."""
         self.body.go_to(furniture)
-        return self._make_look(furniture, (one for one, _ in self._list_there(furniture)), ())
+        return self._make_look(furniture, (thing for thing, _ in self._list_there(furniture)), ())
 
 
 class ShownRobot(HomeRobot):
@@ -159,11 +159,11 @@ class ShownRobot(HomeRobot):
             owner = frame.shot.owner
             visible = np.bincount(owner[(owner >= 0) & (owner < num_slots)], minlength=num_slots)
             share = np.maximum(share, visible / np.maximum(frame.shot.num_alone[:num_slots], 1))
-        there, least = self._list_there(furniture), self.body.rules.detector.least_share
+        things, least = self._list_there(furniture), self.body.rules.detector.least_share
         return self._make_look(
             furniture,
-            (one for one, slot in there if share[slot] > least),
-            (one.description for one, slot in there if not share[slot] > least),
+            (thing for thing, slot in things if share[slot] > least),
+            (thing.description for thing, slot in things if not share[slot] > least),
         )
 
 
@@ -195,13 +195,13 @@ class SeeingRobot(HomeRobot):
         looks = list(self.builder.finish())
         if has_door:
             self.builder.set_open(furniture, is_open=False)
-        own = None
+        answer = None
         for look in looks:
             if look.furniture == furniture and look.end >= begin:
-                own = look
+                answer = look
             else:
                 look.tell(self.memory)
-        return own
+        return answer
 
     def _show(self, frame: RobotFrame) -> None:
         detections = [found.detection for found in frame.detected]
@@ -248,30 +248,30 @@ class MappingRobot(HomeRobot):
 
     def look_at(self, furniture: int) -> BuiltLook | None:
         """Return the look that the frames before furniture of the own map make."""
-        at = self.memory.get_position(furniture)
+        position = self.memory.get_position(furniture)
         box = self.memory.layout.furniture[furniture].box
         assert box is not None
-        if at is None:
+        if position is None:
             x, y, _ = box.to_map(np.array([box.size[0] / 2 + STANDOFF, 0.0, 0.0]))
-            at = float(x), float(y)
-        self._watch(self.body.drive(at))
+            position = float(x), float(y)
+        self._watch(self.body.drive(position))
         begin = self.body.time
         self._open(furniture if self.body.find_door(box) is not None else None)
         self._watch(self.body.look_at_box(box))
         looks = list(self.builder.finish())
         self._shut()
-        own = None
+        answer = None
         for look in looks:
-            if look.furniture == furniture and look.end >= begin and own is None:
-                own = look
+            if look.furniture == furniture and look.end >= begin and answer is None:
+                answer = look
             else:
                 look.tell(self.memory)
-        return own
+        return answer
 
     def _compute_distance(self, start: Any, furniture: int) -> float:
         if self._stands is None:
             self._stands = self.memory.layout.compute_positions()
-        places = [self._stands[one] for one in (start, furniture) if isinstance(one, int)]
+        places = [self._stands[end] for end in (start, furniture) if isinstance(end, int)]
         if any(place is None for place in places):
             return 0.0
         begin = places[0] if isinstance(start, int) else start
@@ -303,8 +303,8 @@ class MappingRobot(HomeRobot):
     def _watch(self, frames: Iterable[RobotFrame]) -> None:
         self._stands = None  # the map may change
         for frame in frames:
-            found = [one.detection for one in frame.detected]
-            found += [one.detection for one in frame.furniture]
+            found = [seen.detection for seen in frame.detected]
+            found += [seen.detection for seen in frame.furniture]
             self.builder.frame(
                 frame.time, frame.pose, self.body.rules.camera.intrinsics, found, frame.shot.depth
             )
@@ -312,9 +312,9 @@ class MappingRobot(HomeRobot):
     def _find_place(self, box: Box) -> int | None:
         """Return the found furniture that stands where a box is; None for none."""
         near = [
-            (math.dist(row.box.center, box.center), number)
-            for number, row in self.memory.layout.furniture.items()
-            if row.box is not None and self.mapper.is_found(number)
+            (math.dist(furniture.box.center, box.center), number)
+            for number, furniture in self.memory.layout.furniture.items()
+            if furniture.box is not None and self.mapper.is_found(number)
         ]
         away, number = min(near, default=(math.inf, -1))
         return number if away < _AT_FURNITURE else None

@@ -70,7 +70,9 @@ class Tally:
     def compute_looks(self, most_looks: int) -> float:
         """Return the mean looks of an errand; what was not found counts `most_looks` + 1."""
         return float(
-            np.mean([one.num_looks if one.is_found else most_looks + 1 for one in self.errands])
+            np.mean(
+                [errand.num_looks if errand.is_found else most_looks + 1 for errand in self.errands]
+            )
         )
 
     @property
@@ -119,8 +121,10 @@ class Week:
                 if maps
                 else make_memory(world, **options)
             )
-            own = RobotBody(world, replace(body, names_furniture=maps))
-            self.robots[name] = ROBOTS[name](own, memory, Finder(Adaptive()), rules.most_looks)
+            robot_body = RobotBody(world, replace(body, names_furniture=maps))
+            self.robots[name] = ROBOTS[name](
+                robot_body, memory, Finder(Adaptive()), rules.most_looks
+            )
             log = None
         self.tallies = tuple(Tally(name) for name in names)
         self._world = next(iter(self.robots.values())).world

@@ -25,7 +25,7 @@ ENTERING = {
 MAX_ENTERING = max(map(len, ENTERING.values()))
 HOUSE, FLOOR, ROOM, FURNITURE, OBJECT = range(len(NODE_TYPES))
 # The first of the edge types that join objects.
-FIRST_OBJECT_TYPE = next(at for at, etype in enumerate(EDGE_TYPES) if "object" in etype)
+FIRST_OBJECT_TYPE = next(number for number, etype in enumerate(EDGE_TYPES) if "object" in etype)
 # The edge types that lead from an object up to furniture, which are neighbours: the query edges are
 # among them.
 OBJECT_UP = slice(EDGE_TYPES.index(QUERY_EDGE_TYPES[0]), EDGE_TYPES.index(QUERY_EDGE_TYPES[-1]) + 1)
@@ -163,12 +163,14 @@ class Pairs(NamedTuple):
         degrees = np.zeros((self.first_node[-1], MAX_ENTERING), dtype=np.float32)
         num_entering = [0] * len(NODE_TYPES)
         for (is_up, group), (_, _, ntype) in zip(_DIRECTIONS, EDGE_TYPES, strict=True):
-            kind = NODE_TYPES.index(ntype)
+            node_type = NODE_TYPES.index(ntype)
             rows = slice(*self.first[group : group + 2])
-            start, end = self.first_node[kind : kind + 2]
+            start, end = self.first_node[node_type : node_type + 2]
             entered = (self.parent if is_up else self.child)[rows] - start
-            degrees[start:end, num_entering[kind]] = np.bincount(entered, minlength=end - start)
-            num_entering[kind] += 1
+            degrees[start:end, num_entering[node_type]] = np.bincount(
+                entered, minlength=end - start
+            )
+            num_entering[node_type] += 1
         return degrees
 
     def list_edges(

@@ -82,7 +82,7 @@ class Recorder:
         numbers = {table: _number_within(home) for table, home in homes.items()}
         numbers["furniture"] = np.arange(memory.num_furniture)
         snapshots, furniture_rows = (
-            {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
+            {name: np.concatenate([part[name] for part in rows]) for name in rows[0]}
             for rows in (self._snapshots, self._furniture_rows)
         )  # (snapshots of all homes, ...)
         snapshot_home = snapshots.pop("home")
@@ -97,8 +97,8 @@ class Recorder:
             parts.append(_split_by_home(fixed, home, num_homes, f"{PREFIXES[table]}_"))
         for table, number in numbers.items():
             versions = self._sort_versions(table)
-            home, row = versions.pop("home"), versions.pop("row")
-            versions["of"] = number[row]
+            home, table_row = versions.pop("home"), versions.pop("row")
+            versions["of"] = number[table_row]
             parts.append(_split_by_home(versions, home, num_homes, f"{PREFIXES[table]}_version_"))
         padded = _split_by_home(furniture_rows, snapshot_home, num_homes, "snapshot_furniture_")
         counts = {"rooms": memory.home_num_rooms, "furniture": memory.home_num_furniture}
@@ -116,9 +116,9 @@ class Recorder:
             for home in range(num_homes)
         ]
         if memory.clock is not None:
-            for own, clock in zip(arrays, memory.clock, strict=True):
+            for home_arrays, clock in zip(arrays, memory.clock, strict=True):
                 if not np.isnan(clock).any():
-                    own["home_clock"] = clock.copy()  # float64: exact after years of steps
+                    home_arrays["home_clock"] = clock.copy()  # float64: exact after years of steps
         return arrays
 
     def _add_versions(self, table: str, home: np.ndarray, rows: np.ndarray, where: Any) -> None:

@@ -145,9 +145,9 @@ _RULES = {
     "snapshot_query": _Rule("S", "i", 0, "N"),
     "snapshot_furniture_prior": _Rule("SFr", "f", 0, _MAX_NUMBER),
     "snapshot_furniture_answers": _Rule("SF", "u", 0, 1),
-    **{f"{kind}_version_of": _Rule(kind, "i", 0, letter) for kind, letter in _OF.items()},
-    **{f"{kind}_version_valid_from": _Rule(kind, "i", 0) for kind in _OF},
-    **{f"{kind}_version_valid_to": _Rule(kind, "i", 0) for kind in _OF},
+    **{f"{table}_version_of": _Rule(table, "i", 0, letter) for table, letter in _OF.items()},
+    **{f"{table}_version_valid_from": _Rule(table, "i", 0) for table in _OF},
+    **{f"{table}_version_valid_to": _Rule(table, "i", 0) for table in _OF},
     **{
         f"{PREFIXES[table]}_version_{column.name}": _make_rule(column, PREFIXES[table])
         for table, columns in SNAPSHOT_TABLES.items()
@@ -247,16 +247,16 @@ def _fits(shape: tuple[int, ...], axes: str, sizes: dict[str, int]) -> bool:
 def _find_version_problem(arrays: Mapping[str, np.ndarray], sizes: Mapping[str, int]) -> str:
     """Versions of one node or edge follow each other from the first one to the last snapshot."""
     first = {}
-    for kind, letter in _OF.items():
+    for table, letter in _OF.items():
         of, valid_from, valid_to = (
-            arrays[f"{kind}_version_{name}"] for name in ("of", "valid_from", "valid_to")
+            arrays[f"{table}_version_{name}"] for name in ("of", "valid_from", "valid_to")
         )
         is_last = np.append(of[1:] != of[:-1], True)[: len(of)]
         ends = np.where(is_last, sizes["S"], np.append(valid_from[1:], 0)[: len(of)])
         if (np.diff(of) < 0).any() or (valid_to != ends).any() or (valid_from > valid_to).any():
-            return f"versions of {kind} that do not follow each other"
-        first[kind] = np.full(sizes[letter], sizes["S"])
-        np.minimum.at(first[kind], of, valid_from)
+            return f"versions of {table} that do not follow each other"
+        first[table] = np.full(sizes[letter], sizes["S"])
+        np.minimum.at(first[table], of, valid_from)
     if (first["object"][arrays["edge_object"]] > first["edge"]).any():
         return "an edge before its object"
     return ""

@@ -104,10 +104,10 @@ class Selection(dict[str, np.ndarray]):
         self[name] = found
         return found
 
-    def select(self, which: np.ndarray) -> Selection:
+    def select(self, chosen: np.ndarray) -> Selection:
         """Select some of these rows."""
-        known = {name: column[which] for name, column in self.items()}
-        return Selection(self.snapshots, self.table, self.rows[which], known)
+        known = {name: column[chosen] for name, column in self.items()}
+        return Selection(self.snapshots, self.table, self.rows[chosen], known)
 
     def since(self, name: str) -> np.ndarray:
         """Return the steps since a time stamp; since the start for what has never happened."""

@@ -27,7 +27,7 @@ _PER_FRAME = 8  # snapshots, one bit of a byte each
 # An array of a shard belongs to the first table whose name its own begins with, else to `home`.
 _PER_FURNITURE = "snapshot_furniture"
 _TABLES = (
-    *(f"{kind}_version" for kind in VERSIONED),
+    *(f"{table}_version" for table in VERSIONED),
     _PER_FURNITURE,
     "snapshot",
     *PREFIXES.values(),
@@ -64,7 +64,7 @@ class StoredSnapshots:
             OSError: if the disk does not take them.
         """
         self.labels = tuple(labels)
-        lists = [f"{kind}_list" for kind in VERSIONED]
+        lists = [f"{table}_list" for table in VERSIONED]
         names = ("home", "frame", *_TABLES, *lists)
         starts: dict[str, list[int]] = {name: [] for name in names}
         with ExitStack() as stack:
@@ -218,12 +218,12 @@ class StoredSnapshots:
         return concatenate_ranges(self.starts[_PER_FURNITURE][home] + number * counts, counts)
 
     def take_versions(
-        self, kind: str, home: np.ndarray, number: np.ndarray
+        self, table: str, home: np.ndarray, number: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the versions that are valid in each snapshot.
 
         Args:
-            kind: one of `VERSIONED`.
+            table: one of `VERSIONED`.
             home: of each snapshot, (B,).
             number: of each snapshot within its home, (B,).
 
@@ -233,14 +233,14 @@ class StoredSnapshots:
         """
         frame, place = np.divmod(number, _PER_FRAME)
         frame += self.starts["frame"][home]
-        starts = self.take_rows("frame", frame)[f"{kind}_list"]
-        counts = self.take_rows("frame", frame + 1)[f"{kind}_list"] - starts
-        listed = self.take_rows(f"{kind}_list", concatenate_ranges(starts, counts))
+        starts = self.take_rows("frame", frame)[f"{table}_list"]
+        counts = self.take_rows("frame", frame + 1)[f"{table}_list"] - starts
+        listed = self.take_rows(f"{table}_list", concatenate_ranges(starts, counts))
         bit = np.repeat(np.left_shift(1, place).astype(np.uint8), counts)
         valid = np.flatnonzero(listed["valid_in"] & bit)
         sample = np.repeat(np.arange(len(home)), counts).take(valid)
-        rows = self.starts[f"{kind}_version"][home].take(sample) + listed["row"].take(valid)
-        return sample, self.take_rows(f"{kind}_version", rows)
+        rows = self.starts[f"{table}_version"][home].take(sample) + listed["row"].take(valid)
+        return sample, self.take_rows(f"{table}_version", rows)
 
     def release(self, num_snapshots: int) -> None:
         """Say that so many snapshots were read; gives memory back when it may have become much."""
@@ -265,9 +265,9 @@ def _make_rows(shard: Mapping[str, np.ndarray]) -> dict[str, dict[str, np.ndarra
         tables[owner][name.removeprefix(f"{owner}_")] = array
     tables["home"].setdefault("home_clock", _NO_CLOCK)
     num_frames = -(-len(tables["snapshot"]["time"]) // _PER_FRAME)
-    for kind in VERSIONED:
-        versions = tables[f"{kind}_version"]
-        tables[f"{kind}_list"], tables["frame"][f"{kind}_list"] = _list_frames(
+    for table in VERSIONED:
+        versions = tables[f"{table}_version"]
+        tables[f"{table}_list"], tables["frame"][f"{table}_list"] = _list_frames(
             versions.pop("valid_from"), versions.pop("valid_to"), num_frames
         )
     # The lists of a frame begin where the tables of the lists end: before they grow.
@@ -289,11 +289,11 @@ def _list_frames(
     frame = concatenate_ranges(first, count)
     order = np.argsort(frame, kind="stable")
     frame = frame[order]
-    row = np.repeat(np.arange(len(count), dtype=np.int32), count)[order]
-    begin = np.maximum(valid_from[row] - frame * _PER_FRAME, 0)
-    end = np.minimum(valid_to[row] - frame * _PER_FRAME, _PER_FRAME)
+    version = np.repeat(np.arange(len(count), dtype=np.int32), count)[order]
+    begin = np.maximum(valid_from[version] - frame * _PER_FRAME, 0)
+    end = np.minimum(valid_to[version] - frame * _PER_FRAME, _PER_FRAME)
     valid_in = (1 << end) - (1 << begin)  # bits begin, ..., end - 1
-    columns = {"row": row, "valid_in": valid_in.astype(np.uint8)}
+    columns = {"row": version, "valid_in": valid_in.astype(np.uint8)}
     return columns, np.searchsorted(frame, np.arange(num_frames))
 
 

@@ -17,8 +17,8 @@ PROG = "python -m simulator.test_sets"
 def list_sets(arguments: Sequence[str]) -> int:
     """List the sets."""
     parse(make_parser(f"{PROG} list", "List the sets."), arguments)
-    for name, row in load_test_sets().items():
-        print(f"{name}: {row.title}, {row.num_homes} homes x {row.steps} steps")
+    for name, test_set in load_test_sets().items():
+        print(f"{name}: {test_set.title}, {test_set.num_homes} homes x {test_set.steps} steps")
     return 0
 
 
@@ -36,11 +36,11 @@ def check(arguments: Sequence[str]) -> int:
     parser.add_argument("names", nargs="*", default=[], help="of sets; all if left out")
     names = parse(parser, arguments).names or [*load_test_sets()]
     num_wrong = 0
-    for row in [find_test_set(name) for name in names]:
-        found = row.compute_checksums()
-        wrong = [what for what, value in row.checksums.items() if found[what] != value]
+    for test_set in [find_test_set(name) for name in names]:
+        found = test_set.compute_checksums()
+        wrong = [part for part, value in test_set.checksums.items() if found[part] != value]
         num_wrong += bool(wrong)
-        print(f"{row.name}: {'differs in ' + ', '.join(wrong) if wrong else 'the same homes'}")
+        print(f"{test_set.name}: {'differs in ' + ', '.join(wrong) if wrong else 'the same homes'}")
     if num_wrong:
         print(
             "error: homes must be those of the set, got others. Scores in them do not compare "

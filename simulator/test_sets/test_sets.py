@@ -93,13 +93,13 @@ def load_test_sets(path: Path = FILE) -> dict[str, TestSet]:
         ValueError: if the file is no list of sets.
     """
     try:
-        sets = [TestSet(**row) for row in read_json(path)]
+        sets = [TestSet(**entry) for entry in read_json(path)]
     except (TypeError, ValueError) as error:
         raise ValueError(
             f"test sets must be a list of what `TestSet` says, got {shorten(str(error))} in {path}."
             " Take the file that ships."
         ) from error
-    return {row.name: row for row in sets}
+    return {test_set.name: test_set for test_set in sets}
 
 
 def find_test_set(name: str) -> TestSet:
@@ -111,13 +111,16 @@ def find_test_set(name: str) -> TestSet:
 
 def name_test_set(source: HomeSource, streams: Streams, steps: int) -> str | None:
     """Return the name of the set that homes are, None if they are none that has a name."""
-    for row in load_test_sets().values():
-        own = row.make_source()
-        if own.prior.checksum != row.prior or own.describe() != source.describe():
+    for test_set in load_test_sets().values():
+        named_source = test_set.make_source()
+        if (
+            named_source.prior.checksum != test_set.prior
+            or named_source.describe() != source.describe()
+        ):
             continue
-        same = (row.split, row.seed, list(range(row.num_homes)), row.steps)
+        same = (test_set.split, test_set.seed, list(range(test_set.num_homes)), test_set.steps)
         if same == (streams.split, streams.seed, list(streams.homes), steps):
-            return row.name
+            return test_set.name
     return None
 
 

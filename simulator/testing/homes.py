@@ -51,10 +51,10 @@ def check_homes(
                 )
     for home in range(num_homes):
         alone = play(range(home, home + 1))
-        for step, (both, own) in enumerate(zip(states, alone, strict=True)):
-            for name, values in own.items():
-                row = both[name][home][tuple(map(slice, values[0].shape))]
-                if not np.array_equal(row, values[0]):
+        for step, (both, single) in enumerate(zip(states, alone, strict=True)):
+            for name, values in single.items():
+                of_home = both[name][home][tuple(map(slice, values[0].shape))]
+                if not np.array_equal(of_home, values[0]):
                     raise AssertionError(
                         f"homes must be the same whatever is beside them, got another '{name}' for "
                         f"home {home} alone in step {step}. Draw rows as wide as each home needs, "
@@ -108,23 +108,23 @@ def _check_layout(homes: Homes) -> None:
     labels = homes.labels
     _expect(len(set(labels)) == len(labels), "have each label once in labels", "two")
     _expect(set(homes.object_labels) <= set(labels), "have object labels in labels", "others")
-    known = [row.label for row in homes.prior.objects]
+    known = [object_type.label for object_type in homes.prior.objects]
     _expect(list(homes.object_labels[: len(known)]) == known, "have the prior's types first", "not")
     for home in range(num_homes):
         rooms = [label for label in homes.room_labels[home] if label]
         count = int(homes.home_num_furniture[home])
-        own = homes.furniture_labels[home]
+        furniture_labels = homes.furniture_labels[home]
         _expect(all(homes.room_labels[home, : len(rooms)]), "have rooms first", "gaps", home=home)
         _expect(count > 0, "have furniture", "none", home=home)
         _expect(homes.is_furniture[home, :count].all(), "have furniture first", "gaps", home=home)
         _expect(
-            not any(own[count:]) and all(own[:count]),
+            not any(furniture_labels[count:]) and all(furniture_labels[:count]),
             "have labels for its furniture alone",
             "others",
             home=home,
         )
         _expect(
-            set(rooms) | set(own[:count]) <= set(labels),
+            set(rooms) | set(furniture_labels[:count]) <= set(labels),
             "have its labels in labels",
             "others",
             home=home,
@@ -181,5 +181,5 @@ def _expect(
 ) -> None:
     if not holds:
         where = "" if step is None else f" in step {step}"
-        which = "homes" if home is None else f"home {home}"
-        raise AssertionError(f"{which} must {rule}, got {found}{where}. See `Homes`.")
+        noun = "homes" if home is None else f"home {home}"
+        raise AssertionError(f"{noun} must {rule}, got {found}{where}. See `Homes`.")

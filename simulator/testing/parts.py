@@ -95,11 +95,14 @@ def check_sensing(sensing: Sensing | str, *, num_steps: int = 60, seed: int = 0)
             dtype=bool,
         )
         sure.append(np.stack([is_right, seen.seen_confidence], axis=1))
-        there = (homes.object_furniture[seen.home] == seen.furniture[:, None]).sum(axis=1)
+        num_there = (homes.object_furniture[seen.home] == seen.furniture[:, None]).sum(axis=1)
         found = np.bincount(seen.seen_home[is_right], minlength=homes.num_homes)[seen.home]
         seen_more.append(
             np.stack(
-                [np.repeat(found / np.maximum(there, 1), there), np.repeat(seen.coverage, there)],
+                [
+                    np.repeat(found / np.maximum(num_there, 1), num_there),
+                    np.repeat(seen.coverage, num_there),
+                ],
                 axis=1,
             )
         )
@@ -158,13 +161,13 @@ def _check_observation(homes: SampledHomes, furniture: np.ndarray, seen: Observa
 def _check_part(part: Part) -> None:
     """Check that a part can be written down, sent to workers and compared."""
     data = json.loads(json.dumps(part.describe()))
-    for what, copy in (
+    for way, copy in (
         ("JSON", type(part).from_json(data)),
         ("pickling", pickle.loads(pickle.dumps(part))),
     ):
         if copy != part or hash(copy) != hash(part):
             raise AssertionError(
-                f"fields must survive {what}, got {copy} for {part}. Make it a frozen dataclass."
+                f"fields must survive {way}, got {copy} for {part}. Make it a frozen dataclass."
             )
 
 

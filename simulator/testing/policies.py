@@ -78,8 +78,8 @@ def check_policy(
     scores = _play(policy, together, num_steps, tolerance)
     for home in range(num_homes):
         alone = start(range(home, home + 1))
-        own = _play(make(alone), alone, num_steps, tolerance)
-        for step, (single, batch) in enumerate(zip(own, scores, strict=True), start=1):
+        single_scores = _play(make(alone), alone, num_steps, tolerance)
+        for step, (single, batch) in enumerate(zip(single_scores, scores, strict=True), start=1):
             _check_equal(
                 batch[home::num_homes, : alone.num_furniture],
                 single,
@@ -150,13 +150,13 @@ class _Watched(Policy):
             f"be the same for the same memory, got others when asked twice {when}. Let nothing but "
             "the memory and the queries matter",
         )
-        for row in range(len(scores)):
-            one = queries.take(np.array([row]))
+        for query in range(len(scores)):
+            question = queries.take(np.array([query]))
             _check_equal(
-                scores[row : row + 1],
-                self._policy.scores(memory, one),
+                scores[query : query + 1],
+                self._policy.scores(memory, question),
                 self._tolerance,
-                f"be the same for a question alone, got others for question {row} {when}. Answer "
+                f"be the same for a question alone, got others for question {query} {when}. Answer "
                 "each question by itself",
             )
         _check_unchanged(memory, before, "scores")
@@ -183,10 +183,10 @@ def _check_scores(memory: MemoryBatch, queries: Queries, scores: np.ndarray) -> 
         )
     is_furniture = memory.is_furniture[queries.home]
     if (scores[~is_furniture] > -np.inf).any():
-        row, column = np.argwhere(~is_furniture & (scores > -np.inf))[0]
+        query, column = np.argwhere(~is_furniture & (scores > -np.inf))[0]
         raise AssertionError(
-            f"scores must be -inf where a home has no furniture, got {scores[row, column]} in "
-            f"column {column} of home {queries.home[row]}. Use "
+            f"scores must be -inf where a home has no furniture, got {scores[query, column]} in "
+            f"column {column} of home {queries.home[query]}. Use "
             "`sgm.policies.policy.mask_furniture`."
         )
 
@@ -213,10 +213,10 @@ def _copy_counters(memory: MemoryBatch) -> dict[str, np.ndarray]:
     return {name: values.copy() for name, values in columns.items()}
 
 
-def _check_unchanged(memory: MemoryBatch, before: dict[str, np.ndarray], what: str) -> None:
+def _check_unchanged(memory: MemoryBatch, before: dict[str, np.ndarray], caller: str) -> None:
     for name, values in _copy_counters(memory).items():
         if not np.array_equal(values, before[name]):
             raise AssertionError(
-                f"{what} must leave the memory alone, got another '{name}' in step {memory.time}. "
-                "Copy what you change."
+                f"{caller} must leave the memory alone, got another '{name}' in step "
+                f"{memory.time}. Copy what you change."
             )

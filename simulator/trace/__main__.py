@@ -110,7 +110,7 @@ def list_priors_that_know(types: Sequence[str], prior: str | None) -> list[str]:
     """Say which priors that ship know types that the one given does not."""
     lines = []
     for name in SHIPPED:
-        labels = {kind.label for kind in load_prior(name).objects}
+        labels = {object_type.label for object_type in load_prior(name).objects}
         known = [label for label in types if label in labels]
         if known and name != (prior or "default"):
             lines.append(f"--prior {name} knows {', '.join(known)}")
@@ -225,11 +225,11 @@ def bring_bag(arguments: Sequence[str]) -> int:
     labels = None if names is None else load_furniture_labels(names)
     with TemporaryDirectory() as folder:
         log = options.log or (options.out and Path(folder) / "looks.jsonl")
-        own = BagOptions(**pick(options, BagOptions))
+        bag_options = BagOptions(**pick(options, BagOptions))
         looks = read_bag(
             options.folder,
             home,
-            own,
+            bag_options,
             areas=areas,
             labels=labels,
             prior=load_prior(options.prior),

@@ -79,7 +79,7 @@ def count_prior(
         _count_home(home, episode, labels, layouts[home], counts)
     rooms = list(dict.fromkeys(room for layout in layouts for room, _ in layout))
     placements = list(_weigh_placements(counts, layouts))
-    used = {(row.room, row.furniture) for row in placements}
+    used = {(placement.room, placement.furniture) for placement in placements}
     nodes = dict.fromkeys(node for layout in layouts for node in layout)
     left_out = [
         f"{label} in {room}: nothing was ever put there"
@@ -101,11 +101,11 @@ def count_prior(
             "placement_prob": "share of arrivals per furniture node, sum over the house per object",
         },
     )
-    present = np.array([counts[row.label].object_steps for row in prior.objects])
+    present = np.array([counts[object_type.label].object_steps for object_type in prior.objects])
     fitted = fit_sample_probs(prior, np.maximum(present, 1) / steps)
     objects = tuple(
-        replace(row, sample_prob=max(round(float(prob), 6), 1e-6))
-        for row, prob in zip(prior.objects, fitted, strict=True)
+        replace(object_type, sample_prob=max(round(float(prob), 6), 1e-6))
+        for object_type, prob in zip(prior.objects, fitted, strict=True)
     )
     prior = replace(prior, objects=objects)
     prior.metadata["checksum"] = prior.checksum
@@ -126,7 +126,7 @@ def fit_sample_probs(prior: PriorGraph, present: np.ndarray) -> np.ndarray:
         (O,), the largest 1.
     """
     weights = prior.weights.sum(axis=2)  # (O, K)
-    furniture = np.array([row.prob for row in prior.furniture])
+    furniture = np.array([furniture_type.prob for furniture_type in prior.furniture])
     probs = np.ones(len(present))
     for _ in range(_ROUNDS):
         taken = weights * probs[:, None]
@@ -180,17 +180,17 @@ def _count_home(
         if place < 0:
             continue
         label = labels[description]
-        own = counts[label]
+        type_counts = counts[label]
         if is_new:
             holds[slot] = label
             present[label] += 1
-            own.object_steps += end - step  # in each it may leave or move
-            own.additions += step > 0
-            own.most = max(own.most, present[label])
-        own.moves += is_move
+            type_counts.object_steps += end - step  # in each it may leave or move
+            type_counts.additions += step > 0
+            type_counts.most = max(type_counts.most, present[label])
+        type_counts.moves += is_move
         if is_new or is_move:
             furniture, relation = PlaceCode.split(place)
-            own.arrivals[home][(*layout[furniture], RELATIONS[relation])] += 1
+            type_counts.arrivals[home][(*layout[furniture], RELATIONS[relation])] += 1
     for label in set(labels):
         counts[label].home_steps += end
 
@@ -198,7 +198,10 @@ def _count_home(
 def _list_layout(trace: Trace, types: RecordedTypes) -> list[tuple[str, str]]:
     """List (room label, furniture label) of every furniture node, (F,)."""
     rooms = [types.spell(label) for label in trace.layout.room_labels]
-    return [(rooms[row.room], types.spell(row.label)) for row in trace.layout.furniture.values()]
+    return [
+        (rooms[furniture.room], types.spell(furniture.label))
+        for furniture in trace.layout.furniture.values()
+    ]
 
 
 def _weigh_placements(
@@ -206,17 +209,17 @@ def _weigh_placements(
 ) -> list[Placement]:
     rows = []
     num_nodes = [Counter(layout) for layout in layouts]
-    for label, own in counts.items():
+    for label, type_counts in counts.items():
         share: dict[Place, float] = defaultdict(float)
-        for home, arrivals in own.arrivals.items():
+        for home, arrivals in type_counts.arrivals.items():
             for place, number in arrivals.items():
                 share[place] += number / num_nodes[home][place[:2]]
-        total = sum(own.arrivals.values(), Counter[Place]())
+        total = sum(type_counts.arrivals.values(), Counter[Place]())
         weights = {}
         for place, value in share.items():
             at_hand = sum(
                 arrivals.total()
-                for home, arrivals in own.arrivals.items()
+                for home, arrivals in type_counts.arrivals.items()
                 if place[:2] in num_nodes[home]
             )
             weights[place] = value / at_hand
@@ -229,20 +232,25 @@ def _weigh_placements(
 
 
 def _describe_objects(counts: Mapping[str, TypeCounts]) -> list[ObjectType]:
-    rate = {label: own.moves / max(own.object_steps, 1) for label, own in counts.items()}
+    rate = {
+        label: type_counts.moves / max(type_counts.object_steps, 1)
+        for label, type_counts in counts.items()
+    }
     fastest = max(rate.values())
     return [
         ObjectType(
             label,
             sample_prob=1.0,
-            max_count=own.most,
+            max_count=type_counts.most,
             move_freq=round(rate[label] / fastest, 6) if fastest else 0.0,
             add_remove_prob=round(
-                (own.additions + own.removals) / max(own.home_steps + own.object_steps, 1), 6
+                (type_counts.additions + type_counts.removals)
+                / max(type_counts.home_steps + type_counts.object_steps, 1),
+                6,
             ),
-            adjectives=_find_adjectives(load_types().objects.get(label), own.adjectives),
+            adjectives=_find_adjectives(load_types().objects.get(label), type_counts.adjectives),
         )
-        for label, own in counts.items()
+        for label, type_counts in counts.items()
     ]
 
 
@@ -254,15 +262,17 @@ def _describe_furniture(
 ) -> FurnitureType:
     room, label = node
     num_rooms = sum(
-        types.spell(own) == room for trace in traces for own in trace.layout.room_labels
+        types.spell(room_label) == room
+        for trace in traces
+        for room_label in trace.layout.room_labels
     )
     num_nodes = sum(layout.count(node) for layout in layouts)
-    most = max(sum(own == label for _, own in layout) for layout in layouts)
+    most = max(sum(furniture_label == label for _, furniture_label in layout) for layout in layouts)
     said: dict[str, None] = {}
     for trace in traces:
-        for row in trace.layout.furniture.values():
-            words = read_words("description", row.description)
-            if types.spell(row.label) == label and words.endswith(label) and words != label:
+        for furniture in trace.layout.furniture.values():
+            words = read_words("description", furniture.description)
+            if types.spell(furniture.label) == label and words.endswith(label) and words != label:
                 said[words.removesuffix(label).strip()] = None
     adjectives = _find_adjectives(load_types().furniture.get(label), said)
     return FurnitureType(label, room, round(num_nodes / num_rooms, 6), most, adjectives)

@@ -208,7 +208,7 @@ def _follow_slots(
         The columns of `Episode`, and whether what is there came from another room, (n, 7); how many
         objects are there after each step, (T,); the number of each description.
     """
-    rooms = [row.room for row in trace.layout.furniture.values()]
+    rooms = [furniture.room for furniture in trace.layout.furniture.values()]
     places: dict[str, int] = {}  # of every object that is there
     slots: dict[str, int] = {}
     free = list(range(trace.num_slots))
@@ -244,8 +244,8 @@ def _follow_slots(
             places[name] = place
             changed[slots[name]] = (place, number, is_move, before is None, crosses)
         # Emptied slots first.
-        for slot, row in sorted(changed.items(), key=lambda item: (item[1][0] >= 0, item[0])):
-            rows.append((step, slot, *row))
+        for slot, change in sorted(changed.items(), key=lambda item: (item[1][0] >= 0, item[0])):
+            rows.append((step, slot, *change))
         steps.append(step)
         counts.append(len(places))
     num_present = np.repeat(counts, np.diff([*steps, num_steps + 1]))[1:]

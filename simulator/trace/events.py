@@ -83,10 +83,10 @@ def make_events_csv(events: Sequence[Event], layout: Layout) -> str:
         if event.furniture != GONE:
             place, relation = layout.furniture[event.furniture].name, RELATIONS[event.relation]
         description = "" if is_said else event.description
-        row = [time, event.object, place, relation, description]
+        line = [time, event.object, place, relation, description]
         if has_positions:
-            row += [""] * len(_POSITION) if event.position is None else event.position
-        writer.writerow(row)
+            line += [""] * len(_POSITION) if event.position is None else event.position
+        writer.writerow(line)
     return out.getvalue()
 
 
@@ -102,7 +102,7 @@ def _read_rows(
             f"{', '.join(COLUMNS[len(_REQUIRED) :])}, got {', '.join(header) or 'nothing'}. Name "
             "them in the first row."
         )
-    furniture = {read_words("name", row.name): i for i, row in layout.furniture.items()}
+    furniture = {read_words("name", piece.name): i for i, piece in layout.furniture.items()}
     known: dict[str, Event] = {}  # by the words of the object's name
     last = 0.0
     for cells in filter(None, rows):
@@ -111,24 +111,24 @@ def _read_rows(
                 f"row must have {len(header)} cells, got {len(cells)}. "
                 "Write texts that hold a comma in double quotes."
             )
-        row = dict(zip(header, cells, strict=True))
-        time = _read_time(row["time_s"], last, start)
-        event = _read_row(row, time, furniture, layout, known)
+        entry = dict(zip(header, cells, strict=True))
+        time = _read_time(entry["time_s"], last, start)
+        event = _read_row(entry, time, furniture, layout, known)
         known[read_words("object", event.object)] = event
         last = event.time_s
         yield event
 
 
 def _read_row(
-    row: Mapping[str, str],
+    entry: Mapping[str, str],
     time: float,
     furniture: Mapping[str, int],
     layout: Layout,
     known: Mapping[str, Event],
 ) -> Event:
-    name = row["object"].strip()
+    name = entry["object"].strip()
     before = known.get(read_words("object", name))
-    description = (row.get("description") or "").strip()
+    description = (entry.get("description") or "").strip()
     if before is not None:
         if _get_spelling(name) != _get_spelling(before.object):
             raise ValueError(
@@ -149,27 +149,27 @@ def _read_row(
         read_words("description", description)
     else:
         description = get_label(name)
-    if not row["furniture"].strip():
+    if not entry["furniture"].strip():
         if before is None:
             raise ValueError(
                 f"object must be somewhere before it is gone, got {shorten(name)} for the first "
                 "time. Mend its name, or say first where it is."
             )
         return Event(time, name, description, GONE, before.relation)
-    place = furniture.get(read_words("furniture", row["furniture"]))
+    place = furniture.get(read_words("furniture", entry["furniture"]))
     if place is None:
-        names = ", ".join(entry.name for entry in layout.furniture.values())
+        names = ", ".join(piece.name for piece in layout.furniture.values())
         raise ValueError(
-            f"furniture must be in layout.json, got {shorten(row['furniture'])}. Add it there, or "
-            f"mend its name; known: {names}."
+            f"furniture must be in layout.json, got {shorten(entry['furniture'])}. Add it "
+            f"there, or mend its name; known: {names}."
         )
-    relation = RELATIONS.index(read_relation(row["relation"]))
-    return Event(time, name, description, place, relation, _read_position(row, name))
+    relation = RELATIONS.index(read_relation(entry["relation"]))
+    return Event(time, name, description, place, relation, _read_position(entry, name))
 
 
-def _read_position(row: Mapping[str, str], name: str) -> Point | None:
+def _read_position(entry: Mapping[str, str], name: str) -> Point | None:
     """Read x, y and z in metres; None where all of them are left out."""
-    texts = [row.get(side, "").strip() for side in _POSITION]
+    texts = [entry.get(side, "").strip() for side in _POSITION]
     if not any(texts):
         return None
     try:

@@ -138,11 +138,11 @@ def split_trace(trace: Trace, shares: Mapping[str, float]) -> dict[str, Trace]:
 
 def _cut(trace: Trace, name: str, begin_s: float, end_s: float) -> Trace:
     """Return the part of a trace that begins with everything at its place."""
-    at = {event.object: event for event in trace.events if event.time_s <= begin_s}
+    event_of = {event.object: event for event in trace.events if event.time_s <= begin_s}
     events: list[Event] = []
     named: set[str] = set()
     for event in (
-        *(replace(event, time_s=begin_s) for event in at.values()),
+        *(replace(event, time_s=begin_s) for event in event_of.values()),
         *(event for event in trace.events if begin_s < event.time_s <= end_s),
     ):
         if event.furniture != GONE or event.object in named:  # what goes must have been there
@@ -219,20 +219,20 @@ class _LogReader:
         ):
             self._read_place(line.kind, self._places[values["furniture"]], values)
 
-    def _read_place(self, kind: str, place: int, values: Mapping[str, Any]) -> None:
+    def _read_place(self, command: str, place: int, values: Mapping[str, Any]) -> None:
         """Take over what a line says of a piece of furniture."""
-        if kind == "move":
+        if command == "move":
             room = self._rooms[values["room"]]
             self._nodes[place] = replace(self._nodes[place], room=room, box=values.get("box"))
-        elif kind == "name":
+        elif command == "name":
             label, description = values["label"], values["description"]
             self._nodes[place] = replace(self._nodes[place], label=label, description=description)
             self._known_nodes[values["furniture"], label, description] = place
-        elif kind == "remove_furniture":
+        elif command == "remove_furniture":
             self._add_look(place, 1.0, {})
-        elif kind == "look":
+        elif command == "look":
             self._read_look(place, values)
-        elif kind == "absent":
+        elif command == "absent":
             self._add_look(place, values["coverage"], {}, read_name(values["description"]))
         else:  # where a thing was said to be, or was put, and nothing of others there
             name = (values["id"],) if "id" in values else read_name(values["description"])
@@ -246,10 +246,10 @@ class _LogReader:
         self._nodes = [node.transform(angle, shift) for node in self._nodes]
         for look in self.looks:
             for spots in look.seen.values():
-                for row, (relation, position) in enumerate(spots):
+                for number, (relation, position) in enumerate(spots):
                     if position is not None:
                         x, y = turn_flat(*position[:2], angle, shift)
-                        spots[row] = LoggedSpot(relation=relation, position=(x, y, position[2]))
+                        spots[number] = LoggedSpot(relation=relation, position=(x, y, position[2]))
 
     def make_layout(self) -> Layout:
         """Return rooms and furniture; those of one label are numbered."""
@@ -302,8 +302,8 @@ class _LogReader:
                 name = (about[1],) if about and about[1] else read_name(description)
                 self.descriptions.setdefault(name, read_words("description", description))
                 position = tuple(about[3]) if len(about) > 3 else None
-                at = RELATIONS.index(read_relation(relation))
-                seen[name].append(LoggedSpot(relation=at, position=position))
+                number = RELATIONS.index(read_relation(relation))
+                seen[name].append(LoggedSpot(relation=number, position=position))
         hidden = frozenset(map(read_name, values.get("hidden", ())))
         self._add_look(place, values["coverage"], seen, None, hidden)
 
@@ -355,8 +355,8 @@ class _LoggedThings:
                 for relation, share in enumerate(look.coverage):
                     unseen[look.place][relation] += share
         for place, coverage in unseen.items():
-            there = sorted((t for t in things if t.place == place), key=lambda t: -t.time_s)
-            for thing in there[len(seen.get(place, ())) :]:
+            at_place = sorted((t for t in things if t.place == place), key=lambda t: -t.time_s)
+            for thing in at_place[len(seen.get(place, ())) :]:
                 thing.unseen += coverage[thing.spot.relation]
                 if thing.unseen >= _COUNTED:
                     thing.place = GONE
@@ -366,8 +366,8 @@ class _LoggedThings:
         """Say where the things of a name are that were seen."""
         things = self._things[name]
         for place, spots in seen.items():
-            there = [thing for thing in things if thing.place == place]
-            for thing, spot in zip(there, spots, strict=False):
+            at_place = [thing for thing in things if thing.place == place]
+            for thing, spot in zip(at_place, spots, strict=False):
                 self._put(time_s, thing, place, spot)
         for place, spots in seen.items():
             num_there = sum(thing.place == place for thing in things)

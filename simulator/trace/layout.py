@@ -67,13 +67,13 @@ def read_start(start: Any) -> datetime:
     return time
 
 
-def read_part(what: str, path: Path) -> bytes:
+def read_part(noun: str, path: Path) -> bytes:
     """Read a file of a trace; ValueError if it cannot be read."""
     try:
         return read_file(path)
     except OSError as error:
         where = f"for {path}. A trace is a folder with layout.json and events.csv."
-        raise make_read_error(error, f"{what} must be a file that can be read", where) from error
+        raise make_read_error(error, f"{noun} must be a file that can be read", where) from error
 
 
 def load_layout(path: Path) -> tuple[Layout, datetime | None, float | None]:
@@ -104,20 +104,20 @@ def make_layout_json(layout: Layout, start: datetime | None, until_s: float | No
         for room in layout.rooms.values()
     ]
     furniture = []
-    for row in layout.furniture.values():
-        entry: dict[str, Any] = {"name": row.name, "room": layout.rooms[row.room].name}
-        if row.label != get_label(row.name):
-            entry["label"] = row.label
-        if row.description != row.label:
-            entry["description"] = row.description
-        if row.position is not None:
-            entry["position"] = list(row.position)
-        if row.box is not None:
-            entry["box"] = {name: getattr(row.box, name) for name in _BOX_FIELDS}
-            if row.box.outline is None:
+    for piece in layout.furniture.values():
+        entry: dict[str, Any] = {"name": piece.name, "room": layout.rooms[piece.room].name}
+        if piece.label != get_label(piece.name):
+            entry["label"] = piece.label
+        if piece.description != piece.label:
+            entry["description"] = piece.description
+        if piece.position is not None:
+            entry["position"] = list(piece.position)
+        if piece.box is not None:
+            entry["box"] = {name: getattr(piece.box, name) for name in _BOX_FIELDS}
+            if piece.box.outline is None:
                 del entry["box"]["outline"]
-        if row.open_cost is not None:
-            entry["open_cost"] = row.open_cost
+        if piece.open_cost is not None:
+            entry["open_cost"] = piece.open_cost
         furniture.append(entry)
     parts = [
         f'"version": {VERSION}',
@@ -153,9 +153,11 @@ def _read_layout(data: Any, path: Path) -> tuple[Layout, datetime | None, float 
 
 def _read_rooms(rows: Any) -> Iterator[Room]:
     seen: set[str] = set()
-    for index, row in enumerate(_check_list("rooms", rows)):
+    for index, given in enumerate(_check_list("rooms", rows)):
         where = f"rooms[{index}]"
-        entry = {"name": row} if isinstance(row, str) else _check_row(where, row, _ROOM_FIELDS)
+        entry = (
+            {"name": given} if isinstance(given, str) else _check_row(where, given, _ROOM_FIELDS)
+        )
         name = _read_name(f"{where}.name", entry.get("name"), seen)
         yield Room(_read_label(f"{where}.label", entry.get("label"), name), name)
 
@@ -163,9 +165,9 @@ def _read_rooms(rows: Any) -> Iterator[Room]:
 def _read_furniture(rows: Any, rooms: tuple[Room, ...]) -> Iterator[Furniture]:
     numbers = {read_words("room", room.name): index for index, room in enumerate(rooms)}
     seen: set[str] = set()
-    for index, row in enumerate(_check_list("furniture", rows)):
+    for index, given in enumerate(_check_list("furniture", rows)):
         where = f"furniture[{index}]"
-        entry = _check_row(where, row, _FURNITURE_FIELDS)
+        entry = _check_row(where, given, _FURNITURE_FIELDS)
         name = _read_name(f"{where}.name", entry.get("name"), seen)
         room = numbers.get(read_words(f"{where}.room", entry.get("room", "")))
         if room is None:
@@ -183,46 +185,50 @@ def _read_furniture(rows: Any, rooms: tuple[Room, ...]) -> Iterator[Furniture]:
         yield Furniture(label, room, description or label, name, position, box, cost)
 
 
-def _read_box(where: str, row: Any) -> Box | None:
-    if row is None:
+def _read_box(where: str, given: Any) -> Box | None:
+    if given is None:
         return None
-    entry = _check_row(where, row, _BOX_FIELDS)
+    entry = _check_row(where, given, _BOX_FIELDS)
     for name in ("center", "size"):
         if name not in entry:
-            raise ValueError(f"{where} must have the field {name}, got {shorten(row, 60)}. Add it.")
+            raise ValueError(
+                f"{where} must have the field {name}, got {shorten(given, 60)}. Add it."
+            )
     return Box(**entry)
 
 
-def _check_list(what: str, rows: Any) -> list[Any]:
+def _check_list(noun: str, rows: Any) -> list[Any]:
     if not isinstance(rows, list) or not rows:
-        raise ValueError(f"{what} must be a list with entries, got {shorten(rows, 60)}. Add some.")
+        raise ValueError(f"{noun} must be a list with entries, got {shorten(rows, 60)}. Add some.")
     return rows
 
 
-def _check_row(where: str, row: Any, fields: tuple[str, ...]) -> Mapping[str, Any]:
-    if not isinstance(row, Mapping):
-        raise ValueError(f"{where} must be a JSON object, got {shorten(row, 60)}. Name its fields.")
-    _check_fields(where, row, fields)
-    return row
+def _check_row(where: str, given: Any, fields: tuple[str, ...]) -> Mapping[str, Any]:
+    if not isinstance(given, Mapping):
+        raise ValueError(
+            f"{where} must be a JSON object, got {shorten(given, 60)}. Name its fields."
+        )
+    _check_fields(where, given, fields)
+    return given
 
 
-def _check_fields(where: str, row: Mapping[str, Any], fields: tuple[str, ...]) -> None:
-    for name in row:
+def _check_fields(where: str, given: Mapping[str, Any], fields: tuple[str, ...]) -> None:
+    for name in given:
         if name not in fields:
             raise ValueError(
                 f"{where} must have the fields {', '.join(fields)}, got {shorten(name)}. Remove it."
             )
 
 
-def _read_name(what: str, name: Any, seen: set[str]) -> str:
-    words = read_words(what, name)
+def _read_name(noun: str, name: Any, seen: set[str]) -> str:
+    words = read_words(noun, name)
     if words in seen:
         raise ValueError(
-            f"{what} must be unique, got {shorten(name)} again. Number them: {name} 2."
+            f"{noun} must be unique, got {shorten(name)} again. Number them: {name} 2."
         )
     seen.add(words)
     return str(name).strip()
 
 
-def _read_label(what: str, label: Any, name: str) -> str:
-    return get_label(name) if label is None else read_words(what, label)
+def _read_label(noun: str, label: Any, name: str) -> str:
+    return get_label(name) if label is None else read_words(noun, label)

@@ -43,10 +43,10 @@ class TraceRecorder:
         shape = (homes.num_homes, homes.num_slots)
         self._place = np.full(shape, -1)
         self._name = np.full(shape, "", dtype=object)
-        own = range(homes.num_homes)
-        self._counts: list[Counter[str]] = [Counter() for _ in own]
-        self._codes: list[set[int]] = [set() for _ in own]
-        self._events: list[list[Event]] = [[] for _ in own]
+        numbers = range(homes.num_homes)
+        self._counts: list[Counter[str]] = [Counter() for _ in numbers]
+        self._codes: list[set[int]] = [set() for _ in numbers]
+        self._events: list[list[Event]] = [[] for _ in numbers]
         self._code = np.full(shape, -1)  # description of what is in a slot
         self.record()
 

@@ -275,11 +275,11 @@ def _load(checksums: tuple[str, ...], *arguments: Any) -> RecordedSource:
 def _choose_step(trace: Trace, step_seconds: float | None) -> float:
     if trace.truth is None:
         return DEFAULT_STEP_SECONDS if step_seconds is None else step_seconds
-    own = trace.truth.step_seconds
-    if step_seconds not in (None, own):
+    true_step = trace.truth.step_seconds
+    if step_seconds not in (None, true_step):
         raise ValueError(
-            f"step must be the {own:g} s that {trace.name} was simulated with, got "
+            f"step must be the {true_step:g} s that {trace.name} was simulated with, got "
             f"{step_seconds:g} s. Leave it out, or delete simulation.json to replay the home like "
             "a recorded one."
         )
-    return own
+    return true_step

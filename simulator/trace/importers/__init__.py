@@ -53,7 +53,7 @@ class Importer:
         """
         for name, value in options.items():
             if value is not None and name not in self.options:
-                known = [form for form, one in IMPORTERS.items() if name in one.options]
+                known = [form for form, importer in IMPORTERS.items() if name in importer.options]
                 raise ValueError(
                     f"{name} must come with the format {' or '.join(known)}, got {value}. Leave it "
                     "out."

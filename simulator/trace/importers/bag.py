@@ -199,12 +199,12 @@ def read_bag(
     reader = open_bag(path)
     try:
         topics = _find_topics(reader.connections, path, options)
-        own = {topic: option for option, topic in topics.items()}
+        option_of = {topic: option for option, topic in topics.items()}
         names = _read_names(options.class_names)
         live: LiveMemory | None = None
         looks = Counter[str]()
-        for topic, message, seconds in _list_messages(reader, path, own, counts):
-            option = own[topic]
+        for topic, message, seconds in _list_messages(reader, path, option_of, counts):
+            option = option_of[topic]
             if live is None:
                 memory = SceneGraphMemory(prior, _make_clock(seconds, options), log=log)
                 mapper = FurnitureMapper(memory, areas=areas, labels=labels)
@@ -225,8 +225,8 @@ def read_bag(
                     uses_depth="depth" in topics,
                 )
                 known = () if home is None else home.furniture
-                for number, row in zip(memory.furniture_ids, known, strict=True):
-                    if row.is_open:
+                for number, furniture in zip(memory.furniture_ids, known, strict=True):
+                    if furniture.is_open:
                         live.builder.set_open(number)
             feed = live.feed
             if option == "detections":
@@ -243,8 +243,8 @@ def read_bag(
         reader.close()
     if live is None:
         raise ValueError(
-            f"bag must have messages of {', '.join(own)}, got none that can be read in {path}. "
-            "Record them, or name other topics."
+            f"bag must have messages of {', '.join(option_of)}, got none that can be read in "
+            f"{path}. Record them, or name other topics."
         )
     live.finish()
     counts.update(live.feed.counts)
@@ -278,33 +278,35 @@ _WANTED = (
 
 def _find_topics(connections: list[Any], path: Path, options: BagOptions) -> dict[str, str]:
     """Return the topic of each option that is read; those that are needed must be there."""
-    there = {one.topic: one.msgtype for one in connections}
+    type_of = {connection.topic: connection.msgtype for connection in connections}
     found: dict[str, str] = {}
     usual = BagOptions()
     for wanted in _WANTED:
         topic = getattr(options, wanted.option)
-        if topic not in there and topic == getattr(usual, wanted.option):
-            topic = _choose_topic(wanted, there) or topic
-        needs_depth = there.get(found.get("detections", "")) == DETECTIONS_2D
+        if topic not in type_of and topic == getattr(usual, wanted.option):
+            topic = _choose_topic(wanted, type_of) or topic
+        needs_depth = type_of.get(found.get("detections", "")) == DETECTIONS_2D
         is_needed = wanted.is_needed or (wanted.option == "depth" and bool(topic) and needs_depth)
-        if there.get(topic) in wanted.kinds:
+        if type_of.get(topic) in wanted.kinds:
             found[wanted.option] = topic
-        elif is_needed or topic in there:
-            known = ", ".join(f"{name} ({kind})" for name, kind in sorted(there.items()))
+        elif is_needed or topic in type_of:
+            known = ", ".join(
+                f"{name} ({message_type})" for name, message_type in sorted(type_of.items())
+            )
             raise ValueError(
                 f"bag must have the topic {topic} of type {' or '.join(wanted.kinds)}, got "
-                f"{there.get(topic, 'no such topic')} in {path}. Name another one with "
+                f"{type_of.get(topic, 'no such topic')} in {path}. Name another one with "
                 f"--{wanted.option}; there are: {shorten(known) if known else 'none'}."
             )
     return found
 
 
-def _choose_topic(wanted: _Wanted, there: Mapping[str, str]) -> str | None:
+def _choose_topic(wanted: _Wanted, type_of: Mapping[str, str]) -> str | None:
     """Return the only topic that may be meant; None if there is none, or several."""
     fits = [
         name
-        for name, kind in there.items()
-        if kind in wanted.kinds and wanted.says in name and wanted.never not in name
+        for name, message_type in type_of.items()
+        if message_type in wanted.kinds and wanted.says in name and wanted.never not in name
     ]
     for word in wanted.avoids:
         fits = [name for name in fits if word not in name] or fits
@@ -320,8 +322,8 @@ def _list_messages(
     store = get_typestore(Stores.ROS2_JAZZY)
     for name, text in DEFINITIONS.items():
         store.register(get_types_from_msg(text, name))
-    own = [one for one in reader.connections if one.topic in topics]
-    messages = reader.messages(connections=own)
+    wanted = [connection for connection in reader.connections if connection.topic in topics]
+    messages = reader.messages(connections=wanted)
     while True:
         try:
             connection, nanoseconds, data = next(messages)

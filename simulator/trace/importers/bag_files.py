@@ -25,15 +25,15 @@ class StorageFiles:
     def __init__(self, readers: Sequence[Any]) -> None:
         """Take over readers of rosbags, which are open."""
         self._readers = readers
-        self.connections = [one for reader in readers for one in reader.connections]
+        self.connections = [connection for reader in readers for connection in reader.connections]
 
     def messages(self, connections: Collection[Any]) -> Iterator[tuple[Any, int, bytes]]:
         """Yield connection, nanoseconds and bytes of every message, as rosbags does."""
-        topics = {one.topic for one in connections}
+        topics = {connection.topic for connection in connections}
         for reader in self._readers:
-            own = [one for one in reader.connections if one.topic in topics]
-            if own:
-                yield from reader.messages(connections=own)
+            wanted = [connection for connection in reader.connections if connection.topic in topics]
+            if wanted:
+                yield from reader.messages(connections=wanted)
 
     def close(self) -> None:
         """Close all files."""
@@ -65,11 +65,11 @@ def open_bag(path: Path) -> StorageFiles:
             reader.open()
         except Exception as error:  # of sqlite, MCAP, zstd: whatever a file holds that was altered
             StorageFiles(readers).close()
-            kind = "one of ROS 2" if isinstance(error, ReaderError) else "whole, and of ROS 2"
+            rule = "one of ROS 2" if isinstance(error, ReaderError) else "whole, and of ROS 2"
             # What was being recorded when the power failed has no end: `ros2` opens it no more.
             mend = "`mcap recover`" if file.suffix == ".mcap" else "`ros2 bag reindex`"
             raise ValueError(
-                f"bag must be {kind} that rosbags reads, got {shorten(str(error)[:200])} for "
+                f"bag must be {rule} that rosbags reads, got {shorten(str(error)[:200])} for "
                 f"{file}. Run `ros2 bag info`, or {mend}."
             ) from None
         readers.append(reader)

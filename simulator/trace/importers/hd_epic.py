@@ -115,12 +115,14 @@ def read_hd_epic(
     associations, masks = (_read_file(folder / name) for name in (ASSOCIATIONS, MASKS))
     left_out: Counter[str] = Counter()
     videos: dict[str, list[_Video]] = defaultdict(list)
-    for name, own in associations.items():
+    for name, associated in associations.items():
         participant, start = _read_video_name(name, folder / ASSOCIATIONS)
         known = masks.get(name, {})
-        if not isinstance(own, dict) or not isinstance(known, dict):
-            _refuse("a video", "an object of associations or masks", own, folder / ASSOCIATIONS)
-        videos[participant].append(_read_video(name, start, own, known, left_out, folder))
+        if not isinstance(associated, dict) or not isinstance(known, dict):
+            _refuse(
+                "a video", "an object of associations or masks", associated, folder / ASSOCIATIONS
+            )
+        videos[participant].append(_read_video(name, start, associated, known, left_out, folder))
     unknown = sorted(set(participants) - set(videos))
     if unknown or not videos:
         raise ValueError(
@@ -129,7 +131,7 @@ def read_hd_epic(
         )
     chosen = sorted(participants or videos)
     traces = [
-        _make_trace(who, sorted(videos[who], key=lambda one: one.start), gap_minutes)
+        _make_trace(who, sorted(videos[who], key=lambda video: video.start), gap_minutes)
         for who in chosen
     ]
     empty = [trace.name for trace in traces if not trace.events]
@@ -141,9 +143,9 @@ def read_hd_epic(
     return ReadKitchens(traces, dict(left_out))
 
 
-def _refuse(what: str, rule: str, found: object, path: Path) -> NoReturn:
+def _refuse(noun: str, rule: str, found: object, path: Path) -> NoReturn:
     raise ValueError(
-        f"{what} must be {rule}, got {shorten(found)} in {path}. Take the file as it was published."
+        f"{noun} must be {rule}, got {shorten(found)} in {path}. Take the file as it was published."
     )
 
 
@@ -181,16 +183,18 @@ def _read_video(
 ) -> _Video:
     things: dict[str, list[list[_Move]]] = defaultdict(list)
     length = 0.0
-    for own in associations.values():
-        if not (isinstance(own, dict) and isinstance(own.get("tracks"), list)):
-            _refuse("association", "an object with name and tracks", own, folder / ASSOCIATIONS)
-        if not isinstance(own.get("name"), str):
-            _refuse("name", "a text", own.get("name"), folder / ASSOCIATIONS)
-        moves = [_read_track(track, masks, left_out, folder) for track in own["tracks"]]
-        found = sorted((move for move in moves if move is not None), key=lambda one: one.taken_s)
+    for association in associations.values():
+        if not (isinstance(association, dict) and isinstance(association.get("tracks"), list)):
+            _refuse(
+                "association", "an object with name and tracks", association, folder / ASSOCIATIONS
+            )
+        if not isinstance(association.get("name"), str):
+            _refuse("name", "a text", association.get("name"), folder / ASSOCIATIONS)
+        moves = [_read_track(track, masks, left_out, folder) for track in association["tracks"]]
+        found = sorted((move for move in moves if move is not None), key=lambda move: move.taken_s)
         length = max([length, *(move.put_s for move in found)])
         if any(move.taken_from or move.put_at for move in found):
-            things[_read_thing(own["name"], folder)].append(found)
+            things[_read_thing(association["name"], folder)].append(found)
         else:
             left_out["things at no fixture"] += 1
     return _Video(name, start, dict(things), length)
@@ -228,9 +232,9 @@ def _read_track(
     ordered = sorted(found, key=lambda mask: float(mask.get("frame_number", 0)))
     first, last = ordered[0], ordered[-1]
     if len(ordered) == 1:  # it was seen taken or put: whichever end is nearer
-        at = float(first.get("frame_number", 0)) / _FRAMES
+        seen_s = float(first.get("frame_number", 0)) / _FRAMES
         fixture = _read_fixture(first, folder)
-        if abs(at - taken_s) <= abs(at - put_s):
+        if abs(seen_s - taken_s) <= abs(seen_s - put_s):
             return _Move(taken_s, put_s, fixture, "")
         return _Move(taken_s, put_s, "", fixture)
     return _Move(taken_s, put_s, _read_fixture(first, folder), _read_fixture(last, folder))
@@ -267,25 +271,25 @@ def _make_trace(participant: str, videos: Sequence[_Video], gap_minutes: float |
     ]
     first_day = datetime.combine(videos[0].start, time())
     events: list[tuple[float, int, Event]] = []
-    at: dict[str, int] = {}
+    place_of: dict[str, int] = {}
     offset = until = 0.0
     for video in videos:
         if gap_minutes is None:
             offset = (video.start - first_day) / timedelta(seconds=1)
         for name, object_name, thing in _name_things(video):
-            for when, kind, fixture in _list_places(thing):
+            for when, order, fixture in _list_places(thing):
                 place = number.get(fixture, GONE)
-                before = at.get(object_name, GONE)
+                before = place_of.get(object_name, GONE)
                 if place == before:
                     continue
-                at[object_name] = place
+                place_of[object_name] = place
                 relation = relations[before if place == GONE else place]
                 event = Event(offset + when, object_name, name, place, relation)
-                events.append((event.time_s, kind, event))
+                events.append((event.time_s, order, event))
         until = offset + video.length_s
         if gap_minutes is not None:
             offset = until + 60 * gap_minutes
-    ordered = tuple(event for *_, event in sorted(events, key=lambda row: row[:2]))
+    ordered = tuple(event for *_, event in sorted(events, key=lambda entry: entry[:2]))
     start = first_day if gap_minutes is None else None
     return Trace(participant, layout, ordered, start=start, until_s=until)
 

@@ -64,10 +64,10 @@ class HomeBuilder:
     ) -> int:
         """Add furniture, as in `Furniture`, to a room from `add_room`, and return its index."""
         words = read_words("furniture label", label)
-        row = Furniture(
+        piece = Furniture(
             words, room, description or words, position=position, box=box, open_cost=open_cost
         )
-        self._furniture.append(row)
+        self._furniture.append(piece)
         return len(self._furniture) - 1
 
     def add_object(
@@ -109,22 +109,25 @@ class HomeBuilder:
             ValueError: if it has no room or no furniture. A home without objects is a map, which a
                 robot starts with.
         """
-        for what, rows in (("room", self._rooms), ("furniture", self._furniture)):
+        for noun, rows in (("room", self._rooms), ("furniture", self._furniture)):
             if not rows:
                 raise ValueError(
-                    f"home must have a {what} that can be placed, got none in {name}. "
+                    f"home must have a {noun} that can be placed, got none in {name}. "
                     f"{self.summarise()}"
                 )
         rooms = number_names(self._rooms)
-        furniture = number_names([row.label for row in self._furniture])
+        furniture = number_names([piece.label for piece in self._furniture])
         objects = number_names([label for label, *_ in self._objects])
         layout = Layout.of(
             map(Room, self._rooms, rooms),
-            (replace(row, name=own) for own, row in zip(furniture, self._furniture, strict=True)),
+            (
+                replace(piece, name=unique)
+                for unique, piece in zip(furniture, self._furniture, strict=True)
+            ),
         )
         events = tuple(
-            Event(0.0, own, description, furniture, relation, position)
-            for own, (_, description, furniture, relation, position) in zip(
+            Event(0.0, unique, description, furniture, relation, position)
+            for unique, (_, description, furniture, relation, position) in zip(
                 objects, self._objects, strict=True
             )
         )

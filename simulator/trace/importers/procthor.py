@@ -42,11 +42,13 @@ class HouseRooms:
         number = find_room_number(str(item.get("id", "")))
         if number in self.names:
             return number
-        at = read_point(item.get("position"))
-        if at is None:
+        point = read_point(item.get("position"))
+        if point is None:
             return None
         holds = (
-            n for n, own in self._polygons.items() if own and contains_points(own, np.array(at))
+            n
+            for n, polygon in self._polygons.items()
+            if polygon and contains_points(polygon, np.array(point))
         )
         return next(holds, None)
 
@@ -68,10 +70,10 @@ def find_type(item: Mapping[str, Any]) -> str | None:
 
 
 @cache
-def find_labels(kind: str) -> tuple[str | None, str | None]:
+def find_labels(type_name: str) -> tuple[str | None, str | None]:
     """Our furniture label and object label of ProcTHOR's type."""
     names = load_names("procthor")
-    return names.find_furniture(kind), names.find_object(kind)
+    return names.find_furniture(type_name), names.find_object(type_name)
 
 
 @cache
@@ -182,8 +184,8 @@ class _HouseReader:
                 self.builder.leave_out("a room without id and roomType", shorten(room, 40))
                 continue
             number = self._rooms.add(room)
-            kind = room["roomType"]
-            label = load_names("procthor").find_room(kind) or _split_words(kind)
+            room_type = room["roomType"]
+            label = load_names("procthor").find_room(room_type) or _split_words(room_type)
             self._room_index[number] = self.builder.add_room(label)
         for item in house["objects"]:
             self._read_item(item)
@@ -219,11 +221,11 @@ class _HouseReader:
 
 def _find_names(item: Any) -> tuple[str, str] | None:
     """Label of an item as furniture, and as an object; None if nothing tells its type."""
-    kind = find_type(item) if isinstance(item, Mapping) else None
-    if kind is None or not _split_words(kind):
+    type_name = find_type(item) if isinstance(item, Mapping) else None
+    if type_name is None or not _split_words(type_name):
         return None
-    furniture, label = find_labels(kind)
-    words = _split_words(kind)
+    furniture, label = find_labels(type_name)
+    words = _split_words(type_name)
     return furniture or words, label or words
 
 
@@ -232,6 +234,6 @@ def _list_children(item: Mapping[str, Any]) -> list[Any]:
     return children if isinstance(children, list) else []
 
 
-def _split_words(kind: str) -> str:
+def _split_words(type_name: str) -> str:
     """Split "GarbageCan" into "garbage can"."""
-    return " ".join(re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", kind)).lower()
+    return " ".join(re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", type_name)).lower()

@@ -124,14 +124,14 @@ class _GraphReader:
     def read(self) -> None:
         """Read rooms, then furniture, then what is on it."""
         for node in self._list_nodes(self._layers.ROOMS):
-            kind = self._find_label(node, self._layers.ROOMS) or "room"
+            room_type = self._find_label(node, self._layers.ROOMS) or "room"
             self._rooms[node.id.value] = self.builder.add_room(
-                load_names("procthor").find_room(kind) or kind
+                load_names("procthor").find_room(room_type) or room_type
             )
         objects = []
         for node in self._list_nodes(self._layers.OBJECTS):
             label = self._find_label(node, self._layers.OBJECTS)
-            own: bool | None = node.attributes.metadata.get().get(FURNITURE)
+            says_furniture: bool | None = node.attributes.metadata.get().get(FURNITURE)
             if label is None:
                 number = node.attributes.semantic_label
                 if number == node.attributes.NO_SEMANTIC_LABEL:
@@ -139,7 +139,7 @@ class _GraphReader:
                 else:
                     reason = "no name for the number of its label (give --labels)"
                     self.builder.leave_out(reason, str(number))
-            elif self.builder.is_furniture(label) if own is None else own:
+            elif self.builder.is_furniture(label) if says_furniture is None else says_furniture:
                 self._add_furniture(node, label)
             else:
                 objects.append((node, label))
@@ -263,10 +263,10 @@ class _GraphReader:
             num_links += 1
             following: list[int] = []
             for name in edge:
-                here = self._graph.get_node(name)
-                links = set(here.parents())
-                if here.layer.layer == objects:
-                    links |= set(here.siblings())
+                current = self._graph.get_node(name)
+                links = set(current.parents())
+                if current.layer.layer == objects:
+                    links |= set(current.siblings())
                 following += sorted(links - reached)
                 reached |= links
             hits = [name for name in following if name in targets]
@@ -331,13 +331,15 @@ def load_label_names(path: Path) -> dict[int, str]:
             "entries like {label: 5, name: chair}."
         )
     names: dict[int, str] = {}
-    for index, row in enumerate(rows):
-        number, name = (row.get("label"), row.get("name")) if isinstance(row, dict) else (None, row)
+    for index, entry in enumerate(rows):
+        number, name = (
+            (entry.get("label"), entry.get("name")) if isinstance(entry, dict) else (None, entry)
+        )
         is_named = isinstance(name, str) and name.strip()
         if type(number) is not int or not is_named or number in names:
             raise ValueError(
                 f"label_names[{index}] must have a label, a number of its own, and a name, got "
-                f"{shorten(row, 60)} in {path}. Write entries like {{label: 5, name: chair}}."
+                f"{shorten(entry, 60)} in {path}. Write entries like {{label: 5, name: chair}}."
             )
         names[number] = str(name)
     return names

@@ -70,7 +70,11 @@ def test_the_log_is_cut_before_the_newest_step():
     assert log.round_time.tolist() == [5, 6, 7]
     assert list_values(log.looks, 0) == [60]
     assert list_values(log.looks, 1) == [50, 70]
-    assert log.questions.arrays.at[list_entries(log.questions.arrays, 5, 0)].tolist() == [5, 6, 7]
+    assert log.questions.arrays.moment[list_entries(log.questions.arrays, 5, 0)].tolist() == [
+        5,
+        6,
+        7,
+    ]
     assert log.count_rounds(4) == 4
     assert log.count_rounds(6) == 6
 
@@ -92,6 +96,6 @@ def test_a_question_counts_once_a_step():
     log = FilterLooks(1, NUM_TYPES)
     for time, objects in ((1, [0, 4]), (1, [4, 70]), (2, [4])):
         log.add_questions(time, np.array(objects))
-    times = log.questions.arrays.at
+    times = log.questions.arrays.moment
     assert times[list_entries(log.questions.arrays, 4, 0)].tolist() == [1, 2]
     assert times[list_entries(log.questions.arrays, 70, 0)].tolist() == [1]
