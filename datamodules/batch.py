@@ -283,8 +283,8 @@ class Batch:
     def query_relation(self) -> Tensor:
         """Relation of each query edge, by number in `RELATIONS`, int64 (Q,)."""
         relation = torch.zeros_like(self.query_edge)
-        for kind in range(OBJECT_UP.start + 1, OBJECT_UP.stop):
-            relation += self.query_edge >= sum(self.edge_counts[:kind])
+        for edge_type in range(OBJECT_UP.start + 1, OBJECT_UP.stop):
+            relation += self.query_edge >= sum(self.edge_counts[:edge_type])
         return relation
 
     def find_elsewhere(self) -> Tensor:
@@ -323,5 +323,5 @@ def _number(types: Sequence[Any], counts: Sequence[int]) -> dict[Any, int]:
 def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:
     # The backward of expand is a sum per block, that of repeat_interleave a slow scatter. Of a
     # single home most blocks are empty: they are left out but for one, since all may be empty.
-    blocks = [(row, count) for row, count in enumerate(counts) if count or not row]
-    return torch.cat([values[row].expand(count, *values.shape[1:]) for row, count in blocks])
+    blocks = [(block, count) for block, count in enumerate(counts) if count or not block]
+    return torch.cat([values[block].expand(count, *values.shape[1:]) for block, count in blocks])

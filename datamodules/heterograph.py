@@ -89,11 +89,11 @@ def read_graph(graph: dgl.DGLGraph | HeteroData) -> tuple[Data, Data, Ends]:
     )
 
 
-def import_dgl(what: str, instead: str) -> Any:
+def import_dgl(noun: str, instead: str) -> Any:
     """Return the package `dgl`.
 
     Args:
-        what: what needs it, for the message.
+        noun: what needs it, for the message.
         instead: what serves without it.
 
     Raises:
@@ -105,17 +105,17 @@ def import_dgl(what: str, instead: str) -> Any:
         if error.name != "dgl":
             raise
         raise ModuleNotFoundError(
-            f"{what} must have DGL, got none. Its wheels end with Python 3.11: "
+            f"{noun} must have DGL, got none. Its wheels end with Python 3.11: "
             f"pip install 'dgl>=1.1.3,<2' there. {instead}",
             name="dgl",
         ) from error
 
 
-def import_pyg(what: str) -> Any:
+def import_pyg(noun: str) -> Any:
     """Return `torch_geometric.data`.
 
     Args:
-        what: what needs it, for the message.
+        noun: what needs it, for the message.
 
     Raises:
         ModuleNotFoundError: if it is not installed.
@@ -124,18 +124,18 @@ def import_pyg(what: str) -> Any:
         return import_module("torch_geometric.data")
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(
-            f"{what} must have torch_geometric, got none. "
+            f"{noun} must have torch_geometric, got none. "
             "Install it with `pip install ./core '.[events]'`."
         ) from error
 
 
 def _check_types(node_types: Any, edge_types: Any) -> None:
-    for what, want, got in (
+    for noun, want, got in (
         ("node types", NODE_TYPES, node_types),
         ("edge types", EDGE_TYPES, edge_types),
     ):
         if set(got) != set(want):
             raise ValueError(
-                f"{what} of a batch must be {sorted(want)}, got {sorted(got)}. "
+                f"{noun} of a batch must be {sorted(want)}, got {sorted(got)}. "
                 "Give the graph the full schema, empty types included."
             )

@@ -164,7 +164,7 @@ class SGMDataModule(pl.LightningDataModule):
                     "num_homes": train.num_homes,
                     "steps": train.steps,
                     "homes": train.homes.describe(),
-                    "also_homes": [own.homes.describe() for own in also],
+                    "also_homes": [further.homes.describe() for further in also],
                     "is_recorded": source.trace is not None,
                     "task": collection.task,
                     "also_tasks": collection.also_tasks or [],

@@ -52,7 +52,9 @@ def _check_homes(first: Results, second: Results) -> None:
         differing = list(find_differences(first.config.get(name), second.config.get(name), name))
         if not differing:
             continue
-        parts = [f"{what} {_show(ours)} and {_show(theirs)}" for what, ours, theirs in differing]
+        parts = [
+            f"{setting} {_show(ours)} and {_show(theirs)}" for setting, ours, theirs in differing
+        ]
         more = f", and {len(parts) - _MOST_SHOWN} more" if len(parts) > _MOST_SHOWN else ""
         advice = "Evaluate with the same options"
         if name == _FIRST_HOME:

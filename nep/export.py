@@ -105,7 +105,7 @@ def export_model(
     folder: Path,
     config: ExportConfig,
     command: str,
-    on_step: Callable[[str], None] = lambda what: None,
+    on_step: Callable[[str], None] = lambda text: None,
 ) -> None:
     """Write a network as safetensors and JSON, with a model card.
 
@@ -281,7 +281,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 options.folder,
                 config,
                 _write_command(parser, options, arguments),
-                lambda what: progress.update(bar, advance=1, description=what),
+                lambda text: progress.update(bar, advance=1, description=text),
             )
     names = [CONFIG, WEIGHTS, *([ONNX] if has_onnx(options.folder) else []), CARD]
     print(f"{options.folder}: {', '.join(names)}")

@@ -223,7 +223,7 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     for name in bases:
         parser.add_argument(f"--{name}", nargs="?", const="", default=argparse.SUPPRESS)
-    paths, rest = parser.parse_known_args(args)
+    paths, others = parser.parse_known_args(args)
     classes = {}
     for name, path in vars(paths).items():
         base = bases[name]
@@ -238,7 +238,7 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
                 f"{shorten(path)}. Check the path, and run the command in the folder of the module."
             )
         classes[name] = found
-    return rest, classes
+    return others, classes
 
 
 def main(args: ArgsType = None) -> FitCLI:

@@ -52,8 +52,8 @@ class NetworkOptions:
 def main(args: Sequence[str] | None = None) -> int:
     """Run the command line; options may stand before the command, too."""
     args = sys.argv[1:] if args is None else args
-    at = next((place for place, arg in enumerate(args) if arg in command.COMMANDS), 0)
-    args = [*args[at : at + 1], *args[:at], *args[at + 1 :]]
+    position = next((place for place, arg in enumerate(args) if arg in command.COMMANDS), 0)
+    args = [*args[position : position + 1], *args[:position], *args[position + 1 :]]
     return command.main(args, "python -m nep.igridson", NetworkOptions)
 
 

@@ -193,7 +193,7 @@ _TELLING = (
     "called",
     "encoders",
 )
-_DEFAULTS = {row.name: row.default for row in OPTIONS}
+_DEFAULTS = {option.name: option.default for option in OPTIONS}
 
 
 def _make_plan(options: Namespace) -> Plan:

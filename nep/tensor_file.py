@@ -168,10 +168,10 @@ class _Reader:
         return stack.pop()
 
     def _find_storage(
-        self, kind: str, dtype: torch.dtype, key: str, device: str, numbers: int
+        self, tag: str, dtype: torch.dtype, key: str, device: str, numbers: int
     ) -> Tensor:
         """Return the numbers of a storage, of which there are as many as the file has."""
-        if kind != "storage" or _expect(numbers, int) < 0:
+        if tag != "storage" or _expect(numbers, int) < 0:
             raise ValueError("an unknown reference")
         if key not in self._storages:
             content = self._get(f"data/{_expect(key, str)}")
@@ -223,10 +223,10 @@ class _Called(str):
     __slots__ = ()
 
 
-def _expect(value: Any, kind: type[Any]) -> Any:
+def _expect(value: Any, wanted: type[Any]) -> Any:
     """Return a value of a type."""
-    if not isinstance(value, kind) or isinstance(value, bool):
-        raise ValueError(f"a {type(value).__name__} instead of a {kind.__name__}")
+    if not isinstance(value, wanted) or isinstance(value, bool):
+        raise ValueError(f"a {type(value).__name__} instead of a {wanted.__name__}")
     return value
 
 

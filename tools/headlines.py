@@ -93,19 +93,21 @@ def say_order(claims: Mapping[str, Any]) -> str:
     """Say whether the networks differ, over all trainings, and without the prior."""
     found = []
     for by_network in claims["orders"].values():
-        homes = {name: np.array([*own.values()]) for name, own in by_network.items()}
+        homes = {name: np.array([*by_seed.values()]) for name, by_seed in by_network.items()}
         found += [Difference.of(homes[b] - homes[a]) for a, b in combinations(homes, 2)]
-    num_decided = sum(p < 1 - LEVEL for p in correct_holm([one.p for one in found]))
+    num_decided = sum(p < 1 - LEVEL for p in correct_holm([difference.p for difference in found]))
     changed = claims["switches"]["no prior"]
     without = Difference.of(np.array(changed["heat"]) - np.array(changed["mlp"]))
     low, high = (f"{_write(x, '.3f')}" for x in (without.low, without.high))
-    least, most = (_write(pick(one.detectable for one in found), ".3f") for pick in (min, max))
+    least, most = (
+        _write(pick(difference.detectable for difference in found), ".3f") for pick in (min, max)
+    )
     return (
         "MLP, GCN and HEAT were trained three times each in four kinds of homes. After Holm's "
         f"correction {num_decided} of {len(found)} differences are decided. The largest is "
-        f"{_write(max(abs(one.mean) for one in found), '.3f')}, and {least} to {most} could have "
-        f"been found. Without the prior, HEAT is ahead of MLP by {_write(without.mean, '.3f')} "
-        f"[{low}, {high}] in one training of each."
+        f"{_write(max(abs(difference.mean) for difference in found), '.3f')}, and {least} to "
+        f"{most} could have been found. Without the prior, HEAT is ahead of MLP by "
+        f"{_write(without.mean, '.3f')} [{low}, {high}] in one training of each."
     )
 
 
@@ -114,13 +116,15 @@ def say_trainings(setting: Setting, scores: Mapping[str, ScoreSummary]) -> str:
     claims = correct_rows(list_claims(setting, compute_table(setting, scores), scores))
     titles = [model.title for model in MODELS if model.title in scores]
     others = sorted(title for title in scores if title not in {*POLICIES, *titles})
-    between = [own for own in claims if own.better in titles and own.worse in titles]
-    decided = [own for own in between if own.verdict != "undecided"]
+    between = [claim for claim in claims if claim.better in titles and claim.worse in titles]
+    decided = [claim for claim in between if claim.verdict != "undecided"]
     num_homes = len(scores[titles[0]].home_values)
     num_trainings = len(scores[titles[0]].by_training)
-    means = {title: _write(float(own.home_values.mean()), ".3f") for title, own in scores.items()}
+    means = {
+        title: _write(float(summary.home_values.mean()), ".3f") for title, summary in scores.items()
+    }
     least, most = (
-        _write(pick(own.difference.detectable for own in between), ".3f") for pick in (min, max)
+        _write(pick(claim.difference.detectable for claim in between), ".3f") for pick in (min, max)
     )
     parts = [
         f"Location once more with {num_trainings} trainings of each network in {num_homes} homes: "
@@ -130,14 +134,16 @@ def say_trainings(setting: Setting, scores: Mapping[str, ScoreSummary]) -> str:
         f"{'is' if len(decided) == 1 else 'are'} decided after Holm's correction, and {least} to "
         f"{most} could have been found.",
     ]
-    for own in decided:
-        pair = (own.better, own.worse) if own.verdict == "holds" else (own.worse, own.better)
-        ends = sorted(abs(x) for x in (own.difference.low, own.difference.high))
-        mean, low, high = (_write(x, ".3f") for x in (abs(own.difference.mean), *ends))
+    for claim in decided:
+        pair = (
+            (claim.better, claim.worse) if claim.verdict == "holds" else (claim.worse, claim.better)
+        )
+        ends = sorted(abs(x) for x in (claim.difference.low, claim.difference.high))
+        mean, low, high = (_write(x, ".3f") for x in (abs(claim.difference.mean), *ends))
         parts.append(f"{pair[0]} is ahead of {pair[1]} by {mean} [{low}, {high}].")
     if others:
-        beside = [own for own in claims if own.worse in others and own.better in titles]
-        ahead = sum(own.verdict == "holds" for own in beside)
+        beside = [claim for claim in claims if claim.worse in others and claim.better in titles]
+        ahead = sum(claim.verdict == "holds" for claim in beside)
         parts.append(
             f"{' and '.join(f'{title} {means[title]}' for title in others)} have learnt from less "
             f"data: in {ahead} of {len(beside)} comparisons the networks above are ahead."
@@ -148,10 +154,13 @@ def say_trainings(setting: Setting, scores: Mapping[str, ScoreSummary]) -> str:
 def make_kinds(played: ScoreCache, kitchens: ScoreCache) -> str:
     """Return the table of a network in homes of several kinds, beside the best rule of each."""
     compared = compare_with_rules(played.about, played.scores, _NETWORK)
-    rules = {(row.kind, row.column.name): row for row in compared}
+    rules = {(comparison.game, comparison.column.name): comparison for comparison in compared}
     rows = []
-    for kind, title in _KINDS.items():
-        pairs = [(row.own, row.other) for row in (rules[kind, column] for column in COMPARED)]
+    for game, title in _KINDS.items():
+        pairs = [
+            (comparison.network_mean, comparison.rule_mean)
+            for comparison in (rules[game, column] for column in COMPARED)
+        ]
         rows.append([title, *_write_pairs(pairs)])
     for pool, title in _POOLS.items():
         rows.append([title, *_write_pairs(_compare_in_kitchens(kitchens, pool))])
@@ -163,19 +172,19 @@ def _compare_in_kitchens(kitchens: ScoreCache, pool: str) -> list[tuple[float, f
     sums = _sum_kitchens(kitchens, pool)
     pairs = []
     for name, pick in (("first", max), ("nll", min)):
-        means = {who: own[name] / own["number"] for who, own in sums.items()}
+        means = {who: total[name] / total["number"] for who, total in sums.items()}
         pairs.append((means.pop(_NETWORK), pick(means.values())))
     return pairs
 
 
 def _sum_kitchens(kitchens: ScoreCache, pool: str) -> dict[str, dict[str, Any]]:
     """Return the sums of every finder over the kitchens that a robot was put in."""
-    games = [name for name, own in kitchens.about.items() if own.get("asks") == "robot"]
+    games = [name for name, told in kitchens.about.items() if told.get("asks") == "robot"]
     sums: dict[str, dict[str, Any]] = {}
     for who in kitchens.scores[games[0]]:
-        own = [kitchens.scores[name][who][pool] for name in games]
+        parts = [kitchens.scores[name][who][pool] for name in games]
         sums[who] = {
-            name: np.sum([each[name] for each in own], axis=0)
+            name: np.sum([each[name] for each in parts], axis=0)
             for name in ("number", "first", "nll", "bins")
         }
     return sums
@@ -191,10 +200,10 @@ def _write_pairs(pairs: Sequence[tuple[float, float]]) -> list[str]:
 def say_decided(played: ScoreCache, kitchens: ScoreCache) -> str:
     """Say in how many comparisons the network is ahead, and how far its confidence holds."""
     rows = compare_with_rules(played.about, played.scores, _NETWORK)
-    counted = [row for row in rows if row.same_as is None]
-    decided = [row for row in counted if row.corrected < 1 - LEVEL]
-    ahead = sum(row.is_ahead for row in decided)
-    errors = [max(own[_NETWORK]["calibration_error"][0] for own in played.scores.values())]
+    counted = [comparison for comparison in rows if comparison.same_as is None]
+    decided = [comparison for comparison in counted if comparison.corrected < 1 - LEVEL]
+    ahead = sum(comparison.is_ahead for comparison in decided)
+    errors = [max(players[_NETWORK]["calibration_error"][0] for players in played.scores.values())]
     for pool in _POOLS:
         errors.append(compute_calibration_error(_sum_kitchens(kitchens, pool)[_NETWORK]["bins"]))
     most, seen, moved = (_write(error, ".2f") for error in errors)

@@ -41,8 +41,8 @@ def make_network_table(
 ) -> str:
     """Return a Markdown table with one row per kind: networks beside each other."""
     rows = []
-    for kind, title in titles.items():
-        found = [scores[kind][network] for network in networks]
+    for game, title in titles.items():
+        found = [scores[game][network] for network in networks]
         means = ([format_mean(name, score[name]) for name in _BESIDE] for score in found)
         rows.append([title, *map(" / ".join, means)])
     return join_table(["homes", *networks], rows)

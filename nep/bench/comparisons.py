@@ -42,22 +42,22 @@ class RuleComparison:
     """A network and the best rule in one kind of homes, by one column.
 
     Attributes:
-        kind: name of the homes.
+        game: name of the homes.
         column: what is compared.
-        own: mean of the network.
-        rule: which one is the best.
-        other: its mean.
+        network_mean: mean score of the network.
+        rule: the best one.
+        rule_mean: mean score of that rule.
         num_units: homes or households.
         difference: network minus rule.
         corrected: p after Holm's correction; nan if this is the same play as `same_as`.
-        same_as: kind of an earlier comparison of the very same scores; it counts once.
+        same_as: game of an earlier comparison of the very same scores; it counts once.
     """
 
-    kind: str
+    game: str
     column: Metric
-    own: float
+    network_mean: float
     rule: str
-    other: float
+    rule_mean: float
     num_units: int
     difference: Difference
     corrected: float = float("nan")
@@ -75,27 +75,27 @@ def compare_with_rules(
 ) -> list[RuleComparison]:
     """Compare a network with the best rule in every kind of homes, by every column.
 
-    `about` has the units of each kind, see `Game.tell`.
+    `about` has the units of each game, see `Game.tell`.
     """
     found: list[RuleComparison] = []
     for column in map(COLUMNS.__getitem__, COMPARED):
         seen: dict[tuple[bytes, str, bytes], str] = {}
-        for kind, told in about.items():
-            if column.name not in scores[kind][network]:  # looks, where there is no search
+        for game, told in about.items():
+            if column.name not in scores[game][network]:  # looks, where there is no search
                 continue
-            rule = find_best_rule(scores[kind], column)
-            first, second = (np.array(scores[kind][who][column.name]) for who in (network, rule))
-            same_as = seen.setdefault((first.tobytes(), rule, second.tobytes()), kind)
+            rule = find_best_rule(scores[game], column)
+            first, second = (np.array(scores[game][who][column.name]) for who in (network, rule))
+            same_as = seen.setdefault((first.tobytes(), rule, second.tobytes()), game)
             found.append(
                 RuleComparison(
-                    kind,
+                    game,
                     column,
                     float(first.mean()),
                     rule,
                     float(second.mean()),
                     len(set(told["units"])),
                     Difference.of(first - second, told["units"]),
-                    same_as=None if same_as == kind else same_as,
+                    same_as=None if same_as == game else same_as,
                 )
             )
     return correct_rows(found)
@@ -106,8 +106,8 @@ def count_decided(about: Mapping[str, Mapping[str, Any]], rows: Sequence[RuleCom
     counted = [row for row in rows if row.same_as is None]
     parts = {
         "all": counted,
-        "in simulated homes": [row for row in counted if not about[row.kind]["is_recorded"]],
-        "in households": [row for row in counted if about[row.kind]["is_recorded"]],
+        "in simulated homes": [row for row in counted if not about[row.game]["is_recorded"]],
+        "in households": [row for row in counted if about[row.game]["is_recorded"]],
     }
     lines = []
     for name, part in parts.items():
@@ -149,10 +149,10 @@ def make_overview(about: Mapping[str, Mapping[str, Any]], scores: GameScores, ne
 
     def list_columns(form: str) -> list[TableColumn]:
         return [
-            TableColumn("homes", lambda row: about[row.kind]["title"]),
+            TableColumn("homes", lambda row: about[row.game]["title"]),
             TableColumn("units", lambda row: str(row.num_units)),
-            TableColumn(network, lambda row: format(row.own, form)),
-            TableColumn("best rule", lambda row: f"{row.other:{form}} {row.rule}"),
+            TableColumn(network, lambda row: format(row.network_mean, form)),
+            TableColumn("best rule", lambda row: f"{row.rule_mean:{form}} {row.rule}"),
             *list_difference_columns(form),
             TableColumn("p", write_p),
             TableColumn("Holm", write_corrected),
@@ -195,9 +195,9 @@ def compare_priors(
     The name of a kind ends with its prior. A player that has not played there is left out.
     """
     by_homes: dict[str, dict[str, str]] = {}
-    for kind in about:
-        homes, _, prior = kind.rpartition("-")
-        by_homes.setdefault(homes, {})[prior] = kind
+    for game in about:
+        homes, _, prior = game.rpartition("-")
+        by_homes.setdefault(homes, {})[prior] = game
     pairs = [
         (homes, first, second)
         for homes, kinds in by_homes.items()

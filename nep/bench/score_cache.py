@@ -175,7 +175,7 @@ class ScoreCache:
         try:
             found = read_json(path, allow_nan=True)
             check_version("scores", found["version"], path)
-            parts = [found[row.name] for row in fields(cls)[1:]]
+            parts = [found[field.name] for field in fields(cls)[1:]]
             if not all(isinstance(part, dict) for part in (*parts, *parts[2].values())):
                 raise ValueError("something else")
         except FileNotFoundError as error:
@@ -198,7 +198,7 @@ class ScoreCache:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with FileLock(self.path.with_name(f".{self.path.name}.lock")):
             self._take_in(self._read(self.path, may_be_missing=True))
-            parts = {row.name: getattr(self, row.name) for row in fields(self)[1:]}
+            parts = {field.name: getattr(self, field.name) for field in fields(self)[1:]}
             content = f"{_lay_out({'version': VERSION, **parts})}\n".encode()
             if not self.path.exists() or self.path.read_bytes() != content:
                 write_whole(self.path, content)

@@ -96,15 +96,15 @@ def list_names(sources: Sequence[str]) -> list[str]:
 def describe_made(played: ScoreCache, kinds: Sequence[str], networks: Sequence[str]) -> str:
     """Say what the scores of a table were played with, as far as it was kept."""
     code: dict[str, list[str]] = {}
-    for kind in kinds:
-        code.setdefault(played.made.get(kind, _NOT_KEPT), []).append(kind)
+    for game in kinds:
+        code.setdefault(played.made.get(game, _NOT_KEPT), []).append(game)
     lines = [f"- Played with {made}: {', '.join(names)}." for made, names in code.items()]
     lines += [
         f"- Network `{name}`: SHA-256 `{played.networks[name]}`."
         for name in networks
         if played.networks.get(name)
     ]
-    homes = ", ".join(f"{kind} `{played.games[kind][:_SHOWN]}`" for kind in kinds)
+    homes = ", ".join(f"{game} `{played.games[game][:_SHOWN]}`" for game in kinds)
     lines.append(f"- Homes, SHA-256 of their rules and seeds: {homes}.")
     return "## Made with\n\n" + "\n".join(lines)
 

@@ -176,8 +176,8 @@ class OnlineEvaluation(pl.Callback):
             return {}
         kinds, values = np.array(self._kinds), scores.home_values
         return {
-            f"online_kinds/{self.task.metric}_{kind}": float(values[kinds == kind].mean())
-            for kind in sorted(set(self._kinds))
+            f"online_kinds/{self.task.metric}_{dynamics}": float(values[kinds == dynamics].mean())
+            for dynamics in sorted(set(self._kinds))
         }
 
     def _log_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:

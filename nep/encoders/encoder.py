@@ -127,8 +127,8 @@ class AlikeConv(nn.Module):
         room = torch.arange(batch.num_nodes, device=node.device)  # of its own, if it has no room
         room = room.index_copy(0, dst, src)
         place = batch.edge_dst.index_select(0, batch.query_edge).unique()  # (F,)
-        kind = room[place] * len(batch.text) + batch.label[place]
-        kinds, group = kind.unique(return_inverse=True)
+        room_label = room[place] * len(batch.text) + batch.label[place]
+        kinds, group = room_label.unique(return_inverse=True)
         size = group.bincount(minlength=len(kinds))[group].unsqueeze(1)  # (F, 1)
         grouped = node.index_select(0, place)
         total = segment_sum(grouped, group, len(kinds)).index_select(0, group)

@@ -49,8 +49,8 @@ class Sets(Encoder):
         places = batch.furniture
         first = hidden = node[places]
         snapshot = batch.node_snapshot[places]
-        ones = hidden.new_ones(len(hidden), 1)
-        size = segment_sum(ones, snapshot, batch.num_snapshots).clamp(min=1)
+        each_place = hidden.new_ones(len(hidden), 1)
+        size = segment_sum(each_place, snapshot, batch.num_snapshots).clamp(min=1)
         for transform, shared, update in zip(self.own, self.shared, self.update, strict=True):
             columns = hidden.flatten(1)  # (NF, M units)
             mean = segment_sum(columns, snapshot, batch.num_snapshots) / size

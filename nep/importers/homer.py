@@ -134,8 +134,8 @@ def _read_tensors(
         try:
             edges, _, _, minutes = content
         except (TypeError, ValueError):
-            kind = type(content).__name__
-            raise _make_error("day must be a list of four tensors", kind, file) from None
+            found = type(content).__name__
+            raise _make_error("day must be a list of four tensors", found, file) from None
         days.append(_make_day(edges, minutes, len(names), file))
     is_room = np.array([category == "Rooms" for category in categories])
     is_object = np.array([category == "placable_objects" for category in categories])
@@ -177,8 +177,8 @@ def _make_day(edges: Any, minutes: Any, num_nodes: int, file: Path) -> _Day:
         edges, minutes = (torch.as_tensor(x).to(torch.float64).numpy() for x in (edges, minutes))
         num_minutes = len(minutes)
     except (TypeError, ValueError, RuntimeError) as error:
-        kind = type(error).__name__
-        raise _make_error("edges and times must be numbers", kind, file) from None
+        found = type(error).__name__
+        raise _make_error("edges and times must be numbers", found, file) from None
     if not np.isfinite(minutes).all():
         raise _make_error("times must be finite", shorten(minutes), file)
     shape = (num_minutes, num_nodes, num_nodes)
@@ -200,7 +200,9 @@ def _clean(names: Sequence[str]) -> list[str]:
 def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, HomerSummary]:
     """Put places, rooms and events together."""
     objects = np.flatnonzero(nodes.is_object)
-    places = np.stack([_find_places(nodes, row)[objects] for day in days for row in day.parent])
+    places = np.stack(
+        [_find_places(nodes, parent)[objects] for day in days for parent in day.parent]
+    )
     used = np.unique(places)  # of (T, O)
     used = used[used >= 0]
     if not len(used):
@@ -238,11 +240,11 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
     times[0] = 0.0
     events = []
     for text, item, column in zip(texts, objects, number_of[places].T, strict=True):
-        at = -1
+        last_place = -1
         for time, now in zip(times.tolist(), column.tolist(), strict=True):
-            if now >= 0 and now != at:
+            if now >= 0 and now != last_place:
                 events.append(Event(time, text, nodes.names[item], now, relations[now]))
-                at = now
+                last_place = now
     events.sort(key=lambda event: event.time_s)
     placed = {event.object for event in events}
     if unseen := sorted(set(texts) - placed):

@@ -78,8 +78,8 @@ class NodeEmbedding(FeatureEmbedding):
             text = multiply(batch.text, text_weight.t(), self.first.bias)  # (L, M units)
             table = (of_type.unsqueeze(1) + text).flatten(0, 1)  # (5 L, M units)
             blocks = enumerate(batch.label.split(batch.node_counts))
-            row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
-            known = table.index_select(0, row)
+            table_row = torch.cat([label + ntype * len(text) for ntype, label in blocks])  # (N,)
+            known = table.index_select(0, table_row)
         if more.shape[1]:
             feature_weight = torch.cat([feature_weight, more], dim=1)
         feature_weight = feature_weight[:, : batch.node_feature.shape[1]]

@@ -106,12 +106,12 @@ def choose_keys(query: Tensor) -> tuple[Tensor, Tensor]:
     """
     distance = (query - query.mean(dim=0)).square().sum(dim=1).float()
     order = torch.sort(distance, descending=True, stable=True).indices
-    rest = order[_STAND_OUT:].sort().values
-    step = len(rest) / (MOST_KEYS - _STAND_OUT)
+    ordinary = order[_STAND_OUT:].sort().values
+    step = len(ordinary) / (MOST_KEYS - _STAND_OUT)
     spread = (torch.arange(MOST_KEYS - _STAND_OUT, device=query.device) * step).long()
     weight = torch.ones(MOST_KEYS, dtype=query.dtype, device=query.device)
     weight[_STAND_OUT:] = step
-    return torch.cat([order[:_STAND_OUT], rest[spread]]), weight
+    return torch.cat([order[:_STAND_OUT], ordinary[spread]]), weight
 
 
 class ByteDropout(nn.Module):

@@ -161,7 +161,7 @@ def find_absent(memory: MemoryBatch, queries: Queries) -> np.ndarray:
 def _sample_codes(rollout: Rollout, elsewhere_share: float) -> np.ndarray:
     """Draw the description code that each home is searched for, (H,)."""
     homes, objects = rollout.homes, rollout.memory.objects
-    there = homes.object_code[np.arange(homes.num_homes), sample_query(homes)]
+    present = homes.object_code[np.arange(homes.num_homes), sample_query(homes)]
     uniform = homes.streams.rows("search elsewhere", 2).take()  # (H, 2)
     shape = (homes.num_homes, homes.object_descriptions.num_descriptions)
     is_present = np.zeros(shape, dtype=bool)
@@ -176,4 +176,4 @@ def _sample_codes(rollout: Rollout, elsewhere_share: float) -> np.ndarray:
     lacks_some = np.asarray(weights.any(axis=1))  # a recorded home may have all that is described
     weights[~lacks_some] = True
     missing = sample_categorical(weights.astype(float), uniform[:, 1])
-    return np.where(lacks_some & (uniform[:, 0] < elsewhere_share), missing, there)
+    return np.where(lacks_some & (uniform[:, 0] < elsewhere_share), missing, present)

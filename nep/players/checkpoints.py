@@ -190,11 +190,11 @@ def load_exported(folder: Path) -> TrainedModel:
             text vectors or by another version of the package.
     """
     config = load_config(folder)
-    there, whole = (
+    exists, whole = (
         f"exported folder must have {WEIGHTS}",
         "exported folder must be one that nep.export wrote",
     )
-    with _name_faults(there, _EXPORT, whole, _EXPORT, f"in {folder}"):
+    with _name_faults(exists, _EXPORT, whole, _EXPORT, f"in {folder}"):
         features = read_features(config["features"])
         weights = read_file(find_weights(folder, config))
         tensors = load_tensors(weights)
@@ -242,9 +242,12 @@ def load_config(folder: Path) -> dict[str, Any]:
     Raises:
         ValueError: if it is missing or damaged, or made for another feature schema.
     """
-    there, whole = f"exported folder must have {CONFIG}", f"{CONFIG} must be as nep.export wrote it"
+    exists, whole = (
+        f"exported folder must have {CONFIG}",
+        f"{CONFIG} must be as nep.export wrote it",
+    )
     advice = f"{_EXPORT[:-1]}, or check the path."
-    with _name_faults(there, advice, whole, _EXPORT, f"in {folder}", (*_DAMAGED, ValueError)):
+    with _name_faults(exists, advice, whole, _EXPORT, f"in {folder}", (*_DAMAGED, ValueError)):
         config = read_json(folder / CONFIG, allow_nan=True)
         version, schema = config["version"], dict(config["schema"])
         config["weights_sha256"]
@@ -295,13 +298,13 @@ def check_feature_schema(version: object, where: str | Path) -> None:
 
 @contextmanager
 def _name_faults(
-    there: str, find: str, whole: str, mend: str, where: str, damaged: _Errors = _DAMAGED
+    exists: str, find: str, whole: str, mend: str, where: str, damaged: _Errors = _DAMAGED
 ) -> Iterator[None]:
-    """Say which rule a file breaks, that it is `there` or `whole`, and what to do."""
+    """Say which rule a file breaks, that it is `exists` or `whole`, and what to do."""
     try:
         yield
     except OSError as error:
-        raise make_read_error(error, there, f"{where}. {find}") from error
+        raise make_read_error(error, exists, f"{where}. {find}") from error
     except damaged as error:
         raise ValueError(f"{whole}, got {type(error).__name__} {where}. {mend}") from error
 

@@ -120,9 +120,9 @@ def check_contestants(
     for task in tasks:
         check_task(task)
     check_policies(policies)
-    for what, names in (("tasks", tasks), ("policies", policies)):
+    for noun, names in (("tasks", tasks), ("policies", policies)):
         if len(set(names)) < len(names):
-            raise ValueError(f"{what} must differ, got {', '.join(names)}. Name each one once.")
+            raise ValueError(f"{noun} must differ, got {', '.join(names)}. Name each one once.")
     for task in {*TASKS, *tasks}:
         names = [point.name for point in checkpoints if point.task in (None, task)]
         for name in names:

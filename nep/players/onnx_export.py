@@ -109,8 +109,8 @@ class _Graph:
         """Turn float32 into float64, or back."""
         from onnx import TensorProto
 
-        kind = TensorProto.DOUBLE if dtype is np.float64 else TensorProto.FLOAT
-        return self.add("Cast", values, to=kind)
+        element_type = TensorProto.DOUBLE if dtype is np.float64 else TensorProto.FLOAT
+        return self.add("Cast", values, to=element_type)
 
     def linear(self, values: str, weight: Tensor, bias: Tensor | None = None) -> str:
         """Multiply rows by a matrix of (in, out), and add a vector."""
@@ -231,8 +231,8 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         most, largest = (graph.add("ReduceMax", values, axis) for values in (places, shares))
         odds = graph.add("Sub", elsewhere, graph.add("Sub", most, graph.add("Log", largest)))
         gone = graph.add("Sigmoid", odds)
-        there = graph.add("Sub", graph.constant(1.0, np.float64), gone)
-        return graph.add("Mul", shares, there), gone
+        present = graph.add("Sub", graph.constant(1.0, np.float64), gone)
+        return graph.add("Mul", shares, present), gone
 
     answers = [answer(member) for member in range(encoder.members)]
     if encoder.members == 1:
@@ -262,8 +262,8 @@ def _embed_node(predictor: NodeEdgePredictor, node_type: str, member: int) -> Te
     """Return the embedding of nodes of a type, which have neither text nor counters, (D,)."""
     embedding, members = predictor.node_embedding, predictor.encoder.members
     weight, bias = _take(embedding.first, member, members)
-    row = TEXT_DIM + NODE_FEATURE_DIM + NODE_TYPES.index(node_type)
-    first = torch.relu(_add(bias, weight[row]))
+    weight_row = TEXT_DIM + NODE_FEATURE_DIM + NODE_TYPES.index(node_type)
+    first = torch.relu(_add(bias, weight[weight_row]))
     weight, bias = _take(embedding.second, member)
     return torch.relu(_add(bias, first @ weight))
 

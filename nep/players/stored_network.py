@@ -82,10 +82,10 @@ def read_features(data: Any) -> FeatureConfig:
     """
     lists = {name: tuple(value) for name, value in data.items() if isinstance(value, list)}
     config = FeatureConfig(**{**data, **lists})
-    for row in fields(FeatureConfig):
-        value = getattr(config, row.name)
-        if not _is_like(value, row.default):
-            raise TypeError(f"{row.name} of the features is {shorten(value)}")
+    for field in fields(FeatureConfig):
+        value = getattr(config, field.name)
+        if not _is_like(value, field.default):
+            raise TypeError(f"{field.name} of the features is {shorten(value)}")
     if not is_text_known(config.text_pipeline):
         raise ValueError(
             f"text_pipeline of a file must be '{PAPER_PIPELINE}', none or one that is loaded, got "

@@ -43,7 +43,7 @@ def log_table(
         if isinstance(board, TensorBoardLogger):
             board.experiment.add_text(name, text, global_step=step)
         else:
-            board.log_table(name, list(header), [list(row) for row in cells], step=step)
+            board.log_table(name, list(header), [list(line) for line in cells], step=step)
 
 
 def log_final(

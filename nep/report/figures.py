@@ -139,16 +139,16 @@ def draw_scores(
     figure = Figure(figsize=(9.5, 1.1 + 0.24 * len(names)), dpi=100, layout="constrained")
     columns = figure.subplots(1, len(panels), squeeze=False, sharey=True).ravel()
     for axes, (title, kinds) in zip(columns, panels.items(), strict=True):
-        for (kind, scores), shift in zip(kinds.items(), (-0.14, 0.14), strict=False):
-            for row, name in enumerate(names):
+        for (group, scores), shift in zip(kinds.items(), (-0.14, 0.14), strict=False):
+            for height, name in enumerate(names):
                 if name not in scores:
                     continue
                 color, inside = colors[name], colors[name] if shift < 0 else "white"
-                interval, y = compute_interval(scores[name]), row + shift
+                interval, y = compute_interval(scores[name]), height + shift
                 axes.plot(interval, [y, y], color=color, linewidth=1.2)
                 axes.plot(scores[name].mean(), y, "o", ms=4.5, mec=color, mfc=inside)
             axes.plot(
-                [], [], "o", ms=4.5, mec="black", mfc="black" if shift < 0 else "white", label=kind
+                [], [], "o", ms=4.5, mec="black", mfc="black" if shift < 0 else "white", label=group
             )
         axes.set_title(fill(title, 28), loc="left", fontsize=10)
         axes.grid(axis="x", alpha=0.25)
@@ -208,11 +208,11 @@ def draw_calibration(confidence: np.ndarray, is_correct: np.ndarray, title: str)
     """
     figure = Figure(figsize=(4.6, 4.6), dpi=110, layout="constrained")
     axes = figure.subplots()
-    at = np.minimum((confidence * _NUM_BINS).astype(int), _NUM_BINS - 1)
-    count = np.bincount(at, minlength=_NUM_BINS)
+    bin_of = np.minimum((confidence * _NUM_BINS).astype(int), _NUM_BINS - 1)
+    count = np.bincount(bin_of, minlength=_NUM_BINS)
     shown = np.flatnonzero(count)
-    said = np.bincount(at, confidence, _NUM_BINS)[shown] / count[shown]
-    right = np.bincount(at, is_correct, _NUM_BINS)[shown] / count[shown]
+    said = np.bincount(bin_of, confidence, _NUM_BINS)[shown] / count[shown]
+    right = np.bincount(bin_of, is_correct, _NUM_BINS)[shown] / count[shown]
     axes.plot([0, 1], [0, 1], color="#999999", linewidth=1)
     axes.bar(
         (np.arange(_NUM_BINS) + 0.5) / _NUM_BINS,

@@ -118,11 +118,11 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
     """
     notes = config["notes"]
     training = notes["training"] or {}
-    kind = _SIMULATED
+    texts = _SIMULATED
     if training.get("is_recorded"):
-        kind = _RECORDED
+        texts = _RECORDED
     elif (drawn := training.get("homes", {}).get("homes")) in _DRAWN:
-        kind = _DRAWN[drawn]
+        texts = _DRAWN[drawn]
     measured = _UNMEASURED
     if "measured" in notes:
         kinds = _KINDS.format(notes["kinds"]) if "kinds" in notes else ""
@@ -142,10 +142,10 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         command=notes["command"],
         checkpoint=notes["checkpoint_sha256"],
         versions=_describe_versions(notes.get("versions", {})),
-        data=kind["data"].format(memories=_describe_training(notes["training"]))
+        data=texts["data"].format(memories=_describe_training(notes["training"]))
         + (f"\nIts training began with the weights of `{start}`." if start else ""),
-        step_limit=kind["step_limit"],
-        size_limit=kind["size_limit"],
+        step_limit=texts["step_limit"],
+        size_limit=texts["size_limit"],
         measured=measured,
         elsewhere=_ELSEWHERE[config["model"].get("elsewhere", False)].format(share=share),
         blind=f"It does not see {blind}.",

@@ -84,13 +84,13 @@ def compute_error(values: np.ndarray) -> tuple[float, float]:
         return float(values.std(ddof=1) / np.sqrt(len(values))), len(values) - 1.0
     num_trainings, num_units = values.shape
     by_training, by_unit = values.mean(axis=1), values.mean(axis=0)
-    rest = values - by_training[:, None] - by_unit + values.mean()
+    residual = values - by_training[:, None] - by_unit + values.mean()
     free = np.array([num_trainings - 1, num_units - 1, (num_trainings - 1) * (num_units - 1)])
     squares = np.array(
         [
             num_units * by_training.var(ddof=1),
             num_trainings * by_unit.var(ddof=1),
-            (rest**2).sum() / free[2],
+            (residual**2).sum() / free[2],
         ]
     )
     both = squares[0] + squares[1] - squares[2]

@@ -123,8 +123,8 @@ class Desk:
         index = {number: node for node, number in enumerate(shapes.furniture_ids)}
         true_places: list[int] = []
         if story.truth is not None:
-            there = story.truth.find(ranking.resolution.matches or (words,), memory.num_furniture)
-            true_places = there[step].nonzero()[0].tolist()
+            holds = story.truth.find(ranking.resolution.matches or (words,), memory.num_furniture)
+            true_places = holds[step].nonzero()[0].tolist()
         return {
             "judge": judge,
             "title": str(ranking.resolution),
@@ -200,8 +200,8 @@ def tell_history(history: History, step_hours: float) -> dict[str, Any]:
     """Return a history, its times in steps."""
     belief = history.belief
 
-    def list_marks(hours: np.ndarray, places: np.ndarray, what: Iterable[Any]) -> list[list[Any]]:
-        rows = zip(hours.tolist(), places.tolist(), what, strict=True)
+    def list_marks(hours: np.ndarray, places: np.ndarray, values: Iterable[Any]) -> list[list[Any]]:
+        rows = zip(hours.tolist(), places.tolist(), values, strict=True)
         return [[round(hour / step_hours), place, mark] for hour, place, mark in rows]
 
     return {
@@ -210,7 +210,7 @@ def tell_history(history: History, step_hours: float) -> dict[str, Any]:
         "edges": np.round(history.edges / step_hours, 2).tolist(),
         "belief": None
         if belief is None
-        else [[None if np.isnan(p) else round(float(p), 3) for p in row] for row in belief.T],
+        else [[None if np.isnan(p) else round(float(p), 3) for p in shares] for shares in belief.T],
         "stays": [
             [place, begin / step_hours, end / step_hours]
             for place, begin, end in history.list_stays()
@@ -237,10 +237,10 @@ def _list_rows(ranking: Ranking) -> list[dict[str, Any]]:
         }
         for place in ranking.places[:MOST_PLACES]
     ]
-    rest = ranking.places[MOST_PLACES:]
-    if rest:
-        left = sum(place.probability for place in rest)
-        name = f"{len(rest)} other place{'s' if len(rest) > 1 else ''}"
+    others = ranking.places[MOST_PLACES:]
+    if others:
+        left = sum(place.probability for place in others)
+        name = f"{len(others)} other place{'s' if len(others) > 1 else ''}"
         rows.append({"p": left, "name": name, "why": ""})
     return [{**row, "p": round(row["p"], _DIGITS)} for row in rows]
 
@@ -257,14 +257,14 @@ def _list_looks(story: Story, shapes: PlanShapes, step: int) -> list[dict[str, A
         node = index.get(look.furniture)
         if node is None or not (look.step == step or look.viewpoint):
             continue
-        row: dict[str, Any] = {"furniture": node, "step": look.step}
+        entry: dict[str, Any] = {"furniture": node, "step": look.step}
         if look.step == step:
             cone = make_cone(shapes, node, look.viewpoint)
             if cone is not None:
-                row["cone"] = np.round(cone, 3).tolist()
+                entry["cone"] = np.round(cone, 3).tolist()
         elif look.viewpoint is not None:
-            row["at"] = [round(look.viewpoint.x, 3), round(look.viewpoint.y, 3)]
-        rows.append(row)
+            entry["at"] = [round(look.viewpoint.x, 3), round(look.viewpoint.y, 3)]
+        rows.append(entry)
     return rows
 
 

@@ -74,7 +74,7 @@ class PlanShapes:
         rows = list(nodes.values())
         stands = layout.compute_positions().values()
         outlines, insides = _place(rows, rooms)
-        floors = {int(rooms[n]): outlines[n] for n, row in enumerate(rows) if _is_floor(row)}
+        floors = {int(rooms[n]): outlines[n] for n, piece in enumerate(rows) if _is_floor(piece)}
         room_outlines = []
         east = max((float(corners[:, 0].max()) for corners in outlines), default=0.0)
         for room in range(len(index)):
@@ -93,12 +93,14 @@ class PlanShapes:
             tuple(room_outlines),
             tuple(n in floors for n in index.values()),
             tuple(nodes),
-            tuple(row.description for row in rows),
+            tuple(piece.description for piece in rows),
             rooms,
             tuple(outlines),
-            tuple(row.box is not None for row in rows),
+            tuple(piece.box is not None for piece in rows),
             insides,
-            np.array([(np.nan, np.nan) if at is None else at for at in stands]).reshape(-1, 2),
+            np.array([(np.nan, np.nan) if stand is None else stand for stand in stands]).reshape(
+                -1, 2
+            ),
             np.zeros((0, 2)),
             True,
         )
@@ -184,45 +186,49 @@ def _place(rows: Sequence[Furniture], rooms: np.ndarray) -> tuple[list[np.ndarra
     outlines: list[np.ndarray] = [np.zeros((0, 2))] * len(rows)
     insides = np.zeros((len(rows), 5))
     taken: list[np.ndarray] = []  # left, bottom, right, top
-    for node, row in enumerate(rows):
-        if row.box is None or _is_floor(row):
+    for node, piece in enumerate(rows):
+        if piece.box is None or _is_floor(piece):
             continue
-        outlines[node] = row.box.corners
-        if row.box.outline is None:
-            insides[node] = [*row.box.center[:2], *row.box.size[:2], row.box.yaw]
+        outlines[node] = piece.box.corners
+        if piece.box.outline is None:
+            insides[node] = [*piece.box.center[:2], *piece.box.size[:2], piece.box.yaw]
         else:
-            insides[node] = _find_inside(row.box.corners)
+            insides[node] = _find_inside(piece.box.corners)
         taken.append(np.concatenate([outlines[node].min(axis=0), outlines[node].max(axis=0)]))
-    known = [node for node, row in enumerate(rows) if row.box is None and row.position is not None]
-    unknown = [n for n, row in enumerate(rows) if row.box is None and row.position is None]
-    floors = [node for node, row in enumerate(rows) if _is_floor(row)]
+    known = [
+        node for node, piece in enumerate(rows) if piece.box is None and piece.position is not None
+    ]
+    unknown = [n for n, piece in enumerate(rows) if piece.box is None and piece.position is None]
+    floors = [node for node, piece in enumerate(rows) if _is_floor(piece)]
     for node in (*known, *floors, *unknown):
-        row = rows[node]
-        if row.box is not None:  # a floor: its things lie where it is free
-            outlines[node] = row.box.corners
-            wish = _find_inside(row.box.corners)[:2]
-        elif row.position is not None:
-            wish = np.array(row.position)
+        piece = rows[node]
+        if piece.box is not None:  # a floor: its things lie where it is free
+            outlines[node] = piece.box.corners
+            wish = _find_inside(piece.box.corners)[:2]
+        elif piece.position is not None:
+            wish = np.array(piece.position)
         else:
             beside = [outlines[n] for n in np.flatnonzero(rooms == rooms[node]) if len(outlines[n])]
             others = beside or [corners for corners in outlines if len(corners)]
             corners = np.concatenate(others)
             wish = (corners.min(axis=0) + corners.max(axis=0)) / 2
             wish = wish if beside else np.array([corners[:, 0].max() + 2 * side, wish[1]])
-        at = _find_free(wish, side, taken)
-        taken.append(np.concatenate([at - side / 2, at + side / 2]))
-        insides[node] = [*at, side, side, 0]
-        if row.box is None:
-            outlines[node] = _make_box(at, np.array([side, side]))
+        middle = _find_free(wish, side, taken)
+        taken.append(np.concatenate([middle - side / 2, middle + side / 2]))
+        insides[node] = [*middle, side, side, 0]
+        if piece.box is None:
+            outlines[node] = _make_box(middle, np.array([side, side]))
     return outlines, insides
 
 
 def _choose_side(rows: Sequence[Furniture]) -> float:
     """Return the side of a box around a point: few cover each other, and none is a speck."""
-    at = np.array([row.position for row in rows if row.box is None and row.position is not None])
-    if len(at) < 2:
+    points = np.array(
+        [piece.position for piece in rows if piece.box is None and piece.position is not None]
+    )
+    if len(points) < 2:
         return 0.7
-    apart = np.abs(at[:, None] - at[None]).max(axis=2)
+    apart = np.abs(points[:, None] - points[None]).max(axis=2)
     np.fill_diagonal(apart, np.inf)
     return float(np.clip(0.9 * np.quantile(apart.min(axis=1), 0.25), *_SIDES))
 
@@ -261,8 +267,8 @@ def _make_box(middle: np.ndarray, size: np.ndarray) -> np.ndarray:
     return np.asarray(corners + middle)
 
 
-def _is_floor(row: Furniture) -> bool:
-    return row.label == FLOOR and row.box is not None
+def _is_floor(piece: Furniture) -> bool:
+    return piece.label == FLOOR and piece.box is not None
 
 
 def _round(values: np.ndarray) -> list[Any]:
@@ -279,8 +285,8 @@ def make_cone(shapes: PlanShapes, node: int, viewpoint: Viewpoint | None) -> np.
     """
     corners = shapes.outlines[node] if shapes.is_to_scale[node] else None
     if viewpoint is not None:
-        at = np.array([viewpoint.x, viewpoint.y])
-        away = np.inf if corners is None else np.linalg.norm(corners - at, axis=1).max()
+        camera = np.array([viewpoint.x, viewpoint.y])
+        away = np.inf if corners is None else np.linalg.norm(corners - camera, axis=1).max()
         return viewpoint.compute_corners(float(away))
     stand = shapes.stands[node]
     if corners is None or not np.isfinite(stand).all():
@@ -327,8 +333,8 @@ def _go(shapes: PlanShapes, joined: Sequence[set[int]], start: int, end: int) ->
     length = np.linalg.norm(points[:, None] - points, axis=-1)
     graph = csgraph_from_dense(np.where(shares, length, np.inf), null_value=np.inf)
     _, before = dijkstra(graph, indices=0, return_predecessors=True)
-    way, at = [], before[1]
-    while at > 0:  # negative: there is no way
-        way.append(at)
-        at = before[at]
+    way, door = [], before[1]
+    while door > 0:  # negative: there is no way
+        way.append(door)
+        door = before[door]
     return points[way[::-1]]

@@ -80,9 +80,9 @@ def read_request(content: bytes, desk: Desk) -> tuple[str, dict[str, Any]]:
     return call, {name: body[name] for name in names}
 
 
-def _refuse(what: str, rule: str, value: object) -> ValueError:
+def _refuse(noun: str, rule: str, value: object) -> ValueError:
     got = shorten_text(shorten(value).encode("utf-8", "backslashreplace").decode())
-    return ValueError(f"{what} must {rule}, got {got}. Reload the page.")
+    return ValueError(f"{noun} must {rule}, got {got}. Reload the page.")
 
 
 def show(
@@ -214,15 +214,15 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answer(self, content: bytes, refused: int | None = None) -> None:
         headers = {name.lower(): value for name, value in self.headers.items()}
-        status, kind, answer = self.server.respond(
+        status, content_type, answer = self.server.respond(
             self.command, self.path.partition("?")[0], headers, content, self.client_address[0]
         )
         if refused is not None:
             line = f"request must have a length of at most {MOST_BYTES} bytes. Reload the page.\n"
-            status, kind, answer = refused, _PLAIN, line.encode()
+            status, content_type, answer = refused, _PLAIN, line.encode()
         self.send_response(status)
         for name, value in (
-            ("Content-Type", kind),
+            ("Content-Type", content_type),
             ("Content-Length", str(len(answer))),
             *_HEADERS,
             ("Content-Security-Policy", f"{make_policy()}; frame-ancestors 'none'"),

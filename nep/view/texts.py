@@ -39,7 +39,9 @@ def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
     first = bisect_left(story.looks, step, key=attrgetter("step"))
     end = bisect_right(story.looks, step, key=attrgetter("step"))
     said = [statement for statement in story.statements if statement.step == step]
-    names |= {one.merged: one.other for one in said if one.merged is not None}
+    names |= {
+        statement.merged: statement.other for statement in said if statement.merged is not None
+    }
     for number in range(first, end + 1):
         while said and (said[0].num_looks <= number or number == end):
             lines.append(tell_statement(said.pop(0)))
@@ -75,20 +77,20 @@ def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> li
     node = memory.furniture_ids.index(furniture)
     edges, time = memory.batch.edges, memory.time
     rows = np.flatnonzero((edges["furniture"] == node) & (edges["num_true"] > 0)).tolist()
-    rows.sort(key=lambda row: (-int(edges["is_true"][row]), -int(edges["last_true"][row])))
+    rows.sort(key=lambda edge: (-int(edges["is_true"][edge]), -int(edges["last_true"][edge])))
     things = tuple(
         (
-            memory.descriptions[edges["object"][row]],
-            "there" if edges["is_true"][row] else _tell_gone(story, memory, node, row),
-            story.get_time(int(edges["last_true"][row])),
-            f"{time - int(edges['last_true'][row])}",
-            f"{edges['num_true'][row]} of {edges['num_observed'][row]}",
+            memory.descriptions[edges["object"][edge]],
+            "there" if edges["is_true"][edge] else _tell_gone(story, memory, node, edge),
+            story.get_time(int(edges["last_true"][edge])),
+            f"{time - int(edges['last_true'][edge])}",
+            f"{edges['num_true'][edge]} of {edges['num_observed'][edge]}",
         )
-        for row in rows[:MOST_THINGS]
+        for edge in rows[:MOST_THINGS]
     )
     more = f"and {len(rows) - MOST_THINGS} more" if len(rows) > MOST_THINGS else ""
-    own = _list_merged(story, furniture, time)
-    looks = [look for look in story.looks if look.furniture in own and look.step <= time]
+    merged = _list_merged(story, furniture, time)
+    looks = [look for look in story.looks if look.furniture in merged and look.step <= time]
     told = tuple(
         (story.get_time(look.step), _tell_look(look)) for look in looks[: -MOST_LOOKS - 1 : -1]
     )
@@ -105,11 +107,11 @@ def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> li
 
 def _list_merged(story: Story, furniture: int, time: int) -> set[int]:
     """Return the ids of what is one with a furniture node by a time step, its own too."""
-    own = {furniture}
+    merged = {furniture}
     for said in reversed(story.statements):
-        if said.merged is not None and said.step <= time and said.furniture in own:
-            own.add(said.merged)
-    return own
+        if said.merged is not None and said.step <= time and said.furniture in merged:
+            merged.add(said.merged)
+    return merged
 
 
 def _tell_gone(story: Story, memory: SceneGraphMemory, node: int, edge: int) -> str:

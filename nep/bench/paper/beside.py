@@ -51,8 +51,8 @@ class TableRow:
         return ScoreSummary(values.mean(axis=0)[:, None], {}, several, units)
 
 
-def read_temporal(path: Path, what: str) -> dict[str, Any]:
-    """Read the scores of `nep.bench temporal`; `what` is the option that names the file.
+def read_temporal(path: Path, option: str) -> dict[str, Any]:
+    """Read the scores of `nep.bench temporal`; `option` names the file.
 
     Raises:
         ValueError: if it is no such file.
@@ -60,20 +60,20 @@ def read_temporal(path: Path, what: str) -> dict[str, Any]:
     try:
         content = dict(read_json(path, allow_nan=True))
         check_version("scores", content["version"], path)
-        for kind in content["kinds"].values():
-            [TableRow(**row) for row in kind["rows"]]
+        for table in content["kinds"].values():
+            [TableRow(**row) for row in table["rows"]]
         content["sizes"]["train_homes"], content["command"], content["made"]
     except VersionError:
         raise
     except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
-        raise make_temporal_error(what, error, path) from error
+        raise make_temporal_error(option, error, path) from error
     return content
 
 
-def make_temporal_error(what: str, error: Exception, path: Path) -> ValueError:
+def make_temporal_error(option: str, error: Exception, path: Path) -> ValueError:
     """Return the error of a file that holds no such scores."""
     return ValueError(
-        f"{what} must be a temporal.json of nep.bench temporal, got {type(error).__name__}: "
+        f"{option} must be a temporal.json of nep.bench temporal, got {type(error).__name__}: "
         f"{shorten(str(error))} in {path}. Make it with the command."
     )
 
@@ -146,8 +146,8 @@ class Beside:
         }
 
     def _find_rows(self, setting: str) -> list[TableRow]:
-        kind = self.content["kinds"].get(_SETTINGS.get(setting), {})
-        return [TableRow(**row) for row in kind.get("rows", [])]
+        table = self.content["kinds"].get(_SETTINGS.get(setting), {})
+        return [TableRow(**row) for row in table.get("rows", [])]
 
 
 def _is_same(rule: TableRow, known: ScoreSummary) -> bool:

@@ -283,9 +283,9 @@ def draw_table_1(results: Mapping[Setting, Scores]) -> Figure:
     for setting, scores in results.items():
         arrow = "more" if setting.metric.is_higher_better else "less"
         task = f"{TASKS[setting.task].title}: {setting.metric.title}, {arrow} is better"
-        kind = f"objects {'come and go' if setting.dynamic_nodes else 'stay in the home'}"
+        nodes_title = f"objects {'come and go' if setting.dynamic_nodes else 'stay in the home'}"
         names |= list_shown(scores)
-        panels.setdefault(task, {})[kind] = {
+        panels.setdefault(task, {})[nodes_title] = {
             shown: scores[title].home_values for title, shown in list_shown(scores).items()
         }
     colors = {
@@ -311,7 +311,11 @@ def load_table_1(path: Path) -> tuple[dict[Setting, Scores], Provenance]:
         }
         titles = {title for scores in results.values() for title in scores}
         configs = {model.title: model.file for model in MODELS if model.title in titles}
-        known = {row.name: content[row.name] for row in fields(Provenance) if row.name != "configs"}
+        known = {
+            field.name: content[field.name]
+            for field in fields(Provenance)
+            if field.name != "configs"
+        }
         provenance = Provenance(**known, configs=configs)
     except VersionError:
         raise

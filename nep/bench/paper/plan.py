@@ -149,7 +149,11 @@ class Plan(TrainedPlan):
 
     def list_all_trainings(self) -> list[Training]:
         """Return the trainings of all networks."""
-        return [row for network in self.list_networks() for row in self.list_trainings(network)]
+        return [
+            training
+            for network in self.list_networks()
+            for training in self.list_trainings(network)
+        ]
 
     def list_players(
         self, game: PaperGame, trained: Mapping[str, Training]

@@ -178,7 +178,11 @@ class TrainedPlan(ABC):
 
     def list_trained(self) -> dict[str, Training]:
         """Return the trainings that are done, by name."""
-        return {self.name_training(row): row for row in self.list_all_trainings() if row.is_done()}
+        return {
+            self.name_training(training): training
+            for training in self.list_all_trainings()
+            if training.is_done()
+        }
 
     def compute_checksums(self) -> dict[str, str]:
         """Return the SHA-256 of the networks that are trained, by name."""
@@ -195,19 +199,21 @@ class TrainedPlan(ABC):
             together.setdefault(training.folder.parent, []).append(training)
 
         def make_job(
-            what: str, folder: Path, run: Callable[[], object], after: Sequence[str] = ()
+            verb: str, folder: Path, run: Callable[[], object], after: Sequence[str] = ()
         ) -> Job:
             key = folder.relative_to(self.runs).as_posix()
-            log = self.runs / "logs" / f"{what}-{key.replace('/', '-')}.log"
-            return Job(f"{what} {key}", run, log, tuple(after))
+            log = self.runs / "logs" / f"{verb}-{key.replace('/', '-')}.log"
+            return Job(f"{verb} {key}", run, log, tuple(after))
 
         collections = {
             folder: make_job("collect", folder, partial(collect_data, served))
             for folder, served in together.items()
         }
         trainings = [
-            make_job("train", row.folder, row.run, [collections[row.folder.parent].name])
-            for row in missing
+            make_job(
+                "train", training.folder, training.run, [collections[training.folder.parent].name]
+            )
+            for training in missing
         ]
         return list(collections.values()), trainings
 
