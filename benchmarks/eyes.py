@@ -39,11 +39,14 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     boxes = make_boxes()
     rng = np.random.default_rng(0)
     depth = rng.uniform(0.5, 5.0, (480, 640))
-    angle, at = 0.02 * np.arange(num_frames), np.array([0.7, 0.8, 1.4])
+    angle, camera = 0.02 * np.arange(num_frames), np.array([0.7, 0.8, 1.4])
     ahead = np.column_stack([np.cos(angle), np.sin(angle), np.full(num_frames, -0.4)])
-    poses = [Pose.look_at(at, at + way) for way in ahead]
+    poses = [Pose.look_at(camera, camera + way) for way in ahead]
     corner = rng.uniform((0, 0), (560, 400), (20, 2))
-    seen = [Detection(f"thing {n % 10}", 0.8, (*at, *(at + 60))) for n, at in enumerate(corner)]
+    seen = [
+        Detection(f"thing {n % 10}", 0.8, (*box_corner, *(box_corner + 60)))
+        for n, box_corner in enumerate(corner)
+    ]
 
     def measure() -> tuple[float, dict[str, float]]:
         seconds = {}

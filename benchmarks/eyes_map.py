@@ -53,7 +53,8 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
         poses.append(pose)
         corner = rng.uniform((0, 0), (560, 400), (20, 2))
         things = [
-            Detection(f"thing {n % 10}", 0.8, (*at, *(at + 60))) for n, at in enumerate(corner)
+            Detection(f"thing {n % 10}", 0.8, (*box_corner, *(box_corner + 60)))
+            for n, box_corner in enumerate(corner)
         ]
         pictures.append((depth.astype(np.float32), things, _detect(owner, depth, labels)))
 
@@ -66,11 +67,13 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
             to_and_fro = [*range(len(poses)), *reversed(range(len(poses)))]
             start = time.process_time()
             for number in range(num_frames):
-                at = to_and_fro[number % len(to_and_fro)]
-                depth, things, furniture = pictures[at]
+                turn = to_and_fro[number % len(to_and_fro)]
+                depth, things, furniture = pictures[turn]
                 found = [*things, *furniture[:most]]
                 num_detected += len(found) - len(things)
-                assert builder.frame(number / 30, poses[at], _CAMERA, found, depth), builder.counts
+                assert builder.frame(number / 30, poses[turn], _CAMERA, found, depth), (
+                    builder.counts
+                )
             assert list(builder.finish())
             each = num_detected / num_frames
             rates[f"{each:.0f} of furniture"] = num_frames / (time.process_time() - start)
@@ -87,7 +90,7 @@ def _detect(owner: np.ndarray, depth: np.ndarray, labels: list[str]) -> list[Det
         rows, columns = np.nonzero(owner == number)
         box = tuple(float(end) for end in (columns.min(), rows.min(), columns.max(), rows.max()))
         found.append((float(depth[rows, columns].min()), Detection(labels[number], 0.9, box)))
-    return [one for _, one in sorted(found, key=lambda pair: pair[0])]
+    return [detection for _, detection in sorted(found, key=lambda pair: pair[0])]
 
 
 if __name__ == "__main__":

@@ -107,8 +107,8 @@ def _make_theirs(batch: Batch, node: Tensor, edge: Tensor) -> dict[str, nn.Modul
                 f"layers must differ by at most {_TOLERANCE}, got {difference} with {heads} heads. "
                 "Find out which of them is right."
             )
-    one = make_layer(1)
-    return {"one": one, "pyg_one": PyGLayer(one), "pyg_two": PyGLayer(make_layer(2))}
+    layer = make_layer(1)
+    return {"one": layer, "pyg_one": PyGLayer(layer), "pyg_two": PyGLayer(make_layer(2))}
 
 
 def compare_dgl(batch: Batch, node: Tensor, repeats: int) -> float:

@@ -51,12 +51,14 @@ def save_home(path: Path, num_objects: int) -> list[tuple[int, list[str]]]:
     memory = SceneGraphMemory(clock=Clock(begin, STEP_SECONDS))
     for label in robot.memory.layout.room_labels:
         memory.add_room(label)
-    for row in robot.memory.layout.furniture.values():
-        memory.add_furniture(row.label, row.room, row.description)
+    for piece in robot.memory.layout.furniture.values():
+        memory.add_furniture(piece.label, piece.room, piece.description)
     seen: dict[int, list[str]] = {place: [] for place in memory.furniture_ids}
     for room in robot.memory.to_dict()["rooms"]:
         for node in room["furniture"]:
-            seen[node["id"]] = [one["description"] for one in node["objects"] if one["is_there"]]
+            seen[node["id"]] = [
+                thing["description"] for thing in node["objects"] if thing["is_there"]
+            ]
     for place, names in seen.items():
         memory.observe(place, [Sighting(name) for name in names])
     memory.step()
@@ -134,8 +136,8 @@ def read_processor_times(port: int) -> tuple[float, float]:
     connection.close()
     values = dict(line.split() for line in lines if not line.startswith("#"))
     names = ("sgm_process_cpu_seconds_total", "sgm_reader_cpu_seconds_total")
-    own, reader = (float(values[name]) for name in names)
-    return own, reader
+    server, reader = (float(values[name]) for name in names)
+    return server, reader
 
 
 def wait_for_reader(port: int, client: LoadClient) -> None:
@@ -156,14 +158,14 @@ def make_plan(
     plan = []
     for call, rate in (("where_is", NUM_ASKED * times), ("observe", NUM_LOOKS * times)):
         every = NUM_CLIENTS / rate
-        for at in np.arange(rng.uniform(0, every), seconds, every).tolist():
+        for moment in np.arange(rng.uniform(0, every), seconds, every).tolist():
             if call == "where_is":
                 body = {"thing": names[int(rng.integers(len(names)))]}
             else:
                 place, seen = looks[int(rng.integers(len(looks)))]
                 kept = [name for name in seen if rng.random() < 0.8]
                 body = {"place": place, "seen": kept}
-            plan.append((at, call, json.dumps(body)))
+            plan.append((moment, call, json.dumps(body)))
     return sorted(plan)
 
 
@@ -182,7 +184,7 @@ def load(port: int, plans: list[list[tuple[float, str, str]]]) -> dict[str, floa
     for client in clients:
         for call, seconds in client.late:
             late[call].append(seconds * 1000)
-    every = np.array([one for values in late.values() for one in values])
+    every = np.array([delay for values in late.values() for delay in values])
     return {
         "p99": float(np.quantile(every, 0.99)),
         **{f"{call} p99": float(np.quantile(values, 0.99)) for call, values in late.items()},
@@ -217,7 +219,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
             load(port, [make_plan(looks, seconds, times, rng) for _ in range(NUM_CLIENTS)])
             for times in (1, 2)
         )
-        return once.pop("p99"), once | {f"twice: {name}": own for name, own in twice.items()}
+        return once.pop("p99"), once | {f"twice: {name}": value for name, value in twice.items()}
 
     size = f"{NUM_CLIENTS} clients, {seconds:g} s, 32 furniture and {num_objects} objects"
     return measure, size

@@ -23,15 +23,17 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     num_places, num_objects, num_answers = (24, 60, 2) if tiny else (200, 1000, 50)
     prior, rng, memory = PriorGraph.default(), np.random.default_rng(0), SceneGraphMemory()
     rooms = [memory.add_room(prior.rooms[room % 4]) for room in range(12)]
-    labels = [row.label for row in prior.furniture]
+    labels = [furniture_type.label for furniture_type in prior.furniture]
     for place in range(num_places):
         label = labels[7 * place % len(labels)]
         memory.add_furniture(label, rooms[place % 12], f"{label} {place}")
-    names = [f"{row.label} {n}" for n in range(num_objects) for row in prior.objects][:num_objects]
+    names = [
+        f"{object_type.label} {n}" for n in range(num_objects) for object_type in prior.objects
+    ][:num_objects]
     for _ in range(2):
-        at = rng.integers(0, num_places, num_objects)
+        place_of = rng.integers(0, num_places, num_objects)
         for place in memory.furniture_ids:
-            seen = [Sighting(names[row]) for row in np.flatnonzero(at == place)]
+            seen = [Sighting(names[thing]) for thing in np.flatnonzero(place_of == place)]
             memory.observe(place, seen)
         memory.step()
     desk = Desk(Stage(lambda: StillMemory(memory, "home")), Judges())

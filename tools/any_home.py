@@ -79,7 +79,7 @@ class AnyHome(TableSuite[TaskGame]):
     def write(self, report: Report) -> list[str]:
         """Return the overview, networks side by side, and a table of each kind."""
         about, scores, networks = report.about, report.scores, report.networks
-        titles = {name: own["title"] for name, own in about.items()}
+        titles = {name: told["title"] for name, told in about.items()}
         overview = make_overview(about, scores, networks[0])
         parts = [
             "# One network in homes of every kind",

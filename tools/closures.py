@@ -123,7 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print closures and profiles; with names of modules, what each of them loads."""
     names = sys.argv[1:] if arguments is None else arguments
     for name in names:
-        print("\n".join([f"{name}:", *(f"  {own}" for own in list_closure(name))]))
+        print("\n".join([f"{name}:", *(f"  {loaded}" for loaded in list_closure(name))]))
     if names:
         return 0
     print("| import | files of ours |\n| --- | --- |")

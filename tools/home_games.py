@@ -69,10 +69,12 @@ def deal_placements(prior: PriorGraph) -> PriorGraph:
     Each object type gets the placements of another, at random; nothing else changes. Who learnt by
     heart what is kept where, or uses what a thing is called, is wrong there.
     """
-    labels = [row.label for row in prior.objects]
+    labels = [object_type.label for object_type in prior.objects]
     order = np.random.default_rng(0).permutation(len(labels))
     dealt = {label: labels[other] for label, other in zip(labels, order, strict=True)}
-    placements = tuple(replace(row, object=dealt[row.object]) for row in prior.placements)
+    placements = tuple(
+        replace(placement, object=dealt[placement.object]) for placement in prior.placements
+    )
     return replace(prior, placements=placements)
 
 
@@ -102,13 +104,13 @@ def list_recorded(
         "counted": (", prior counted in the other homes", _count_in_others(paths)),
     }
     kinds = {}
-    for name, (knowing, own) in priors.items():
+    for name, (knowing, counted) in priors.items():
         for num_steps in (200, 1000):
             title = f"{called}, {num_steps:,} hourly steps{knowing}"
-            kinds[f"{name}-hour-{num_steps}"] = record(title, num_steps, 3600.0, own)
+            kinds[f"{name}-hour-{num_steps}"] = record(title, num_steps, 3600.0, counted)
         for num_steps in (200, 1000) if name != "counted" else ():
             title = f"{called}, {num_steps:,} steps of ten minutes{knowing}"
-            kinds[f"{name}-10min-{num_steps}"] = record(title, num_steps, 600.0, own)
+            kinds[f"{name}-10min-{num_steps}"] = record(title, num_steps, 600.0, counted)
     return kinds
 
 
@@ -160,8 +162,8 @@ def list_benchmark(
             rules = HomeConfig(looks=looks)
             episodes, lives = (
                 tuple(
-                    RecordedSource(prior, rules, own, step_seconds, replays=times)
-                    for prior, own in homes
+                    RecordedSource(prior, rules, paths, step_seconds, replays=times)
+                    for prior, paths in homes
                 )
                 for times in (replays, max(replays // 2, 1))
             )
@@ -224,8 +226,8 @@ def _count_in_others(paths: Sequence[str]) -> list[PriorGraph]:
     """Count a prior for each trace in all the others."""
     traces = [load_trace(path) for path in paths]
     return [
-        count_prior([trace for trace in traces if trace is not own], HOUR_SECONDS)[0]
-        for own in traces
+        count_prior([trace for trace in traces if trace is not held_out], HOUR_SECONDS)[0]
+        for held_out in traces
     ]
 
 
@@ -246,17 +248,21 @@ def list_lived_homes(
         prior = PriorGraph.household()
         return [
             LivedHome(
-                f"{path.name}-{own}", RecordedSource(prior, rules, [str(path)]), 0, own, path.name
+                f"{path.name}-{home_seed}",
+                RecordedSource(prior, rules, [str(path)]),
+                0,
+                home_seed,
+                path.name,
             )
             for path in find_traces(folders)
-            for own in range(seed, seed + num_homes)
+            for home_seed in range(seed, seed + num_homes)
         ]
     homes = []
     for number in range(num_homes):
         size = sizes[number % len(sizes)]
-        own = replace(
+        home_rules = replace(
             rules, furniture_per_room=size, objects_per_furniture=3, dynamics=RoutineDynamics()
         )
         name = f"{size * len(rules.rooms)} places-{number}"
-        homes.append(LivedHome(name, SampledSource(None, own), number, seed, name))
+        homes.append(LivedHome(name, SampledSource(None, home_rules), number, seed, name))
     return homes

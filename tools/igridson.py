@@ -86,12 +86,12 @@ class GridGame(Game):
 
     def tell(self) -> dict[str, Any]:
         """Return title and units."""
-        own = self.config
+        config = self.config
         title = (
-            f"At most {own.attempts} looks: {own.runs:,} searches, {own.num_homes} unseen homes x "
-            f"{own.queries_per_home} queries"
+            f"At most {config.attempts} looks: {config.runs:,} searches, {config.num_homes} unseen "
+            f"homes x {config.queries_per_home} queries"
         )
-        return {"title": title, "units": [f"home {number}" for number in range(own.num_homes)]}
+        return {"title": title, "units": [f"home {number}" for number in range(config.num_homes)]}
 
     def play(self, players: Mapping[str, Searcher]) -> dict[str, Any]:
         """Let players search; return `Runs.summarise` by player."""
@@ -105,17 +105,17 @@ class GridGame(Game):
 def make_grid_table(scores: Mapping[str, Mapping[str, float]]) -> str:
     """Return a Markdown table of summaries by player, ours beside the paper's."""
     rows = []
-    for name, own in scores.items():
-        row = [name, f"{own['success_rate']:.3f}"]
-        row += [
-            f"{own[column]:.{digits}f} ± {own[f'{column}_std']:.{digits}f}"
+    for name, summary in scores.items():
+        cells = [name, f"{summary['success_rate']:.3f}"]
+        cells += [
+            f"{summary[column]:.{digits}f} ± {summary[f'{column}_std']:.{digits}f}"
             for column, digits in (("num_actions", 2), ("path_length", 1))
         ]
         if name in PAPER:
             success, actions, path = PAPER[name]
-            row += [f"{success:.2f}", "{:.2f} ± {:.2f}".format(*actions)]
-            row.append("{:.1f} ± {:.1f}".format(*path))
-        rows.append([*row, *[""] * (len(_HEADER) - len(row))])
+            cells += [f"{success:.2f}", "{:.2f} ± {:.2f}".format(*actions)]
+            cells.append("{:.1f} ± {:.1f}".format(*path))
+        rows.append([*cells, *[""] * (len(_HEADER) - len(cells))])
     return join_table(_HEADER, rows)
 
 
@@ -128,7 +128,7 @@ class GridSearches(TableSuite[GridGame]):
     shows_all = True
     needs_networks = False
     options = (
-        *(row for row in list_table_options("igridson.md", ()) if row.name != "called"),
+        *(option for option in list_table_options("igridson.md", ()) if option.name != "called"),
         Option("encoders", (), "modules of your own with encoders of networks"),
         Option(
             "policy",
@@ -168,7 +168,10 @@ class GridSearches(TableSuite[GridGame]):
         self, options: Namespace, game: GridGame, checkpoints: Sequence[Checkpoint]
     ) -> Mapping[str, Searcher]:
         """List policies and networks, each plain or travel-aware."""
-        points = [Checkpoint(one.name, one.path, None, options.encoders) for one in checkpoints]
+        points = [
+            Checkpoint(checkpoint.name, checkpoint.path, None, options.encoders)
+            for checkpoint in checkpoints
+        ]
         for point in points:
             point.load()  # says what is wrong before anything is played
         made = list_contestants("find_object", tuple(POLICIES), points)

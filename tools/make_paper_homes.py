@@ -31,7 +31,11 @@ Results = Mapping[Setting, Mapping[str, ScoreSummary]]
 
 def make_table(results: Results) -> str:
     """Return scores by setting and method as Markdown, in brackets the paper's means."""
-    header = ["method", "knows", *(f"{TASKS[own.task]}, {own.nodes}" for own in results)]
+    header = [
+        "method",
+        "knows",
+        *(f"{TASKS[setting.task]}, {setting.nodes}" for setting in results),
+    ]
     rows = []
     for name, shown in list_shown(next(iter(results.values()))).items():
         cells = []
@@ -56,7 +60,7 @@ def make_orderings(results: Results) -> str:
     ]
     where = TableColumn(
         "setting",
-        lambda own: f"{TASKS[own.setting.task].split()[0]}, {own.setting.nodes}",
+        lambda row: f"{TASKS[row.setting.task].split()[0]}, {row.setting.nodes}",
     )
     return lay_out(correct_rows(claims), (where, CLAIM, *VERDICT), 2)
 

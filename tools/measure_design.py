@@ -44,7 +44,7 @@ def measure_noise(prior: PriorGraph) -> str:
     """Count the weights that class noise leaves at zero."""
     weights = prior.weights.reshape(len(prior.objects), -1)
     rows, places = np.nonzero(weights)
-    node_room = [prior.rooms.index(str(row.room)) for row in prior.furniture]
+    node_room = [prior.rooms.index(str(furniture_type.room)) for furniture_type in prior.furniture]
     place_room = np.repeat(node_room, NUM_RELATIONS)
     rng = np.random.default_rng(0)
     zeroed = [

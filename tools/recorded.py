@@ -86,7 +86,10 @@ class Recorded(TableSuite[TaskGame]):
     ) -> Mapping[str, MakePolicy]:
         """List policies and networks, and those that were trained in the other homes."""
         left_out = [LeftOut.parse(text) for text in options.left_out]
-        return {**game.list_players(checkpoints), **{own.name: own.make for own in left_out}}
+        return {
+            **game.list_players(checkpoints),
+            **{player.name: player.make for player in left_out},
+        }
 
     def checksum_more(self, options: Namespace) -> Mapping[str, str]:
         """Return the checksums of networks that were trained in the other homes."""
@@ -121,15 +124,18 @@ class Recorded(TableSuite[TaskGame]):
         if paired := compare_priors(report.about, scores, further, ("priors", *networks[:1])):
             parts.append(f"## Priors beside each other\n\n{make_comparison(paired)}")
         hours = {
-            titles[name]: {who: own["by_hour"] for who, own in players.items()}
+            titles[name]: {who: score["by_hour"] for who, score in players.items()}
             for name, players in scores.items()
-            if all("by_hour" in own for own in players.values())
+            if all("by_hour" in score for score in players.values())
         }
         if hours:
             picture = options.out.with_name(f"{options.out.stem}_by_hour.png")
             write_whole(picture, make_png(draw_by_hour(hours)))
             parts.append(f"## By the hour\n\n![Wrong guesses by the hour of day]({picture.name})")
-        parts += [f"## {titles[name]}\n\n{make_table(own)}" for name, own in scores.items()]
+        parts += [
+            f"## {titles[name]}\n\n{make_table(game_scores)}"
+            for name, game_scores in scores.items()
+        ]
         return [*parts, describe_made(report.cache, report.shown, [*networks, *left_out])]
 
 

@@ -74,11 +74,11 @@ class LifeGame(Game):
 
     def tell(self) -> dict[str, Any]:
         """Return title, unit and group."""
-        own = self.home
+        home = self.home
         return {
-            "title": own.name,
-            "units": [own.unit],
-            **({"group": own.group} if own.group else {}),
+            "title": home.name,
+            "units": [home.unit],
+            **({"group": home.group} if home.group else {}),
         }
 
     def live(self, num_asked: int) -> RobotLife:
@@ -136,16 +136,16 @@ class RobotLife:
         for step in range(self.num_learnt + 1, self.run.num_steps + 1):
             memory = self.run.memory_at(step - 1).copy()
             memory.step()
-            at, before = truth.furniture[step], truth.furniture[step - 1]
-            there = np.flatnonzero(at >= 0)
-            moved = there[at[there] != before[there]]
+            furniture, before = truth.furniture[step], truth.furniture[step - 1]
+            present = np.flatnonzero(furniture >= 0)
+            moved = present[furniture[present] != before[present]]
             for _ in range(per_step):
-                slots = moved if len(moved) and rng.random() < asks_moved else there
+                slots = moved if len(moved) and rng.random() < asks_moved else present
                 if not len(slots):
                     continue
                 code = truth.code[step, rng.choice(slots)]
                 ids = memory.furniture_ids
-                places = at[there[truth.code[step, there] == code]]
+                places = furniture[present[truth.code[step, present] == code]]
                 yield FinderQuestion(
                     memory, truth.descriptions[code], frozenset(ids[place] for place in places)
                 )

@@ -43,14 +43,14 @@ def draw(curves: dict[str, list[Point]]) -> Figure:
     figure = Figure(figsize=(13, 3.2 * rows), layout="constrained")
     axes = figure.subplots(rows, 3, squeeze=False).ravel()
     for axis, (name, points) in zip(axes, curves.items(), strict=False):
-        what, size_of = name.split(", by ")
+        measured, size_of = name.split(", by ")
         size = np.array([point.size for point in points], dtype=float)
         cost = np.array([point.cost for point in points])
         axis.loglog(size, cost, "o-", label="measured")
         axis.loglog(size, cost[-1] * size / size[-1], ":", color="grey", label="linear")
-        axis.set_title(what, fontsize=11)
+        axis.set_title(measured, fontsize=11)
         axis.set_xlabel(size_of)
-        axis.set_ylabel(what.partition(" in ")[2] or "seconds")
+        axis.set_ylabel(measured.partition(" in ")[2] or "seconds")
         axis.grid(alpha=0.3)
         axis.legend(fontsize=8)
     for axis in axes[len(curves) :]:
@@ -62,8 +62,10 @@ def read_curves(path: Path) -> dict[str, list[Point]]:
     """Return the curves of an earlier measurement."""
     found = defaultdict(list)
     with path.open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            found[row["curve"]].append(Point(row["curve"], int(row["size"]), float(row["cost"])))
+        for line in csv.DictReader(file):
+            found[line["curve"]].append(
+                Point(line["curve"], int(line["size"]), float(line["cost"]))
+            )
     return found
 
 

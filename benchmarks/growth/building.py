@@ -38,7 +38,7 @@ _Answer = TypeVar("_Answer")
 
 def name_things(count: int) -> list[str]:
     """Name things as a tracker does: "red mug 1", "blue mug 1", ..., "red mug 2"."""
-    labels = [row.label for row in PriorGraph.household().objects]
+    labels = [object_type.label for object_type in PriorGraph.household().objects]
     rounds = [divmod(key // len(labels), len(_LOOKS)) for key in range(count)]
     return [
         f"{_LOOKS[look]} {labels[key % len(labels)]} {number + 1}"
@@ -55,19 +55,24 @@ def fill_building(num_places: int, num_things: int, num_looks: int) -> SceneGrap
     rng, prior = np.random.default_rng(0), PriorGraph.household()
     memory = SceneGraphMemory(prior, Clock(datetime(2026, 11, 2)))
     by_room = {
-        room: [row.label for row in prior.furniture if row.room == room] for room in prior.rooms
+        room: [
+            furniture_type.label
+            for furniture_type in prior.furniture
+            if furniture_type.room == room
+        ]
+        for room in prior.rooms
     }
     num_rooms = -(-num_places // PLACES_PER_ROOM)
     width = int(np.ceil(np.sqrt(num_rooms)))
     for number in range(num_places):
-        room, at = divmod(number, PLACES_PER_ROOM)
-        kind = prior.rooms[room % len(prior.rooms)]
-        if at == 0:
-            room_id = memory.add_room(f"{kind} {room}")
-        labels = by_room[kind]
+        room, in_room = divmod(number, PLACES_PER_ROOM)
+        room_type = prior.rooms[room % len(prior.rooms)]
+        if in_room == 0:
+            room_id = memory.add_room(f"{room_type} {room}")
+        labels = by_room[room_type]
         corner = 6.0 * np.array([room % width, room // width])
         x, y = corner + rng.uniform(0.5, 5.5, 2)
-        label = labels[at % len(labels)]
+        label = labels[in_room % len(labels)]
         memory.add_furniture(label, room_id, f"{label} {number}", (float(x), float(y)))
     ids = memory.furniture_ids
     texts = name_things(num_things)
@@ -78,8 +83,8 @@ def fill_building(num_places: int, num_things: int, num_looks: int) -> SceneGrap
             moved = rng.random(num_things) < MOVED_PER_ROUND
             place_of[moved] = rng.integers(0, num_places, int(moved.sum()))
         place = order[look % num_places]
-        there = np.flatnonzero(place_of == place)
-        seen = there[rng.random(len(there)) >= MISS_RATE]
+        present = np.flatnonzero(place_of == place)
+        seen = present[rng.random(len(present)) >= MISS_RATE]
         memory.observe(ids[place], [Sighting(texts[key]) for key in seen])
         if (look + 1) % LOOKS_PER_STEP == 0:
             memory.step()
@@ -158,15 +163,15 @@ def measure_building(
 
     Each building in a process of its own that loads it, so that its memory is that of the building.
     """
-    for what, sizes in (("places", by_places), ("things in 100 places", by_things)):
+    for grown, sizes in (("places", by_places), ("things in 100 places", by_things)):
         for num_places, num_things in sizes:
             arguments = map(str, (num_places, num_things, 10 * num_places))
             done = subprocess.run(
                 [sys.executable, __file__, *arguments], capture_output=True, text=True, check=True
             )
-            size = num_places if what == "places" else num_things
+            size = num_places if grown == "places" else num_things
             for name, cost in json.loads(done.stdout).items():
-                yield Point(f"{name}, by {what}", size, cost)
+                yield Point(f"{name}, by {grown}", size, cost)
 
 
 def main(num_places: int, num_things: int, num_looks: int) -> None:

@@ -93,7 +93,9 @@ def fill_memory(num_objects: int) -> MemoryBatch:
     nodes = rng.integers(0, len(prior.furniture), num_furniture)
     furniture = [prior.furniture[node].label for node in nodes]
     furniture_room = np.array([[rooms.index(prior.furniture[node].room) for node in nodes]])
-    labels = list(dict.fromkeys([*rooms, *furniture, *(row.label for row in prior.objects)]))
+    labels = list(
+        dict.fromkeys([*rooms, *furniture, *(object_type.label for object_type in prior.objects)])
+    )
     index = {label: number for number, label in enumerate(labels)}
     layout = LayoutArrays(
         np.array([[index[room] for room in rooms]]),
@@ -104,7 +106,7 @@ def fill_memory(num_objects: int) -> MemoryBatch:
     memory = MemoryBatch(labels, layout)
     key = np.arange(num_objects)
     types = key % len(prior.objects)
-    label_of_type = np.array([index[row.label] for row in prior.objects])
+    label_of_type = np.array([index[object_type.label] for object_type in prior.objects])
     memory.ensure_objects(np.zeros(num_objects, dtype=np.int64), key, label_of_type[types], types)
     for number in range(num_furniture):
         _look(memory, number)
@@ -120,7 +122,7 @@ def measure_home(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
     from nep import ObjectFinder
 
     finder = ObjectFinder.load("heat")
-    types = [row.label for row in PriorGraph.default().objects]
+    types = [object_type.label for object_type in PriorGraph.default().objects]
     rng = np.random.default_rng(0)
     for size in sizes:
         memory = fill_home(size)

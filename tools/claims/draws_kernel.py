@@ -31,8 +31,8 @@ def spread_draws(
     for part in range(len(density)):
         new = coming if part == len(density) - 1 else 0.0
         for draw in range(len(moves)):
-            own = density[part, draw]
-            spread(own, moves[draw], leave[draw], kept, rate, new, room, scratch)
+            density_of_draw = density[part, draw]
+            spread(density_of_draw, moves[draw], leave[draw], kept, rate, new, room, scratch)
 
 
 @kernel

@@ -54,7 +54,7 @@ class _Type:
         stays_in: number of what objects at each place stay in when they move, (S,).
         class_weights: what class noise may have left, (C, S, 2).
         expected: objects of the type that this leads one to expect at t = 0, (C, S).
-        rest: objects of the type whose description was neither seen nor asked for; its
+        unmet: objects of the type whose description was neither seen nor asked for; its
             log likelihood is that of all objects of the type, were none of them known.
         objects: what is followed of each known description, by row of `MemoryBatch.objects`.
     """
@@ -65,7 +65,7 @@ class _Type:
     stays_in: np.ndarray
     class_weights: np.ndarray
     expected: np.ndarray
-    rest: _Draws
+    unmet: _Draws
     objects: dict[int, _Draws] = field(default_factory=dict)
 
 
@@ -114,8 +114,13 @@ class Informed(Policy):
         whole = prior.weights.sum(axis=(1, 2), keepdims=True)
         weights = np.zeros(prior.weights.shape)
         self._weights = np.divide(prior.weights, whole, out=weights, where=whole > 0)  # (O, N, 2)
-        self._node_room = np.array([prior.rooms.index(row.room) for row in prior.furniture])
-        self._node = {(row.room, row.label): number for number, row in enumerate(prior.furniture)}
+        self._node_room = np.array(
+            [prior.rooms.index(furniture_type.room) for furniture_type in prior.furniture]
+        )
+        self._node = {
+            (furniture_type.room, furniture_type.label): number
+            for number, furniture_type in enumerate(prior.furniture)
+        }
         self.effective_sizes: list[float] = []
 
     @classmethod
@@ -153,61 +158,61 @@ class Informed(Policy):
             change.home.tolist(), change.furniture.tolist(), change.coverage.tolist(), strict=True
         ):
             self._looks[home].append((memory.time, place, coverage))
-        for row in set(memory.edges["object"][change.edges[change.is_seen]].tolist()):
-            home = int(memory.objects["home"][row])
-            self._sightings[row].add(len(self._looks[home]) - 1)
-            self._meet(memory, home, row)
+        for thing in set(memory.edges["object"][change.edges[change.is_seen]].tolist()):
+            home = int(memory.objects["home"][thing])
+            self._sightings[thing].add(len(self._looks[home]) - 1)
+            self._meet(memory, home, thing)
 
     def scores(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the expected number of objects asked for at each furniture node, (Q, F)."""
         scores = np.zeros((len(queries.object), memory.num_furniture))
         asked = list(zip(queries.home.tolist(), queries.object.tolist(), strict=True))
-        for home, row in asked:
-            self._questions[row].add(memory.time)
-            self._meet(memory, home, row)
-        for query, (home, row) in enumerate(asked):
-            kind = self._types.get((home, int(memory.objects["type"][row])))
-            if kind is not None and row in kind.objects:
-                scores[query, kind.places] = self._answer(memory, home, kind, row)
+        for home, thing in asked:
+            self._questions[thing].add(memory.time)
+            self._meet(memory, home, thing)
+        for query, (home, thing) in enumerate(asked):
+            object_type = self._types.get((home, int(memory.objects["type"][thing])))
+            if object_type is not None and thing in object_type.objects:
+                scores[query, object_type.places] = self._answer(memory, home, object_type, thing)
         return mask_furniture(memory, queries, scores)
 
-    def _answer(self, memory: MemoryBatch, home: int, kind: _Type, asked: int) -> np.ndarray:
+    def _answer(self, memory: MemoryBatch, home: int, object_type: _Type, asked: int) -> np.ndarray:
         """Return the expected number of objects of a description at the type's places, (S,)."""
         rates = self._compute_rates(memory, home, asked)
-        self._advance(memory, home, kind, kind.rest, rates, None)
+        self._advance(memory, home, object_type, object_type.unmet, rates, None)
         num_class, num_instance = self._num_draws
-        share = max(1 - len(kind.objects) * rates["sameness"], 0.0)
-        log_weight = share * kind.rest.log_likelihood  # (C,)
-        for row, own in kind.objects.items():
-            self._advance(memory, home, kind, own, rates, row)
-            if row != asked:
-                each = own.log_likelihood.reshape(num_class, num_instance)
+        share = max(1 - len(object_type.objects) * rates["sameness"], 0.0)
+        log_weight = share * object_type.unmet.log_likelihood  # (C,)
+        for thing, draws in object_type.objects.items():
+            self._advance(memory, home, object_type, draws, rates, thing)
+            if thing != asked:
+                each = draws.log_likelihood.reshape(num_class, num_instance)
                 most = each.max(axis=1)
                 log_weight = log_weight + most + np.log(np.exp(each - most[:, None]).mean(axis=1))
-        own = kind.objects[asked]
-        weight = own.log_likelihood + np.repeat(log_weight, num_instance)
+        draws = object_type.objects[asked]
+        weight = draws.log_likelihood + np.repeat(log_weight, num_instance)
         weight = np.exp(weight - weight.max())
         weight /= weight.sum()
         self.effective_sizes.append(float(1 / (weight**2).sum()))
-        return weight @ own.density.sum(axis=0)
+        return weight @ draws.density.sum(axis=0)
 
-    def _meet(self, memory: MemoryBatch, home: int, row: int) -> None:
+    def _meet(self, memory: MemoryBatch, home: int, thing: int) -> None:
         """Begin to follow a description that is new."""
-        number = int(memory.objects["type"][row])
+        number = int(memory.objects["type"][thing])
         if number < 0:
             return
         if (home, number) not in self._types:
             self._types[home, number] = self._make_type(memory, home, number)
-        kind = self._types[home, number]
-        if row in kind.objects or not len(kind.places):
+        object_type = self._types[home, number]
+        if thing in object_type.objects or not len(object_type.places):
             return
         num_instance = self._num_draws[1]
-        key = int(memory.objects["key"][row])
-        moves = self._draw_instance_noise(self._configs[home], kind, key)  # (C K, S)
-        others = np.repeat(kind.expected, num_instance, axis=0)
+        key = int(memory.objects["key"][thing])
+        moves = self._draw_instance_noise(self._configs[home], object_type, key)  # (C K, S)
+        others = np.repeat(object_type.expected, num_instance, axis=0)
         others = others * self._inventory.sameness[number]
         density = np.stack([np.zeros_like(others), others])  # the last one seen, and others
-        kind.objects[row] = _start(density, moves, kind.stays_in)
+        object_type.objects[thing] = _start(density, moves, object_type.stays_in)
 
     def _make_type(self, memory: MemoryBatch, home: int, number: int) -> _Type:
         """Draw class noise of an object type, and what it leads one to expect in a home."""
@@ -236,21 +241,21 @@ class Informed(Policy):
         expected = self._inventory.expected[home, number, places] * factor
         whole = total.sum(axis=1, keepdims=True)
         moves = np.divide(total, whole, out=np.zeros_like(total), where=whole > 0)
-        rest = _start(expected[None].copy(), moves, stays_in)
-        return _Type(places, place_number, room, stays_in, class_weights, expected, rest)
+        unmet = _start(expected[None].copy(), moves, stays_in)
+        return _Type(places, place_number, room, stays_in, class_weights, expected, unmet)
 
-    def _draw_instance_noise(self, config: HomeRules, kind: _Type, key: int) -> np.ndarray:
+    def _draw_instance_noise(self, config: HomeRules, object_type: _Type, key: int) -> np.ndarray:
         """Draw K times what instance noise leaves of each draw of class noise, (C K, S)."""
         num_class, num_instance = self._num_draws
-        weights = np.repeat(kind.class_weights.reshape(num_class, -1), num_instance, axis=0)
+        weights = np.repeat(object_type.class_weights.reshape(num_class, -1), num_instance, axis=0)
         rng = np.random.default_rng([self._seed, key])
-        places, room = np.arange(weights.shape[1]), np.repeat(kind.room, NUM_RELATIONS)
+        places, room = np.arange(weights.shape[1]), np.repeat(object_type.room, NUM_RELATIONS)
         noisy = _draw_noise(weights, places, room, config, rng)
         return noisy.reshape(len(noisy), -1, NUM_RELATIONS).sum(axis=2)
 
-    def _compute_rates(self, memory: MemoryBatch, home: int, row: int) -> dict[str, float]:
+    def _compute_rates(self, memory: MemoryBatch, home: int, thing: int) -> dict[str, float]:
         """Return the rates of an object's type by name."""
-        number = memory.objects["type"][[row]]
+        number = memory.objects["type"][[thing]]
         rates = self._inventory.compute_rates(np.array([home]), number)
         found = (*rates, self._inventory.sameness[number])
         names = ("move", "asked", "remove", "add", "sameness")
@@ -260,30 +265,32 @@ class Informed(Policy):
         self,
         memory: MemoryBatch,
         home: int,
-        kind: _Type,
+        object_type: _Type,
         draws: _Draws,
         rates: dict[str, float],
-        row: int | None,
+        thing: int | None,
     ) -> None:
-        """Carry draws on to now; `row` is the object they are about, None for the rest."""
-        add = rates["add"] / (rates["sameness"] if row is None else 1)
+        """Carry draws on to now; `thing` is the object they are about, None for `unmet`."""
+        add = rates["add"] / (rates["sameness"] if thing is None else 1)
         while True:
             looks = self._looks[home]
             while draws.num_looks < len(looks) and looks[draws.num_looks][0] == draws.time:
                 _, place, coverage = looks[draws.num_looks]
-                place = kind.number[place]
+                place = object_type.number[place]
                 if place >= 0:
                     found = coverage * (1 - self._configs[home].detection_error)
-                    is_seen = row is not None and draws.num_looks in self._sightings[row]
+                    is_seen = thing is not None and draws.num_looks in self._sightings[thing]
                     correct_draws(draws.density, draws.log_likelihood, place, is_seen, 1 - found)
                 draws.num_looks += 1
             if draws.time == memory.time:
                 return
             draws.time += 1
-            is_asked = row is not None and draws.time in self._questions[row]
+            is_asked = thing is not None and draws.time in self._questions[thing]
             rate = rates["asked" if is_asked else "move"]
             kept = 1 - rates["remove"]
-            spread_draws(draws.density, draws.moves, draws.leave, kept, rate, add, kind.stays_in)
+            spread_draws(
+                draws.density, draws.moves, draws.leave, kept, rate, add, object_type.stays_in
+            )
 
 
 def _start(density: np.ndarray, moves: np.ndarray, stays_in: np.ndarray) -> _Draws:
@@ -302,13 +309,13 @@ def _draw_noise(
 ) -> np.ndarray:
     """Draw noise on weights (n, k) of ascending places (k,), as homes are made; `room` (P,)."""
     uniform = rng.random((*weights.shape, 2))
-    row, column = map(np.ascontiguousarray, np.nonzero(weights))
+    draw, column = map(np.ascontiguousarray, np.nonzero(weights))
     noisy = np.zeros(weights.shape)
-    noisy[row, column] = compute_noisy_weights(
-        weights[row, column],
-        row,
+    noisy[draw, column] = compute_noisy_weights(
+        weights[draw, column],
+        draw,
         places[column],
-        uniform[row, column],
+        uniform[draw, column],
         np.zeros(len(weights), dtype=np.int64),
         room[None],
         np.array([len(room)]),

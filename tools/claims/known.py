@@ -30,7 +30,7 @@ def make_known(scores: ClaimsScores) -> tuple[str, Any]:
                 f"{where}, {nodes}: an answer has an effective sample size of {sizes[5]:.0f} "
                 f"of its 1,024 draws (median), {sizes[1]:.0f} in the worst tenth."
             )
-            means = {name: float(own.home_values.mean()) for name, own in found.items()}
+            means = {name: float(summary.home_values.mean()) for name, summary in found.items()}
             for name in sorted(means, key=means.__getitem__):
                 share = compute_gap_closed(means[name], means["bayesian"], means[INFORMED])
                 difference = None if name == INFORMED else compute_difference(found[name], top)
@@ -62,9 +62,9 @@ def _load_all(scores: ClaimsScores, source: str, nodes: str) -> dict[str, ScoreS
     plan, setting = scores.plan, LOCATION[nodes]
     found = {}
     for name in POLICIES:
-        own = scores.load(source, setting, name)
-        if own is not None:
-            found[name] = own
+        summary = scores.load(source, setting, name)
+        if summary is not None:
+            found[name] = summary
     for name, title in ORDER.items():
         trained = scores.load_trainings(source, nodes, (name,), range(plan.num_seeds))
         if trained:

@@ -75,7 +75,7 @@ class NetworkSections:
                 title = f"{where}, {nodes}"
                 cells.append([title, *(_list_means(by_seed) for by_seed in scores.values())])
                 kept[f"{source}-{nodes}"] = {
-                    name: {seed: list_homes(own) for seed, own in by_seed.items()}
+                    name: {seed: list_homes(summary) for seed, summary in by_seed.items()}
                     for name, by_seed in scores.items()
                 }
                 lines += [(title, *found) for found in self._compare(title, scores)]
@@ -123,8 +123,12 @@ class NetworkSections:
             self._count_parameters(),
         ]
         return "\n".join(text), {
-            title: {name: list_homes(own) for name, own in row.items() if own is not None}
-            for title, row in kept.items()
+            title: {
+                name: list_homes(summary)
+                for name, summary in by_network.items()
+                if summary is not None
+            }
+            for title, by_network in kept.items()
         }
 
     def make_rates(self) -> tuple[str, Any]:
@@ -133,8 +137,8 @@ class NetworkSections:
         tested: dict[str, dict[str, ScoreSummary]] = {name: {} for name in ORDER}
         known: dict[str, dict[str, float]] = {name: {} for name in ORDER}
         for rate, configs in RATES.items():
-            own = self._scores.load_changed({name: (name, *configs) for name in ORDER})
-            for name, score in own.items():
+            scores_of_rate = self._scores.load_changed({name: (name, *configs) for name in ORDER})
+            for name, score in scores_of_rate.items():
                 training = plan.make_training("sampled", "on", (name, *configs), plan.switch_seed)
                 if score is not None and training.is_done():
                     tested[name][rate] = score
@@ -166,7 +170,7 @@ class NetworkSections:
                 for name in ORDER
             }
             found = self._compare(f"learning rate {title}", scores)
-            claims += [(title, *row) for row in found]
+            claims += [(title, *entry) for entry in found]
         header = [f"{title}, {part}" for title in ORDER.values() for part in ("validation", "test")]
         text = [
             "## Learning rates\n",
@@ -180,7 +184,7 @@ class NetworkSections:
         return "\n".join(text), {
             "validation": {name: round_all(by_rate) for name, by_rate in known.items()},
             "test": {
-                name: {rate: list_homes(own) for rate, own in by_rate.items()}
+                name: {rate: list_homes(summary) for rate, summary in by_rate.items()}
                 for name, by_rate in tested.items()
             },
             "chosen": chosen,
@@ -188,12 +192,16 @@ class NetworkSections:
 
     def make_messages(self) -> tuple[str, Any]:
         """Whether messages pay anywhere in the sections before."""
-        once = {row.difference: row for row in reversed(self._compared)}  # best may be of one rate
-        rows = sorted(once.values(), key=lambda row: row.difference.mean, reverse=True)
-        corrected = correct_holm([row.difference.p for row in rows])
-        decided = [row for row in rows if row.difference.p < 1 - LEVEL]
-        better = [row for row in decided if row.difference.mean > 0]
-        worse = [row for row in decided if row.difference.mean < 0]
+        once = {
+            comparison.difference: comparison for comparison in reversed(self._compared)
+        }  # best may be of one rate
+        rows = sorted(
+            once.values(), key=lambda comparison: comparison.difference.mean, reverse=True
+        )
+        corrected = correct_holm([comparison.difference.p for comparison in rows])
+        decided = [comparison for comparison in rows if comparison.difference.p < 1 - LEVEL]
+        better = [comparison for comparison in decided if comparison.difference.mean > 0]
+        worse = [comparison for comparison in decided if comparison.difference.mean < 0]
         num_left = sum(p < 1 - LEVEL for p in corrected)
         text = [
             "## Do messages pay?\n",
@@ -204,17 +212,23 @@ class NetworkSections:
             f"{'is' if num_left == 1 else 'are'} left.\n",
         ]
         if better or worse:
-            named = [f"- better: {row}" for row in better] + [f"- worse: {row}" for row in worse]
+            named = [f"- better: {comparison}" for comparison in better] + [
+                f"- worse: {comparison}" for comparison in worse
+            ]
             text.append("\n".join(named) + "\n")
         if rows:
-            most = max(row.difference.high for row in rows)
+            most = max(comparison.difference.high for comparison in rows)
             text.append(
                 f"The highest is {rows[0]}; the lowest {rows[-1]}. No interval reaches above "
                 f"{most:+.3f}.\n"
             )
         return "\n".join(text), [
-            {"where": row.where, "network": row.network, **round_all(asdict(row.difference))}
-            for row in rows
+            {
+                "where": comparison.where,
+                "network": comparison.network,
+                **round_all(asdict(comparison.difference)),
+            }
+            for comparison in rows
         ]
 
     def _compare(
@@ -260,8 +274,8 @@ def _lay_out_claims(title: str, rows: Sequence[tuple[str, int, Claim]]) -> str:
         TableColumn("trainings", lambda row: str(row[1])),
         *map(read, VERDICT),
     )
-    own = [(where, num, claim) for (where, num, _), claim in zip(rows, corrected, strict=True)]
-    return lay_out(own, columns, 2)
+    shown = [(where, num, claim) for (where, num, _), claim in zip(rows, corrected, strict=True)]
+    return lay_out(shown, columns, 2)
 
 
 def _make_switch_row(
@@ -271,22 +285,22 @@ def _make_switch_row(
     compared: list[NetworkComparison],
 ) -> list[str]:
     """Make the cells of a change; comparisons with NEP-MLP are appended to `compared`."""
-    row = [title]
+    cells = [title]
     for name in ORDER:
-        own, before = changed.get(name), plain.get(name)
-        cell = "" if own is None else f"{own.home_values.mean():.3f}"
-        if own is not None and before is not None:
-            cell += f" ({format_difference(compute_difference(own, before), '.3f')})"
-        row.append(cell)
+        summary, before = changed.get(name), plain.get(name)
+        cell = "" if summary is None else f"{summary.home_values.mean():.3f}"
+        if summary is not None and before is not None:
+            cell += f" ({format_difference(compute_difference(summary, before), '.3f')})"
+        cells.append(cell)
     both = {**plain, **changed}
     for name in _WITH_MESSAGES:
-        own, base = both.get(name), both.get("mlp")
-        if own is None or base is None or not {name, "mlp"} & changed.keys():
-            row.append("")
+        summary, base = both.get(name), both.get("mlp")
+        if summary is None or base is None or not {name, "mlp"} & changed.keys():
+            cells.append("")
             continue
-        compared.append(NetworkComparison(title, name, compute_difference(own, base)))
-        row.append(format_difference(compared[-1].difference, ".3f"))
-    return row
+        compared.append(NetworkComparison(title, name, compute_difference(summary, base)))
+        cells.append(format_difference(compared[-1].difference, ".3f"))
+    return cells
 
 
 def read_validation(training: Training) -> float:
@@ -302,7 +316,7 @@ def count_parameters(training: Training) -> int:
 
 
 def _list_means(by_seed: Mapping[int, ScoreSummary]) -> str:
-    means: Sequence[float] = [float(own.home_values.mean()) for own in by_seed.values()]
+    means: Sequence[float] = [float(summary.home_values.mean()) for summary in by_seed.values()]
     if not means:
         return ""
     return f"{np.mean(means):.3f} ({', '.join(f'{mean:.3f}' for mean in means)})"

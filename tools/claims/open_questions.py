@@ -25,23 +25,27 @@ def make_readings(scores: ClaimsScores) -> tuple[str, Any]:
     lines = []
     kept: dict[str, Any] = {}
     for nodes in LIKELIHOOD:
-        column = {name: row[0] for name, row in PAPER_TABLE_1[LIKELIHOOD[nodes].name].items()}
+        column = {
+            name: numbers[0] for name, numbers in PAPER_TABLE_1[LIKELIHOOD[nodes].name].items()
+        }
         paper = [f"{column[name]:.3f}" if name in column else "" for name in names]
         lines.append([f"*the paper, {nodes}*", *paper, "", "", ""])
         for source, where in SOURCES.items():
             means = scores.load_readings(source, nodes)
-            kept[f"{source}-{nodes}"] = {name: round_all(own) for name, own in means.items()}
+            kept[f"{source}-{nodes}"] = {
+                name: round_all(by_reading) for name, by_reading in means.items()
+            }
             for key, reading in READINGS.items() if means else ():
                 ours = {name: means[name][key] for name in names if name in means}
                 cells = [f"{ours[name]:.3f}" if name in ours else "" for name in names]
                 away = {name: abs(ours[name] - column[name]) for name in ours if name in column}
-                rest = [value for name, value in away.items() if name not in _UNEXPLAINED]
+                others = [value for name, value in away.items() if name not in _UNEXPLAINED]
                 lines.append(
                     [
                         f"{where}, {nodes}: {reading.title}",
                         *cells,
                         f"{np.mean([*away.values()]):.3f}",
-                        f"{np.mean(rest):.3f}",
+                        f"{np.mean(others):.3f}",
                         _count_order(ours, column),
                     ]
                 )

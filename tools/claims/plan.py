@@ -124,8 +124,13 @@ class ClaimsPlan(TrainedPlan):
             for name in ORDER
             if configs
         ]
-        first = [row for row in orders if row.contestant.setting == LOCATION["on"]]
-        return [*first, *switches, *rates, *(row for row in orders if row not in first)]
+        first = [training for training in orders if training.contestant.setting == LOCATION["on"]]
+        return [
+            *first,
+            *switches,
+            *rates,
+            *(training for training in orders if training not in first),
+        ]
 
     def is_in_table_1(self, source: str, seed: int) -> bool:
         """Tell whether Table 1 has the networks of this seed."""
@@ -205,16 +210,16 @@ class ClaimsPlan(TrainedPlan):
         settings = read_json(self.table_1)["settings"]
         for nodes in LOCATION.values():  # other tasks are played in the same homes
             played = cache.scores[self.make_game("sampled", nodes).name]
-            own = unpack_summary(played[CHECKED]).home_values
+            ours = unpack_summary(played[CHECKED]).home_values
             theirs = np.array(settings[nodes.name][CHECKED]["mean_of_each_home"])
-            if len(own) != len(theirs) or not np.allclose(own, theirs):
+            if len(ours) != len(theirs) or not np.allclose(ours, theirs):
                 raise ValueError(
                     f"table_1 must be of the same test homes, got one in which {CHECKED} has other "
                     f"scores in {self.table_1}. Leave it out."
                 )
         return {
-            title: ScoreSummary(np.array(row["mean_of_each_home"])[:, None], {})
-            for title, row in settings[setting.name].items()
+            title: ScoreSummary(np.array(stored["mean_of_each_home"])[:, None], {})
+            for title, stored in settings[setting.name].items()
         }
 
 

@@ -96,7 +96,7 @@ class ReadingGame(PaperGame):
         for name, make in players.items():
             homes = self.make_homes()
             found = play_readings(homes, make(homes), self.steps)
-            scores[name] = {key: own.round(6).tolist() for key, own in found.items()}
+            scores[name] = {key: values.round(6).tolist() for key, values in found.items()}
         return scores
 
 

@@ -61,13 +61,13 @@ def _make_command(plan: ClaimsPlan) -> str:
     """Return the command line; folders change nothing in what it writes."""
     usual = ClaimsPlan(plan.runs, plan.data)
     options = ["python", "-m", "nep.bench", "claims"]
-    for name, own, default in (
+    for name, value, default in (
         ("seeds", plan.num_seeds, usual.num_seeds),
         ("num_homes", plan.num_homes, usual.num_homes),
         ("steps", plan.steps, usual.steps),
         ("epochs", plan.epochs, usual.epochs),
     ):
-        options += [f"--{name}", str(own)] if own != default else []
+        options += [f"--{name}", str(value)] if value != default else []
     if plan.table_1 is not None:
         options += ["--table_1", f"results/{plan.table_1.name}"]
     return shlex.join(options)

@@ -41,9 +41,9 @@ class ClaimsScores:
                 continue
             training = self.plan.make_training(source, nodes, configs, seed)
             player = self.plan.name_training(training)
-            own = self.find(self.plan.make_game(source, LOCATION[nodes]), player)
-            if own is not None:  # of Table 1, too, the means of homes are all there is
-                found[seed] = ScoreSummary(unpack_summary(own).home_values[:, None], {})
+            played = self.find(self.plan.make_game(source, LOCATION[nodes]), player)
+            if played is not None:  # of Table 1, too, the means of homes are all there is
+                found[seed] = ScoreSummary(unpack_summary(played).home_values[:, None], {})
             else:
                 line = f"{name}, {SOURCES[source]}, dynamic nodes {nodes}, seed {seed}"
                 self.missing.append(line)
@@ -69,9 +69,9 @@ class ClaimsScores:
         """Return what a policy has scored; None if it has not played."""
         if source == "sampled" and not crosses and name in self.table_1[setting]:
             return self.table_1[setting][name]
-        own = self.find(self.plan.make_game(source, setting, crosses), name)
-        if own is not None:
-            return unpack_summary(own)
+        played = self.find(self.plan.make_game(source, setting, crosses), name)
+        if played is not None:
+            return unpack_summary(played)
         where = ", moves over the whole home" if crosses else ""
         self.missing.append(f"{name}, {SOURCES[source]}, {setting.title}{where}")
         return None
@@ -86,9 +86,9 @@ class ClaimsScores:
             players[title] = plan.name_training(training)
         found = {}
         for name, player in players.items():
-            own = self.find(game, player)
-            if own is not None:
-                found[name] = {key: float(np.mean(values)) for key, values in own.items()}
+            played = self.find(game, player)
+            if played is not None:
+                found[name] = {key: float(np.mean(values)) for key, values in played.items()}
             else:
                 self.missing.append(f"{name}, readings, {SOURCES[source]}, dynamic nodes {nodes}")
         return found

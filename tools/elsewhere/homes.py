@@ -32,15 +32,15 @@ KINDS: dict[str, tuple[str, dict[str, Any]]] = {
 RECORDED = "recorded"
 
 
-def list_simulated(kind: str, num_homes: int, looks: int, seed: int) -> list[LivedHome]:
+def list_simulated(group: str, num_homes: int, looks: int, seed: int) -> list[LivedHome]:
     """List simulated homes of 12 to 36 places; their prior is the household prior.
 
     Raises:
         ValueError: if there is no such kind.
     """
-    if kind not in KINDS:
+    if group not in KINDS:
         raise ValueError(
-            f"kinds must be some of {', '.join(KINDS)}, got {shorten(kind)}. Choose among these."
+            f"kinds must be some of {', '.join(KINDS)}, got {shorten(group)}. Choose among these."
         )
     homes = []
     for number in range(num_homes):
@@ -49,11 +49,11 @@ def list_simulated(kind: str, num_homes: int, looks: int, seed: int) -> list[Liv
             objects_per_furniture=3,
             looks="random",
             looks_per_step=looks,
-            dynamics=RoutineDynamics(step_seconds=STEP_SECONDS, **KINDS[kind][1]),
+            dynamics=RoutineDynamics(step_seconds=STEP_SECONDS, **KINDS[group][1]),
         )
         source = SampledSource(PriorGraph.household(), rules)
-        name = f"{kind} {number}"
-        homes.append(LivedHome(name, source, number, seed, name, kind))
+        name = f"{group} {number}"
+        homes.append(LivedHome(name, source, number, seed, name, group))
     return homes
 
 
@@ -72,10 +72,10 @@ def list_recorded(
     rules = HomeConfig(looks="random", looks_per_step=looks)
     homes = []
     for path in find_traces(folders):
-        own = folder / path.name
-        if not own.exists():
-            save_trace(leave_out(load_trace(path), outside), own)
-        source = RecordedSource(PriorGraph.household(), rules, [str(own)], STEP_SECONDS)
+        trimmed = folder / path.name
+        if not trimmed.exists():
+            save_trace(leave_out(load_trace(path), outside), trimmed)
+        source = RecordedSource(PriorGraph.household(), rules, [str(trimmed)], STEP_SECONDS)
         homes.append(LivedHome(path.name, source, 0, seed, path.name, RECORDED))
     return homes
 

@@ -66,8 +66,8 @@ def ask(life: RobotLife, most: int) -> Iterator[AwayQuestion]:
             name = truth.descriptions[code]
             if memory.last_seen(name) is None:
                 continue
-            at = truth.furniture[step, is_there[code][step]]
-            places = frozenset(memory.furniture_ids[place] for place in at)
+            furniture = truth.furniture[step, is_there[code][step]]
+            places = frozenset(memory.furniture_ids[place] for place in furniture)
             goes_out = code in leaves
             yield AwayQuestion(memory, name, places, goes_out, weight[goes_out])
 
@@ -98,9 +98,11 @@ class Answers:
         rows = []
         for question in questions:
             ranking = finder.rank(question.memory, question.description)
-            there = [own.probability for own in ranking if own.furniture in question.places]
-            right = max(there) if question.places else ranking.elsewhere
-            best = max((own.probability for own in ranking), default=0.0)
+            probabilities = [
+                place.probability for place in ranking if place.furniture in question.places
+            ]
+            right = max(probabilities) if question.places else ranking.elsewhere
+            best = max((place.probability for place in ranking), default=0.0)
             rows.append((ranking.elsewhere, right, ranking.elsewhere > best))
         columns = np.array(rows, dtype=float).reshape(-1, 3).T
         return cls(

@@ -111,8 +111,8 @@ class Elsewhere(TableSuite[ElsewhereGame]):
     def list_games(self, options: Namespace, folder: Path) -> Mapping[str, ElsewhereGame]:
         """List the homes; copies of recorded ones lie in the folder."""
         homes = []
-        for kind in options.kinds:
-            homes += list_simulated(kind, options.num_homes, options.looks, options.seed)
+        for group in options.kinds:
+            homes += list_simulated(group, options.num_homes, options.looks, options.seed)
         if options.trace:
             homes += list_recorded(
                 options.trace, options.outside, options.looks, folder, options.seed
@@ -136,13 +136,13 @@ class Elsewhere(TableSuite[ElsewhereGame]):
             play_days=options.play_days,
             questions=options.questions,
         )
-        titles = {kind: title for kind, (title, _) in KINDS.items()}
+        titles = {group: title for group, (title, _) in KINDS.items()}
         titles[RECORDED] = options.called[:1].lower() + options.called[1:]
         parts = ["# Things that leave and come back", about]
-        kinds = {name: own["kind"] for name, own in report.about.items()}
-        for kind in dict.fromkeys(kinds.values()):
-            scores = {name: report.scores[name] for name, own in kinds.items() if own == kind}
-            heading = f"## {titles[kind][:1].upper()}{titles[kind][1:]}"
+        kinds = {name: told["kind"] for name, told in report.about.items()}
+        for group in dict.fromkeys(kinds.values()):
+            scores = {name: report.scores[name] for name, other in kinds.items() if other == group}
+            heading = f"## {titles[group][:1].upper()}{titles[group][1:]}"
             parts += [heading, make_tables(scores, _MINUS)]
         return [*parts, describe_made(report.cache, report.shown, report.networks)]
 

@@ -30,19 +30,19 @@ Summary = Mapping[str, Any]
 
 def summarise(answers: Answers) -> dict[str, Any]:
     """Sum up what was said in one home; nan where there was nothing of a kind."""
-    own, is_out = answers.goes_out, answers.is_out & answers.goes_out
-    is_in, num_own = own & ~is_out, int(own.sum())
+    goes_out, is_out = answers.goes_out, answers.is_out & answers.goes_out
+    is_in, num_own = goes_out & ~is_out, int(goes_out.sum())
     return {
         "num_questions": num_own,
         "num_out": int(is_out.sum()),
         "said_out": _average(answers.said[is_out]),
         "said_in": _average(answers.said[is_in]),
         "first_out": _average(answers.is_first[is_out]),
-        "elsewhere_nll": _average(answers.elsewhere_nll[own]),
-        "nll": _average(answers.nll[own]),
-        "others_said": _average(answers.said[~own]),
-        "others_nll": _average(answers.nll[~own]),
-        "bins": _sum_bins(answers.said[own], is_out[own], np.ones(num_own)),
+        "elsewhere_nll": _average(answers.elsewhere_nll[goes_out]),
+        "nll": _average(answers.nll[goes_out]),
+        "others_said": _average(answers.said[~goes_out]),
+        "others_nll": _average(answers.nll[~goes_out]),
+        "bins": _sum_bins(answers.said[goes_out], is_out[goes_out], np.ones(num_own)),
         "all_bins": _sum_bins(answers.said, answers.is_out, answers.weight),
     }
 
@@ -101,13 +101,13 @@ def make_tables(scores: Mapping[str, Mapping[str, Summary]], minus: str) -> str:
         minus: the player that all others are compared with.
     """
     players = list(next(iter(scores.values())))
-    num_questions = sum(own[players[0]]["num_questions"] for own in scores.values())
-    num_out = sum(own[players[0]]["num_out"] for own in scores.values())
+    num_questions = sum(summaries[players[0]]["num_questions"] for summaries in scores.values())
+    num_out = sum(summaries[players[0]]["num_out"] for summaries in scores.values())
     rows = []
     for who in players:
         values = {name: _gather(scores, who, name) for name in _COLUMNS}
-        bins = [own[who]["bins"] for own in scores.values()]
-        all_bins = [own[who]["all_bins"] for own in scores.values()]
+        bins = [summaries[who]["bins"] for summaries in scores.values()]
+        all_bins = [summaries[who]["all_bins"] for summaries in scores.values()]
         errors = [
             compute_calibration_error(bins),
             compute_chance_error(bins),
@@ -151,7 +151,7 @@ def _format(change: np.ndarray) -> str:
 
 
 def _gather(scores: Mapping[str, Mapping[str, Summary]], who: str, name: str) -> np.ndarray:
-    return np.array([own[who][name] for own in scores.values()], dtype=float)
+    return np.array([summaries[who][name] for summaries in scores.values()], dtype=float)
 
 
 def _average(values: np.ndarray) -> float:

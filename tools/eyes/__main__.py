@@ -129,8 +129,8 @@ def _check_also(also: Path | None, out: Path | None, parts: Sequence[str]) -> No
 
 def _renew_section(path: Path, section: str) -> None:
     """Write the section of a page anew, at its end if it has none yet."""
-    rest = path.read_text("utf-8")
-    before, _, old = rest.partition(f"{_SECTION}\n")
+    page = path.read_text("utf-8")
+    before, _, old = page.partition(f"{_SECTION}\n")
     _, heading, after = old.partition("\n## ")
     write_whole(path, f"{before.rstrip()}\n\n{section}{heading}{after}".encode())
 

@@ -53,27 +53,27 @@ def measure_map(world: BoxWorld, body: BodyRules) -> dict[str, Any]:
     names = world.homes.furniture_labels[0, : world.num_furniture].tolist()
     visible = [n for n in sorted(robot.seen) if labels.find_label(names[n]) is not None]
     drawn = [
-        row
-        for number, row in robot.memory.layout.furniture.items()
-        if robot.mapper.is_found(number) and row.box is not None
+        piece
+        for number, piece in robot.memory.layout.furniture.items()
+        if robot.mapper.is_found(number) and piece.box is not None
     ]
     overlap = np.array(
         [
-            [compute_overlap(world.floor.furniture[n], row.box) for row in drawn if row.box]
+            [compute_overlap(world.floor.furniture[n], piece.box) for piece in drawn if piece.box]
             for n in visible
         ]
     ).reshape(len(visible), len(drawn))
     pairs = [
-        (row, column)
-        for row, column in zip(*linear_sum_assignment(-overlap), strict=True)
-        if overlap[row, column] > _LEAST_OVERLAP
+        (real, sketched)
+        for real, sketched in zip(*linear_sum_assignment(-overlap), strict=True)
+        if overlap[real, sketched] > _LEAST_OVERLAP
     ]
     return {
         "num_visible": len(visible),
         "num_on_map": len(pairs),
         "overlaps": [float(overlap[pair]) for pair in pairs],
         "num_labelled": sum(
-            labels.are_same(names[visible[row]], drawn[column].label) for row, column in pairs
+            labels.are_same(names[visible[real]], drawn[sketched].label) for real, sketched in pairs
         ),
         "num_drawn": len(drawn),
         "num_nowhere": len(drawn) - len(pairs),
@@ -143,8 +143,8 @@ class _WatchingRobot(MappingRobot):
     def _note(self, frame: Any) -> Any:
         first = self.world.homes.num_slots
         owner = frame.shot.owner[np.isfinite(frame.shot.true_depth)] - first
-        own = owner[(owner >= 0) & (owner < self.world.num_furniture)]
-        counts = np.bincount(own, minlength=self.world.num_furniture)
+        pieces = owner[(owner >= 0) & (owner < self.world.num_furniture)]
+        counts = np.bincount(pieces, minlength=self.world.num_furniture)
         self.seen |= set(np.flatnonzero(counts >= _LEAST_PIXELS).tolist())
         for found in frame.detected:
             self.called.setdefault(read_name(found.detection.name), set()).add(found.slot)

@@ -183,16 +183,16 @@ class EyesExam:
         is_there = (batch.edges["furniture"] == furniture) & batch.edges["is_true"]
         rows = batch.edges["object"][is_there & (batch.edges["num_true"] > 0)]
         rows = rows[batch.objects["same_as"][rows] < 0]  # the others stand under another name
-        return {read_name(names[row]) for row in rows.tolist()}
+        return {read_name(names[thing]) for thing in rows.tolist()}
 
     def _count_absences(self, look: BuiltLook, before: set[tuple[str, ...]]) -> None:
         """Count what the memory took for absent, of what was hidden and of what has left."""
-        there: dict[tuple[str, ...], list[int]] = {}
+        slots_of: dict[tuple[str, ...], list[int]] = {}
         for slot, _ in self._world.list_there(look.furniture):
-            there.setdefault(read_name(self._world.describe_thing(slot)), []).append(slot)
+            slots_of.setdefault(read_name(self._world.describe_thing(slot)), []).append(slot)
         after = self._list_remembered(look.furniture)
         for name in before:
-            slots = there.get(name)
+            slots = slots_of.get(name)
             if slots is None:
                 self.scores.num_gone += 1
                 self.scores.num_absences += name not in after

@@ -161,7 +161,7 @@ def _format_rows(rows: Iterable[Row]) -> str:
     lines = [
         "| measured | figure | bound |",
         "| --- | --- | --- |",
-        *(f"| {what} | {figure} | {bound} |" for what, figure, bound in rows),
+        *(f"| {measured} | {figure} | {bound} |" for measured, figure, bound in rows),
     ]
     return "\n".join(lines)
 
@@ -171,7 +171,7 @@ Row = tuple[str, str, str]
 
 def _list_coverage(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
     for noise in NOISES[:2]:
-        errors = np.concatenate([row[f"noise {noise}"]["coverage_errors"] for row in found])
+        errors = np.concatenate([home[f"noise {noise}"]["coverage_errors"] for home in found])
         yield (
             f"coverage of {len(errors)} volumes in looks, pose noise {100 * noise:g} cm, beside "
             "the true visible share",
@@ -200,8 +200,8 @@ def _list_absences(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
         "0",
     )
     in_view = count["num_absences_in_view"], count["num_gone_in_view"]
-    rest = count["num_absences"] - in_view[0], count["num_gone"] - in_view[1]
-    for (found_out, gone), where in ((in_view, "all in view"), (rest, "in part or not in view")):
+    partly = count["num_absences"] - in_view[0], count["num_gone"] - in_view[1]
+    for (found_out, gone), where in ((in_view, "all in view"), (partly, "in part or not in view")):
         yield (
             f"absence counted for what had left, in looks that had its spot {where}",
             f"{found_out} of {gone} things that had left",
@@ -220,16 +220,17 @@ def _list_finds(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
         ("perfect looks", "perfect looks, which show what stands behind and under other things"),
         ("all that shows", "perfect looks of all that the camera shows"),
     ):
-        for key, what in (
+        for key, title in (
             ("found", "errands that end with a find"),
             ("looks", "looks of an errand"),
         ):
             eyes, given = (
-                np.array([row["errands"][robot][key] for row in found]) for robot in ("eyes", name)
+                np.array([home["errands"][robot][key] for home in found])
+                for robot in ("eyes", name)
             )
             more, sd = compute_ratio(eyes, given)
             yield (
-                f"{what}, with eyes and with {other}",
+                f"{title}, with eyes and with {other}",
                 f"{eyes.mean():.3f} and {given.mean():.3f}: {more - 1:+.1%}, standard error "
                 f"{sd:.1%}",
                 "within 5 %",
@@ -239,7 +240,7 @@ def _list_finds(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
 def _list_maps(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
     for noise in MAP_NOISES:
         count = _sum(found, f"map {noise}")
-        overlaps = np.concatenate([row[f"map {noise}"]["overlaps"] for row in found])
+        overlaps = np.concatenate([home[f"map {noise}"]["overlaps"] for home in found])
         where = f"without a map, after two rounds, pose noise {100 * noise:g} cm"
         on_map = count["num_on_map"] / count["num_visible"]
         yield (
@@ -257,7 +258,7 @@ def _list_maps(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
             f"{count['num_nowhere'] / count['num_drawn']:.1%}",
             "3 %",
         )
-        away = np.concatenate([row[f"map {noise}"]["positions"] for row in found])
+        away = np.concatenate([home[f"map {noise}"]["positions"] for home in found])
         yield (
             f"positions of {len(away)} rightly named things of the last round, from where they "
             f"lie, {where}",
@@ -271,36 +272,36 @@ def _list_maps(found: Sequence[dict[str, Any]]) -> Iterator[Row]:
             f"{count['num_misnamed'] / num_positions:.1%}",
             "",
         )
-    for key, what, bound in (
+    for key, title, bound in (
         ("found", "errands that end with a find", "within 10 %"),
         ("looks", "looks of an errand", "within 15 %"),
     ):
-        own, given = (
-            np.array([row["errands without a map"][robot][key] for row in found])
+        mapped, given = (
+            np.array([home["errands without a map"][robot][key] for home in found])
             for robot in ("own map", "eyes")
         )
-        more, sd = compute_ratio(own, given)
+        more, sd = compute_ratio(mapped, given)
         yield (
-            f"{what}, without a map and with the true one, after two rounds of both",
-            f"{own.mean():.3f} and {given.mean():.3f}: {more - 1:+.1%}, standard error {sd:.1%}",
+            f"{title}, without a map and with the true one, after two rounds of both",
+            f"{mapped.mean():.3f} and {given.mean():.3f}: {more - 1:+.1%}, standard error {sd:.1%}",
             bound,
         )
 
 
-def compute_ratio(ones: np.ndarray, others: np.ndarray) -> tuple[float, float]:
+def compute_ratio(values: np.ndarray, others: np.ndarray) -> tuple[float, float]:
     """Return the ratio of two means over the same homes (H,), and its standard error.
 
     The error is that of the linearised ratio over homes, which are drawn independently; nan of one
     home. Errands of one home are not independent of each other.
     """
-    ratio = float(ones.mean() / others.mean())
-    if len(ones) < 2:
+    ratio = float(values.mean() / others.mean())
+    if len(values) < 2:
         return ratio, float("nan")
-    rest = (ones - ratio * others) / others.mean()
-    return ratio, float(rest.std(ddof=1) / np.sqrt(len(rest)))
+    residual = (values - ratio * others) / others.mean()
+    return ratio, float(residual.std(ddof=1) / np.sqrt(len(residual)))
 
 
 def _sum(found: Sequence[dict[str, Any]], name: str) -> dict[str, int]:
     """Return the sums of the counts of one measure over homes."""
     keys = [key for key, value in found[0][name].items() if isinstance(value, int)]
-    return {key: sum(row[name][key] for row in found) for key in keys}
+    return {key: sum(home[name][key] for home in found) for key in keys}

@@ -132,34 +132,36 @@ class KitchenGame(Game):
         memory, furniture = _make_memory(trace, self.step_seconds)
         descriptions = {event.object: event.description for event in trace.events}
         events = list(trace.events)
-        at: dict[str, int] = {}
+        place_of: dict[str, int] = {}
         moved: dict[str, float] = {}
         last_seen: dict[str, int] = {}  # by description
         done = 0
         for time in self.list_times():
             while done < len(events) and events[done].time_s <= time:
                 event = events[done]
-                at[event.object], moved[event.object] = event.furniture, event.time_s
+                place_of[event.object], moved[event.object] = event.furniture, event.time_s
                 done += 1
             _pass_time(memory, trace, time, self.step_seconds)
             for place in rng.permutation(len(furniture))[: self.looks].tolist():
-                there = [own for own, where in at.items() if where == place]
-                seen = {descriptions[own] for own in there if rng.random() >= self.miss_rate}
+                present = [thing for thing, where in place_of.items() if where == place]
+                seen = {descriptions[thing] for thing in present if rng.random() >= self.miss_rate}
                 sightings = [Sighting(name) for name in sorted(seen)]
                 memory.observe(furniture[place], seen=sightings)
                 last_seen |= dict.fromkeys(seen, place)
             known = [
-                own for own, where in at.items() if where != GONE and descriptions[own] in last_seen
+                thing
+                for thing, where in place_of.items()
+                if where != GONE and descriptions[thing] in last_seen
             ]
-            in_use = [own for own in known if time - moved[own] < _IN_USE]
+            in_use = [thing for thing in known if time - moved[thing] < _IN_USE]
             for pool, things in (("seen", known), ("in use", in_use)):
                 if not things:
                     continue
                 name = descriptions[things[int(rng.integers(len(things)))]]
                 places = {
                     where
-                    for own, where in at.items()
-                    if where != GONE and descriptions[own] == name
+                    for thing, where in place_of.items()
+                    if where != GONE and descriptions[thing] == name
                 }
                 has_moved = last_seen[name] not in places
                 yield MinuteQuestion(
@@ -202,19 +204,19 @@ def add_answer(
 ) -> None:
     """Ask a finder, and add what it says to the sums of the question's pools."""
     ranking = finder.rank(question.memory, question.description)
-    right = sum(own.probability for own in ranking.places if own.furniture in question.places)
-    is_right = [own.furniture in question.places for own in ranking.places[:_NUM_FIRST]]
+    right = sum(place.probability for place in ranking.places if place.furniture in question.places)
+    is_right = [place.furniture in question.places for place in ranking.places[:_NUM_FIRST]]
     confidence = ranking.places[0].probability
     number = min(int(confidence * NUM_BINS), NUM_BINS - 1)
     for pool in question.pools:
-        own = sums[pool]
-        own["number"] += 1
-        own["first"] += is_right[0]
-        own["among_first"] += any(is_right)
-        own["nll"] -= float(np.log(max(right, _LEAST)))
-        own["confidence"] += confidence
-        for row, value in zip(own["bins"], (1, confidence, is_right[0]), strict=True):
-            row[number] += value
+        pool_sums = sums[pool]
+        pool_sums["number"] += 1
+        pool_sums["first"] += is_right[0]
+        pool_sums["among_first"] += any(is_right)
+        pool_sums["nll"] -= float(np.log(max(right, _LEAST)))
+        pool_sums["confidence"] += confidence
+        for counts, value in zip(pool_sums["bins"], (1, confidence, is_right[0]), strict=True):
+            counts[number] += value
 
 
 def compute_calibration_error(bins: Sequence[Sequence[float]]) -> float:

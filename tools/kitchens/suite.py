@@ -118,9 +118,9 @@ class Kitchens(TableSuite[Any]):
         )
         parts = [f"# {options.called}", about]
         by_task = []
-        for name, own in report.about.items():
-            heading = f"## {own['title'][:1].upper()}{own['title'][1:]}"
-            if own.get("asks") == "robot":
+        for name, told in report.about.items():
+            heading = f"## {told['title'][:1].upper()}{told['title'][1:]}"
+            if told.get("asks") == "robot":
                 parts += [heading, make_robot_tables(report.scores[name])]
             else:
                 by_task += [heading, make_table(report.scores[name])]
@@ -136,11 +136,11 @@ def make_robot_tables(scores: Mapping[str, Mapping[str, Any]]) -> str:
         rows = []
         number = 0
         for who, sums in scores.items():
-            own = sums[pool]
-            number = int(own["number"])
-            means = [own[name] / max(number, 1) for name in ("first", "among_first", "nll")]
-            error = compute_calibration_error(own["bins"])
-            cells = [f"{value:.3f}" for value in (*means, own["confidence"] / max(number, 1))]
+            pool_sums = sums[pool]
+            number = int(pool_sums["number"])
+            means = [pool_sums[name] / max(number, 1) for name in ("first", "among_first", "nll")]
+            error = compute_calibration_error(pool_sums["bins"])
+            cells = [f"{value:.3f}" for value in (*means, pool_sums["confidence"] / max(number, 1))]
             rows.append([who, *cells, f"{error:.3f}"])
         header = ["who", "first", "among 3", "NLL", "confidence", "calibration error"]
         if number:

@@ -82,10 +82,10 @@ def count_outcomes(
 def encode_letters(names: Sequence[str]) -> np.ndarray:
     """Return counts of three letters in a row, hashed: a simple encoder, in place of one's own."""
     vectors = np.zeros((len(names), _WIDTH))
-    for row, name in enumerate(names):
+    for number, name in enumerate(names):
         text = f"  {name} "
         for start in range(len(text) - 2):
-            vectors[row, zlib.crc32(text[start : start + 3].encode()) % _WIDTH] += 1
+            vectors[number, zlib.crc32(text[start : start + 3].encode()) % _WIDTH] += 1
     return vectors
 
 
@@ -94,13 +94,13 @@ def make_report() -> str:
     table = AliasTable.household()
     rows = []
     for part in PARTS:
-        for what, values in (
+        for way, values in (
             ("grammar alone", count_outcomes(part, None)),
             ("grammar and aliases", count_outcomes(part, table)),
             ("and shipped text vectors", count_outcomes(part, table, similarity=_compare)),
             ("and an encoder of letters", count_outcomes(part, table, _make_encoder(table))),
         ):
-            rows.append(_make_row(part, what, values))
+            rows.append(_make_row(part, way, values))
     thresholds = []
     for part in PARTS[:2]:
         for least in THRESHOLDS:
@@ -129,9 +129,9 @@ def make_labels_report(files: Mapping[str, Path]) -> str:
     lists = load_lists(files)
     head = " | ".join(["half", "asked", "names asked", *LABEL_OUTCOMES])
     lines = [f"| {head} |", f"| --- | --- | ---: {'| ---: ' * len(LABEL_OUTCOMES)}|"]
-    known = [one for one in lists if one.name != ASKED_LAST]
-    last = [one for one in lists if one.name == ASKED_LAST]
-    for half, what, all_asked in (
+    known = [label_list for label_list in lists if label_list.name != ASKED_LAST]
+    last = [label_list for label_list in lists if label_list.name == ASKED_LAST]
+    for half, use, all_asked in (
         (0, "tuned on", known),
         (1, "reported", known),
         (None, "asked last", last),
@@ -143,9 +143,9 @@ def make_labels_report(files: Mapping[str, Path]) -> str:
                 if seen is not asked:
                     counts += count_labels(list(ask_labels(asked, seen, half)))
             total += counts
-            lines.append(_make_labels_row(what, asked.name, counts))
+            lines.append(_make_labels_row(use, asked.name, counts))
         if len(all_asked) > 1:
-            lines.append(_make_labels_row(what, "all", total))
+            lines.append(_make_labels_row(use, "all", total))
     return "\n".join([*lines, ""])
 
 
@@ -176,11 +176,11 @@ def _shift(least: float) -> Similarity:
     return lambda name, others: [value + SYNONYM - least for value in _compare(name, others)]
 
 
-def _make_row(part: str, what: str, counts: Counter[str]) -> str:
+def _make_row(part: str, way: str, counts: Counter[str]) -> str:
     total = sum(counts.values())
     shares = [f"{counts[outcome] / total:.1%}" for outcome in OUTCOMES]
     good = (counts["right"] + counts["among three"]) / total
-    return f"| {' | '.join([part, what, str(total), *shares, f'{good:.1%}'])} |"
+    return f"| {' | '.join([part, way, str(total), *shares, f'{good:.1%}'])} |"
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -66,7 +66,7 @@ def load_lists(files: Mapping[str, Path] | None = None) -> list[LabelList]:
     behavior = _read_behavior()
     if behavior:
         lists.append(LabelList("BEHAVIOR", behavior))
-    return sorted(lists, key=lambda one: one.name)
+    return sorted(lists, key=lambda label_list: label_list.name)
 
 
 def _find_installed() -> dict[str, Path]:
@@ -86,9 +86,9 @@ def _read(path: Path) -> tuple[tuple[str, ...], ...]:
     else:
         rows = text.splitlines()
     labels = tuple(
-        tuple(name.strip() for name in str(row).split("/") if name.strip())
-        for row in rows
-        if str(row).strip()
+        tuple(name.strip() for name in str(line).split("/") if name.strip())
+        for line in rows
+        if str(line).strip()
     )
     if not labels:
         raise ValueError(f"labels must be one a line, got none in {path}. Name another file.")

@@ -50,7 +50,9 @@ def ask_labels(
     asked: LabelList, seen: LabelList, half: int | None, similarity: Similarity | None = None
 ) -> Iterator[Taken]:
     """Ask for the labels of one list, of a half or all, in a memory of another one."""
-    index = NameIndex(tuple(row.label for row in load_prior(None).objects), AliasTable.household())
+    index = NameIndex(
+        tuple(object_type.label for object_type in load_prior(None).objects), AliasTable.household()
+    )
     index.update(seen.seen)
     for name in asked.list_asked(half):
         found = index.resolve(name, similarity)
@@ -72,7 +74,7 @@ def is_right(asked: str, match: str) -> bool:
 
 def count_outcomes(taken: Sequence[Taken]) -> Counter[str]:
     """Count the outcomes."""
-    return Counter(one.outcome for one in taken)
+    return Counter(answer.outcome for answer in taken)
 
 
 @lru_cache(maxsize=1)

@@ -84,8 +84,8 @@ def count_kinds(arguments: Sequence[str]) -> int:
     options = parse(parser, arguments)
     kinds, left_out = count_activities(options.bddl)
     write_whole(options.out, (json.dumps(make_table(kinds), indent=1) + "\n").encode())
-    for kind, counts in kinds.items():
-        print(f"{kind}: {counts.num_activities} activities, {len(counts.objects)} object types")
+    for category, counts in kinds.items():
+        print(f"{category}: {counts.num_activities} activities, {len(counts.objects)} object types")
     print(f"of no kind: {len(left_out)} ({', '.join(left_out)})")
     return 0
 

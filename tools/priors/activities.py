@@ -87,9 +87,9 @@ class KindCounts:
 
 def find_kind(activity: str) -> str | None:
     """Return the kind of an activity by its name, None if it is of no kind."""
-    for kind, words in KIND_WORDS.items():
+    for category, words in KIND_WORDS.items():
         if re.search(words, f"{activity}_"):
-            return kind
+            return category
     return None
 
 
@@ -108,7 +108,7 @@ def count_activities(folder: Path | None = None) -> tuple[dict[str, KindCounts],
     """
     folder = find_package_data("bddl", "") if folder is None else Path(folder)
     names = load_names("behavior")
-    kinds = {kind: KindCounts() for kind in KIND_WORDS}
+    kinds = {category: KindCounts() for category in KIND_WORDS}
     left_out = []
     definitions = sorted((folder / "activity_definitions").glob("*/*.bddl"))
     if not definitions:
@@ -117,14 +117,14 @@ def count_activities(folder: Path | None = None) -> tuple[dict[str, KindCounts],
             "of the package, or leave it out."
         )
     for path in definitions:
-        kind = find_kind(path.parent.name)
-        if kind is None:
+        category = find_kind(path.parent.name)
+        if category is None:
             left_out.append(path.parent.name)
             continue
         text = path.read_text(encoding="utf-8")
         facts = list(walk_facts(parse_expression(text)))
         synsets = {find_synset(term) for fact in facts for term in fact if ".n." in term}
-        counts = kinds[kind]
+        counts = kinds[category]
         counts.num_activities += 1
         labels = {names.find_object(synset) for synset in synsets}
         counts.objects.update(label for label in labels if label is not None)
@@ -145,13 +145,13 @@ def make_table(kinds: Mapping[str, KindCounts]) -> dict[str, Any]:
     Objects have the share of the kind's activities that use them; places have counts.
     """
     table = {}
-    for kind, counts in kinds.items():
+    for category, counts in kinds.items():
         assumed = [
-            row
-            for row in read_table("tools.priors", "assumed_activities.csv")
-            if row["kind"] == kind
+            entry
+            for entry in read_table("tools.priors", "assumed_activities.csv")
+            if entry["kind"] == category
         ]
-        table[kind] = {
+        table[category] = {
             "num_activities": counts.num_activities,
             "objects": {
                 label: round(count / counts.num_activities, 3)
@@ -160,12 +160,14 @@ def make_table(kinds: Mapping[str, KindCounts]) -> dict[str, Any]:
             },
             "places": [[*place, count] for place, count in sorted(counts.places.items())],
             "assumed_objects": {
-                row["label"]: float(row["weight"]) for row in assumed if row["part"] == "object"
+                entry["label"]: float(entry["weight"])
+                for entry in assumed
+                if entry["part"] == "object"
             },
             "assumed_places": [
-                [row["room"], row["label"], float(row["weight"])]
-                for row in assumed
-                if row["part"] == "place"
+                [entry["room"], entry["label"], float(entry["weight"])]
+                for entry in assumed
+                if entry["part"] == "place"
             ],
         }
     return {"source": "activity definitions of bddl 3.6.0; assumed: ours", "kinds": table}

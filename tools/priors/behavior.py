@@ -126,7 +126,7 @@ def _count_scenes(folder: Path, counts: PlacementCounts) -> None:
     """Rooms of home scenes, and which of them hold each furniture type."""
     names = load_names("behavior")
     with (folder / "category_mapping.csv").open(encoding="utf-8", newline="") as file:
-        synsets = {row["category"]: row["synset"] for row in csv.DictReader(file)}
+        synsets = {entry["category"]: entry["synset"] for entry in csv.DictReader(file)}
     inventory = read_json(folder / "combined_room_object_list.json")
     for scene, rooms in sorted(inventory["scenes"].items()):
         if not HOME_SCENES.match(scene):

@@ -88,26 +88,32 @@ def compute_rank_correlation(x: NDArray[np.float64], y: NDArray[np.float64]) -> 
 
 
 def _find_furniture_probs(prior: PriorGraph) -> dict[tuple[str, str], float]:
-    return {(row.room, row.label): row.prob for row in prior.furniture}
+    return {
+        (furniture_type.room, furniture_type.label): furniture_type.prob
+        for furniture_type in prior.furniture
+    }
 
 
 def _find_place_probs(prior: PriorGraph) -> dict[PlaceKey, float]:
     """P(furniture, relation | object, room), whatever the scale of the file."""
     totals: dict[tuple[str | None, str], float] = defaultdict(float)
-    for row in prior.placements:
-        totals[row.room, row.object] += row.prob
+    for placement in prior.placements:
+        totals[placement.room, placement.object] += placement.prob
     return {
-        (row.room, row.furniture, row.object, row.relation): row.prob / totals[row.room, row.object]
-        for row in prior.placements
-        if row.prob > 0
+        (placement.room, placement.furniture, placement.object, placement.relation): placement.prob
+        / totals[placement.room, placement.object]
+        for placement in prior.placements
+        if placement.prob > 0
     }
 
 
 def _find_parts(prior: PriorGraph, places: dict[PlaceKey, float]) -> dict[str, set[str]]:
     return {
         "rooms": set(prior.rooms),
-        "furniture": {f"{row.label} in {row.room}" for row in prior.furniture},
-        "objects": {row.label for row in prior.objects},
+        "furniture": {
+            f"{furniture_type.label} in {furniture_type.room}" for furniture_type in prior.furniture
+        },
+        "objects": {object_type.label for object_type in prior.objects},
         "places": {_name(key) for key in places},
     }
 

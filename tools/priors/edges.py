@@ -103,16 +103,16 @@ def inherit(
     """
     edges = dict(edges)
     families: dict[str, list[str]] = defaultdict(list)
-    for row in types.objects.values():
-        families[row.alias_of or row.label].append(row.label)
-    own = _group(edges, part=2)
+    for object_type in types.objects.values():
+        families[object_type.alias_of or object_type.label].append(object_type.label)
+    placed = _group(edges, part=2)
     for base, labels in families.items():
-        heirs = [label for label in labels if label not in own]
+        heirs = [label for label in labels if label not in placed]
         if not heirs or len(heirs) == len(labels):
             continue
-        donor = base if base in own else next(label for label in labels if label in own)
+        donor = base if base in placed else next(label for label in labels if label in placed)
         for heir in heirs:
-            for room, furniture, _, relation in own[donor]:
+            for room, furniture, _, relation in placed[donor]:
                 edge = edges[room, furniture, donor, relation]
                 source = f"{edge.source} (as {donor})"
                 edges[room, furniture, heir, relation] = Edge(edge.prob, edge.count, source)

@@ -53,8 +53,8 @@ def count_igibson(folder: Path, *, skip_bad: bool = False) -> PlacementCounts:
         if total > 0:
             models[label].append({key: weight / total for key, weight in weights.items()})
     for rows in models.values():
-        for row in rows:
-            for key, weight in row.items():
+        for weights_of_model in rows:
+            for key, weight in weights_of_model.items():
                 counts.placements[key] += weight / len(rows)
     return counts
 

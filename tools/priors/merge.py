@@ -104,21 +104,27 @@ def build_prior(
     prior = PriorGraph(
         rooms=tuple(room for room in ROOMS if any(node[0] == room for node in nodes)),
         furniture=tuple(
-            FurnitureType(label, room, round(nodes[room, label], 6), row.max_count, row.adjectives)
+            FurnitureType(
+                label,
+                room,
+                round(nodes[room, label], 6),
+                furniture_type.max_count,
+                furniture_type.adjectives,
+            )
             for room in ROOMS
-            for label, row in types.furniture.items()
+            for label, furniture_type in types.furniture.items()
             if (room, label) in nodes
         ),
         objects=tuple(
             ObjectType(
                 label,
-                row.sample_prob,
-                row.max_count,
-                row.move_freq,
-                row.add_remove_prob,
-                row.adjectives,
+                object_type.sample_prob,
+                object_type.max_count,
+                object_type.move_freq,
+                object_type.add_remove_prob,
+                object_type.adjectives,
             )
-            for label, row in types.objects.items()
+            for label, object_type in types.objects.items()
             if label in known
         ),
         placements=tuple(_sort_placements(edges, types)),

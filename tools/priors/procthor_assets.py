@@ -97,21 +97,21 @@ def load_assets(folder: Path) -> ProcthorAssets:
     annotations = _read(folder / "placement-annotations.json")
     receptacles = _read(folder / "receptacles.json")
     sizes = {
-        kind: [
+        asset_type: [
             (float(asset["boundingBox"]["x"]), float(asset["boundingBox"]["z"]))
             for asset in rows
             if asset["split"] in ("train", None)
         ]
-        for kind, rows in assets.items()
+        for asset_type, rows in assets.items()
     }
     by_id = {
         asset["assetId"]: (
-            kind,
+            asset_type,
             float(asset["boundingBox"]["x"]),
             float(asset["boundingBox"]["z"]),
             asset["split"],
         )
-        for kind, rows in assets.items()
+        for asset_type, rows in assets.items()
         for asset in rows
     }
     groups = [(_read(path), path.stem) for path in sorted((folder / "asset_groups").glob("*.json"))]
@@ -119,21 +119,28 @@ def load_assets(folder: Path) -> ProcthorAssets:
     for room, (column, group_column) in ROOM_COLUMNS.items():
         weights = annotations[column]
         types = sorted(
-            kind
-            for kind in annotations["onFloor"]
-            if weights.get(kind) and annotations["onFloor"][kind] and sizes.get(kind)
+            asset_type
+            for asset_type in annotations["onFloor"]
+            if weights.get(asset_type)
+            and annotations["onFloor"][asset_type]
+            and sizes.get(asset_type)
         )
-        lengths = [len(sizes[kind]) for kind in types]
-        flat = np.array([size for kind in types for size in sizes[kind]], dtype=np.float64)
+        lengths = [len(sizes[asset_type]) for asset_type in types]
+        flat = np.array(
+            [size for asset_type in types for size in sizes[asset_type]], dtype=np.float64
+        )
         rooms[room] = RoomAssets(
             types=tuple(types),
             starts=np.concatenate([[0], np.cumsum(lengths)[:-1]]).astype(np.int64),
             width=flat[:, 0].copy(),
             depth=flat[:, 1].copy(),
             anchors=np.array(
-                [[bool(annotations[name].get(kind)) for kind in types] for name in ANCHORS]
+                [
+                    [bool(annotations[name].get(asset_type)) for asset_type in types]
+                    for name in ANCHORS
+                ]
             ),
-            is_certain=np.array([weights[kind] == 2 for kind in types]),
+            is_certain=np.array([weights[asset_type] == 2 for asset_type in types]),
             groups=tuple(
                 _make_group(name, data, by_id)
                 for data, name in groups
@@ -146,7 +153,9 @@ def load_assets(folder: Path) -> ProcthorAssets:
             },
         )
     multiple = annotations["multiplePerRoom"]
-    return ProcthorAssets(rooms, frozenset(kind for kind in multiple if multiple[kind]))
+    return ProcthorAssets(
+        rooms, frozenset(asset_type for asset_type in multiple if multiple[asset_type])
+    )
 
 
 def place_members(
@@ -185,10 +194,12 @@ def _read(path: Path) -> Any:
 def _make_spawn(
     parent: str, children: dict[str, Any], weights: dict[str, int]
 ) -> tuple[tuple[str, ...], NDArray[np.float64], tuple[float, ...]]:
-    kinds = tuple(kind for kind in sorted(children) if weights.get(kind))
+    kinds = tuple(asset_type for asset_type in sorted(children) if weights.get(asset_type))
     bias = PARENT_BIAS.get(parent, PARENT_BIAS_DEFAULT)
-    spawn = [children[kind]["p"] + bias + CHILD_BIAS.get(kind, 0.0) for kind in kinds]
-    return kinds, np.array(spawn), tuple(float(children[kind]["p"]) for kind in kinds)
+    spawn = [
+        children[asset_type]["p"] + bias + CHILD_BIAS.get(asset_type, 0.0) for asset_type in kinds
+    ]
+    return kinds, np.array(spawn), tuple(float(children[asset_type]["p"]) for asset_type in kinds)
 
 
 def _make_group(name: str, data: Any, by_id: dict[str, Any]) -> AssetGroup:
@@ -225,7 +236,7 @@ def _make_group(name: str, data: Any, by_id: dict[str, Any]) -> AssetGroup:
         max_size=(0.0, 0.0),
         anchors=tuple(properties["location"][part] for part in ("corner", "edge", "middle")),
         allow_duplicates=properties["properties"]["allowDuplicates"],
-        types=frozenset(kind for member in members for kind, _, _ in member[3]),
+        types=frozenset(asset_type for member in members for asset_type, _, _ in member[3]),
         members=tuple(members),
     )
     widest = {member[0]: max(member[3], key=lambda option: option[1]) for member in members}

@@ -83,7 +83,7 @@ def count_procthor_databases(
         for room, width, depth in sample_room_sizes(draw, lambda n: float(rng.beta(0.5 * n, 6.0))):
             counts.num_rooms[room] += 1
             furniture = _furnish(draw, assets, room, width, depth, attempts)
-            held.update((room, kind) for kind in set(furniture))
+            held.update((room, asset_type) for asset_type in set(furniture))
             for parent, child in _spawn_objects(draw, rng, assets, room, furniture, bias):
                 placed[room, parent, child] += 1
         if progress is not None and (house + 1) % 500 == 0:
@@ -101,14 +101,14 @@ def _translate(
     """From ProcTHOR's names to ours; what has none is noted."""
     names = load_names("procthor")
     types = load_types()
-    for (room, kind), count in sorted(held.items()):
-        furniture = names.find_furniture(kind)
+    for (room, asset_type), count in sorted(held.items()):
+        furniture = names.find_furniture(asset_type)
         if furniture is None:
-            counts.outside["furniture"][kind] += count
+            counts.outside["furniture"][asset_type] += count
         else:
             counts.furniture[room, furniture] += count
-    for (room, kind, child), count in sorted(placed.items()):
-        furniture, label = names.find_furniture(kind), names.find_object(child)
+    for (room, asset_type, child), count in sorted(placed.items()):
+        furniture, label = names.find_furniture(asset_type), names.find_object(child)
         if label is None:
             counts.outside["objects"][child] += count
         elif furniture is not None:
@@ -156,8 +156,8 @@ class _Chooser:
         self.groups = [
             group for group in kinds.groups if draw() < P_ALLOW_GROUP.get(group.name, 1.0)
         ]
-        order = sorted((draw(), kind) for kind in kinds.priority)
-        self.priority = [kind for _, kind in order]
+        order = sorted((draw(), asset_type) for asset_type in kinds.priority)
+        self.priority = [asset_type for _, asset_type in order]
         self.placed: list[str] = []
 
     def place(self, rectangle: Rectangle, anchor: str) -> tuple[float, float] | None:
@@ -169,17 +169,19 @@ class _Chooser:
         spare_width, spare_depth, turns = _find_spare(anchor)
         x_free = rectangle.x1 - rectangle.x0
         z_free = rectangle.z1 - rectangle.z0
-        row = {0: 2, 2: 1, 4: 0}[len(anchor)]
+        anchor_row = {0: 2, 2: 1, 4: 0}[len(anchor)]
         kinds = self.kinds
         width, depth = kinds.width + spare_width, kinds.depth + spare_depth
         straight = (width < x_free) & (depth < z_free)
         turned = (depth < x_free) & (width < z_free)
         fits = straight | turned if len(turns) == 2 else (turned if turns[0] else straight)
-        is_open = self.is_open & kinds.anchors[row] & np.logical_or.reduceat(fits, kinds.starts)
+        is_open = (
+            self.is_open & kinds.anchors[anchor_row] & np.logical_or.reduceat(fits, kinds.starts)
+        )
         groups = [
             group
             for group in self.groups
-            if group.anchors[row]
+            if group.anchors[anchor_row]
             and _fit_turns(group.max_size, spare_width, spare_depth, x_free, z_free, turns)
         ]
         choice = self._choose(is_open, groups)
@@ -200,9 +202,9 @@ class _Chooser:
     def _choose(self, is_open: np.ndarray, groups: list[AssetGroup]) -> AssetGroup | int | None:
         """A group, the index of a type, or None."""
         draw, types = self.draw, self.kinds.types
-        for kind in self.priority:
-            with_kind = [group for group in groups if kind in group.types]
-            alone = types.index(kind) if kind in types else None
+        for asset_type in self.priority:
+            with_kind = [group for group in groups if asset_type in group.types]
+            alone = types.index(asset_type) if asset_type in types else None
             if with_kind and (alone is None or draw() <= P_GROUP):
                 return with_kind[int(draw() * len(with_kind))]
             if alone is not None and is_open[alone]:
@@ -231,19 +233,19 @@ class _Chooser:
             members.append(choices[name][0])
         if not group.allow_duplicates:
             self.groups.remove(group)
-        for kind in members:
-            self._note(kind)
+        for asset_type in members:
+            self._note(asset_type)
         return place_members(group, choices)
 
-    def _note(self, kind: str) -> None:
+    def _note(self, asset_type: str) -> None:
         """Note one placed type; close it if a room holds only one."""
-        self.placed.append(kind)
-        if kind in self.priority:
-            self.priority.remove(kind)
-        if kind not in self.is_multiple:
-            self.groups = [group for group in self.groups if kind not in group.types]
-            if kind in self.kinds.types:
-                self.is_open[self.kinds.types.index(kind)] = False
+        self.placed.append(asset_type)
+        if asset_type in self.priority:
+            self.priority.remove(asset_type)
+        if asset_type not in self.is_multiple:
+            self.groups = [group for group in self.groups if asset_type not in group.types]
+            if asset_type in self.kinds.types:
+                self.is_open[self.kinds.types.index(asset_type)] = False
 
 
 def _find_spare(anchor: str) -> tuple[float, float, tuple[bool, ...]]:
@@ -302,7 +304,7 @@ def _spawn_objects(
 ) -> Iterator[tuple[str, str]]:
     """Yield (receptacle type, object type) of the small objects of one room."""
     kinds = assets.rooms[room]
-    parents = [kind for kind in furniture if kind in kinds.spawn]
+    parents = [asset_type for asset_type in furniture if asset_type in kinds.spawn]
     chosen: list[tuple[float, str, str, float]] = []
     for parent in parents:
         children, spawn, again = kinds.spawn[parent]

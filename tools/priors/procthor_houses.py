@@ -150,10 +150,10 @@ class _HouseCounter:
         room_type = self.room_types.get(number) if number is not None else None
         if number is None:
             self.counts.outside["rooms"]["(no known room)"] += 1
-        kind = find_type(item)
-        furniture = None if kind is None else find_labels(kind)[0]
+        type_name = find_type(item)
+        furniture = None if type_name is None else find_labels(type_name)[0]
         if furniture is None:
-            self.counts.outside["furniture"][kind or str(item.get("assetId"))] += 1
+            self.counts.outside["furniture"][type_name or str(item.get("assetId"))] += 1
         elif room_type is not None and number is not None:
             self.held.add((number, furniture))
         children = item.get("children") or []
@@ -167,10 +167,10 @@ class _HouseCounter:
             if child is item or (child.get("id") is not None and child.get("id") == item.get("id")):
                 self._report(f"{child_name} must not be its own parent", child.get("id"))
                 continue
-            kind = find_type(child)
-            label = None if kind is None else find_labels(kind)[1]
+            type_name = find_type(child)
+            label = None if type_name is None else find_labels(type_name)[1]
             if label is None:
-                self.counts.outside["objects"][kind or str(child.get("assetId"))] += 1
+                self.counts.outside["objects"][type_name or str(child.get("assetId"))] += 1
             elif room_type is not None and furniture is not None:
                 relation = load_types().furniture[furniture].relation
                 self.counts.placements[room_type, furniture, label, relation] += 1

@@ -62,42 +62,43 @@ def follow_homes(homes: Homes, num_steps: int) -> list[tuple[np.ndarray, np.ndar
         homes.evolve()
         furniture.append(homes.object_furniture.copy())
         codes.append(homes.object_code.copy())
-    at, code = np.stack(furniture, axis=2), np.stack(codes, axis=2)  # (H, C, T + 1)
+    whereabouts, code = np.stack(furniture, axis=2), np.stack(codes, axis=2)  # (H, C, T + 1)
     type_of_code = homes.object_descriptions.type_of_code
-    return [_list_objects(*home, type_of_code) for home in zip(at, code, strict=True)]
+    return [_list_objects(*home, type_of_code) for home in zip(whereabouts, code, strict=True)]
 
 
-def measure_behaviour(at: np.ndarray, hour: np.ndarray) -> Behaviour:
+def measure_behaviour(whereabouts: np.ndarray, hour: np.ndarray) -> Behaviour:
     """Measure one home.
 
     Args:
-        at: furniture index of every object at every hour, `OUT` or `NOT_THERE`, (N, T + 1).
+        whereabouts: furniture index of every object at every hour, `OUT` or `NOT_THERE`,
+            (N, T + 1).
         hour: hour of the day of each of them, (T + 1,).
 
     Raises:
         ValueError: if there is no object, or fewer than two hours.
     """
-    if len(at) == 0 or at.shape[1] < 2:
+    if len(whereabouts) == 0 or whereabouts.shape[1] < 2:
         raise ValueError(
-            f"home must hold objects for at least two hours, got {len(at)} objects and "
-            f"{at.shape[1]} hours. Look at it for longer."
+            f"home must hold objects for at least two hours, got {len(whereabouts)} objects and "
+            f"{whereabouts.shape[1]} hours. Look at it for longer."
         )
-    is_there = at != NOT_THERE
-    has_changed = (at[:, 1:] != at[:, :-1]) & is_there[:, 1:] & is_there[:, :-1]
+    is_there = whereabouts != NOT_THERE
+    has_changed = (whereabouts[:, 1:] != whereabouts[:, :-1]) & is_there[:, 1:] & is_there[:, :-1]
     num_steps = (is_there[:, 1:] & is_there[:, :-1]).sum()
     is_waking = hour[1:] >= 7
     entropies, places, usual, by_hour, absences = [], [], 0, 0, []
-    for row in at:
-        own = row[row != NOT_THERE]
-        share = np.unique(own, return_counts=True)[1] / len(own)
+    for path in whereabouts:
+        present = path[path != NOT_THERE]
+        share = np.unique(present, return_counts=True)[1] / len(present)
         entropies.append(-(share * np.log2(share)).sum())
         places.append(len(share))
-        most = find_mode(own)
-        usual += (own == most).sum()
-        hours = hour[row != NOT_THERE]
-        by_hour += sum(_count_mode(own[hours == h]) for h in np.unique(hours))
-        absences += _measure_runs(own != most)
-    company, same_way = _count_company(at, has_changed)
+        most = find_mode(present)
+        usual += (present == most).sum()
+        hours = hour[path != NOT_THERE]
+        by_hour += sum(_count_mode(present[hours == h]) for h in np.unique(hours))
+        absences += _measure_runs(present != most)
+    company, same_way = _count_company(whereabouts, has_changed)
     num_changes = max(int(has_changed.sum()), 1)
     return Behaviour(
         changes_per_hour=has_changed.sum() / num_steps,
@@ -117,18 +118,18 @@ def measure_behaviour(at: np.ndarray, hour: np.ndarray) -> Behaviour:
 
 
 def _list_objects(
-    at: np.ndarray, code: np.ndarray, type_of_code: np.ndarray
+    whereabouts: np.ndarray, code: np.ndarray, type_of_code: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """List the objects of a home, a row each, and their types; of slots (C, T + 1) each."""
     rows, types = [], []
-    for places, codes in zip(at, code, strict=True):
-        for own in np.unique(codes[places >= 0]):
-            is_here = np.flatnonzero((codes == own) & (places >= 0))
-            row = np.full(len(places), NOT_THERE)
-            row[is_here[0] : is_here[-1] + 1] = OUT
-            row[is_here] = places[is_here]
-            rows.append(row)
-            types.append(type_of_code[own])
+    for places, codes in zip(whereabouts, code, strict=True):
+        for each_code in np.unique(codes[places >= 0]):
+            is_here = np.flatnonzero((codes == each_code) & (places >= 0))
+            path = np.full(len(places), NOT_THERE)
+            path[is_here[0] : is_here[-1] + 1] = OUT
+            path[is_here] = places[is_here]
+            rows.append(path)
+            types.append(type_of_code[each_code])
     return np.array(rows), np.array(types)
 
 
@@ -148,13 +149,13 @@ def _measure_runs(is_on: np.ndarray) -> list[int]:
     return (np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)).tolist()
 
 
-def _count_company(at: np.ndarray, has_changed: np.ndarray) -> tuple[int, int]:
+def _count_company(whereabouts: np.ndarray, has_changed: np.ndarray) -> tuple[int, int]:
     """Count changes that come with another one in the step, and with one the same way."""
     company = same_way = 0
     for step in np.flatnonzero(has_changed.any(axis=0)):
         ways: dict[tuple[int, int], int] = defaultdict(int)
-        for row in np.flatnonzero(has_changed[:, step]):
-            ways[int(at[row, step]), int(at[row, step + 1])] += 1
+        for thing in np.flatnonzero(has_changed[:, step]):
+            ways[int(whereabouts[thing, step]), int(whereabouts[thing, step + 1])] += 1
         total = sum(ways.values())
         company += total if total > 1 else 0
         same_way += sum(count for count in ways.values() if count > 1)

@@ -51,30 +51,30 @@ class Moves:
     gone: float
 
 
-def measure_moves(at: np.ndarray, types: np.ndarray, step_minutes: float = 1.0) -> Moves:
+def measure_moves(whereabouts: np.ndarray, types: np.ndarray, step_minutes: float = 1.0) -> Moves:
     """Measure one home; nan where nothing of a kind happens.
 
     Args:
-        at: furniture index of every thing at every step, `OUT` or `NOT_THERE`, (N, T + 1).
+        whereabouts: furniture index of every thing at every step, `OUT` or `NOT_THERE`, (N, T + 1).
         types: type of every thing, (N,).
         step_minutes: length of a step; the other measures are the rougher the longer it is.
 
     Source: Goh and Barabasi, "Burstiness and memory in complex systems" (2008), for the burstiness
     (s - m) / (s + m) of gaps with mean m and standard deviation s: 0 where moves come at random.
     """
-    is_there = at != NOT_THERE
-    moved = (at[:, 1:] != at[:, :-1]) & is_there[:, 1:] & is_there[:, :-1]
+    is_there = whereabouts != NOT_THERE
+    moved = (whereabouts[:, 1:] != whereabouts[:, :-1]) & is_there[:, 1:] & is_there[:, :-1]
     step, thing = np.nonzero(moved.T)  # in the order of time
-    before, after = at[thing, step], at[thing, step + 1]
+    before, after = whereabouts[thing, step], whereabouts[thing, step + 1]
     hours = moved.shape[1] * step_minutes / _HOUR
     window = (step * step_minutes // _WINDOW).astype(int)
     num_windows = math.ceil(moved.shape[1] * step_minutes / _WINDOW)
     num_busy = len(np.unique(window))
     gaps = np.diff(step) * step_minutes
-    usual = np.array([find_mode(row[row != NOT_THERE]) for row in at])
-    is_away = (at != usual[:, None]) & is_there
+    usual = np.array([find_mode(path[path != NOT_THERE]) for path in whereabouts])
+    is_away = (whereabouts != usual[:, None]) & is_there
     leaves = np.flatnonzero(before == usual[thing])
-    waits = _measure_absences(at, usual, thing[leaves], step[leaves]) * step_minutes
+    waits = _measure_absences(whereabouts, usual, thing[leaves], step[leaves]) * step_minutes
     is_back = np.isfinite(waits)
     next_right, most_right = _guess_next(types[thing], before, after)
     most = _WINDOW / step_minutes
@@ -92,7 +92,7 @@ def measure_moves(at: np.ndarray, types: np.ndarray, step_minutes: float = 1.0) 
         next_place=_average(next_right),
         most_used=_average(most_right),
         from_elsewhere=_average(middle),
-        gone=(at == OUT).sum() / is_there.sum(),
+        gone=(whereabouts == OUT).sum() / is_there.sum(),
     )
 
 
@@ -115,12 +115,12 @@ def _measure_waits(thing: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 
 def _measure_absences(
-    at: np.ndarray, usual: np.ndarray, thing: np.ndarray, step: np.ndarray
+    whereabouts: np.ndarray, usual: np.ndarray, thing: np.ndarray, step: np.ndarray
 ) -> np.ndarray:
     """Return the steps until each thing (n,) that left its usual place is back, inf for never."""
     waits = np.full(len(thing), np.inf)
-    for number, (row, left) in enumerate(zip(thing.tolist(), step.tolist(), strict=True)):
-        back = np.flatnonzero(at[row, left + 1 :] == usual[row])
+    for number, (moved_thing, left) in enumerate(zip(thing.tolist(), step.tolist(), strict=True)):
+        back = np.flatnonzero(whereabouts[moved_thing, left + 1 :] == usual[moved_thing])
         if len(back):
             waits[number] = back[0]
     return waits
@@ -138,12 +138,12 @@ def _guess_next(
     by_place: dict[int, Counter[int]] = defaultdict(Counter)
     overall: Counter[int] = Counter()
     right, most_right = [], []
-    for own, start, end in zip(types.tolist(), before.tolist(), after.tolist(), strict=True):
+    for thing_type, start, end in zip(types.tolist(), before.tolist(), after.tolist(), strict=True):
         if start < 0 or end < 0:
             continue
-        counts = by_type[own, start] or by_place[start] or overall
+        counts = by_type[thing_type, start] or by_place[start] or overall
         right.append(bool(counts) and counts.most_common(1)[0][0] == end)
         most_right.append(bool(overall) and overall.most_common(1)[0][0] == end)
-        for one in (by_type[own, start], by_place[start], overall):
-            one[end] += 1
+        for counter in (by_type[thing_type, start], by_place[start], overall):
+            counter[end] += 1
     return np.array(right, dtype=bool), np.array(most_right, dtype=bool)

@@ -38,7 +38,7 @@ class RealismColumn:
     def compute_means(self) -> dict[str, float]:
         """Return the mean of every measure over homes."""
         rows = [asdict(home) for home in self.homes]
-        return {name: float(np.mean([row[name] for row in rows])) for name in MEASURES}
+        return {name: float(np.mean([values[name] for values in rows])) for name in MEASURES}
 
 
 def measure_source(source: HomeSource, num_homes: int, days: int, seed: int) -> list[Behaviour]:
@@ -57,9 +57,9 @@ def measure_source(source: HomeSource, num_homes: int, days: int, seed: int) -> 
             raise ValueError(
                 f"steps must be an hour, got {clock[:, 1].max():g} s. Set step_seconds to 3600."
             )
-        for (at, _), (start, _) in zip(follow_homes(homes, num_steps), clock, strict=True):
+        for (whereabouts, _), (start, _) in zip(follow_homes(homes, num_steps), clock, strict=True):
             hour = (start / _HOUR + np.arange(num_steps + 1)) % 24 // 1
-            found.append(measure_behaviour(at, hour))
+            found.append(measure_behaviour(whereabouts, hour))
     return found
 
 
@@ -87,7 +87,7 @@ def make_move_table(recorded: Mapping[str, Moves], simulated: Mapping[str, Seque
     """
     rows = []
     for name, title in MOVE_MEASURES.items():
-        ranges = {kind: _compute_quantiles(homes, name) for kind, homes in simulated.items()}
+        ranges = {column: _compute_quantiles(homes, name) for column, homes in simulated.items()}
         low, _, high = next(iter(ranges.values()))
         cells = []
         for home in recorded.values():
@@ -117,7 +117,9 @@ def list_outside(recorded: Sequence[Behaviour], means: Mapping[str, float]) -> l
         name
         for name in MEASURES
         if rows
-        and not min(row[name] for row in rows) <= means[name] <= max(row[name] for row in rows)
+        and not min(home_values[name] for home_values in rows)
+        <= means[name]
+        <= max(home_values[name] for home_values in rows)
     ]
 
 
@@ -131,10 +133,10 @@ def make_table(recorded: Mapping[str, Behaviour], simulated: Sequence[RealismCol
     outside = [list_outside(list(recorded.values()), c.compute_means()) for c in simulated]
     for name, title in MEASURES.items():
         cells = [f"{getattr(home, name):.3g}" for home in recorded.values()]
-        for column, own in zip(simulated, outside, strict=True):
+        for column, outliers in zip(simulated, outside, strict=True):
             values = [getattr(home, name) for home in column.homes]
             text = f"{np.mean(values):.3g} ± {np.std(values).round(12):.2g}"
-            cells.append(f"*{text}*" if name in own else text)
+            cells.append(f"*{text}*" if name in outliers else text)
         rows.append([title, *cells])
     names = [*recorded, *(column.name for column in simulated)]
     return join_table(["measure", *names], rows).rstrip()
@@ -158,10 +160,10 @@ def draw_behaviour(
     figure = Figure(figsize=(11, 7), dpi=120, layout="constrained")
     axes = figure.subplots(3, 4).ravel()
     for axis, (name, title) in zip(axes, MEASURES.items(), strict=True):
-        own = [getattr(home, name) for home in recorded.values()]
-        if own:
-            axis.axhspan(min(own), max(own), color="#dddddd")
-        axis.plot([0] * len(own), own, "o", color="#404040", markersize=4)
+        values = [getattr(home, name) for home in recorded.values()]
+        if values:
+            axis.axhspan(min(values), max(values), color="#dddddd")
+        axis.plot([0] * len(values), values, "o", color="#404040", markersize=4)
         for place, column in enumerate(simulated, start=1):
             low, middle, high = _compute_quantiles(column.homes, name)
             axis.errorbar(place, middle, [[middle - low], [high - middle]], fmt="s", capsize=3)

@@ -116,7 +116,9 @@ def list_finders(checkpoints: Sequence[Checkpoint]) -> dict[str, Callable[[], Fi
         name: lambda rule=name: Finder(find_policy(rule)())  # type: ignore[misc]
         for name in RULES
     }
-    return finders | {one.name: partial(ObjectFinder.load, one.path) for one in checkpoints}
+    return finders | {
+        checkpoint.name: partial(ObjectFinder.load, checkpoint.path) for checkpoint in checkpoints
+    }
 
 
 def make_tables(played: ScoreCache, groups: Mapping[str, Sequence[str]], called: str) -> str:
@@ -132,7 +134,7 @@ def make_tables(played: ScoreCache, groups: Mapping[str, Sequence[str]], called:
         units = [unit for name in names for unit in played.about[name]["units"]]
         rows = []
         for finder in _list_finders(played.scores[names[0]]):
-            own = {
+            by_searcher = {
                 who: np.array(
                     [
                         [played.scores[name][f"{finder}: {who}"][column] for column in COLUMNS]
@@ -141,19 +143,19 @@ def make_tables(played: ScoreCache, groups: Mapping[str, Sequence[str]], called:
                 )
                 for who in SEARCHERS
             }
-            means = {who: values.mean(axis=0) for who, values in own.items()}
+            means = {who: values.mean(axis=0) for who, values in by_searcher.items()}
             cells = ["{:.3f} / {:.3f} / {:.2f}".format(*mean) for mean in means.values()]
             looks = COLUMNS.index("looks")
             shares = [means["search"][looks] / means[who][looks] for who in ("greedy", TOLD)]
-            delta = (own["search"] - own["greedy"]).T  # (3, H)
+            delta = (by_searcher["search"] - by_searcher["greedy"]).T  # (3, H)
             differences = [
                 format_difference(Difference.of(delta[COLUMNS.index(name)], units), form)
                 for name, form in (("within", ".3f"), ("looks", ".2f"))
             ]
-            by = [f"{share:.3f}" for share in shares]
-            rows.append([finder, *cells, *by, *differences])
-        by = ["looks by greedy", "looks by greedy, told"]
-        header = ["finder", *SEARCHERS, *by, f"within {WITHIN} [95 %]", "looks [95 %]"]
+            greedy_cells = [f"{share:.3f}" for share in shares]
+            rows.append([finder, *cells, *greedy_cells, *differences])
+        greedy_titles = ["looks by greedy", "looks by greedy, told"]
+        header = ["finder", *SEARCHERS, *greedy_titles, f"within {WITHIN} [95 %]", "looks [95 %]"]
         title = f"## {_GROUPS[group].format(called=called)} ({len(set(units))})"
         parts.append(f"{title}\n\n{join_table(header, rows).strip()}")
     return "\n\n".join(parts)
@@ -191,8 +193,8 @@ class Searches(TableSuite[SearchGame]):
         asked = {name: options[name] for name in _ASKED}
         homes = [
             replace(home, name=f"{group}: {home.name}", group=group)
-            for group, own in groups.items()
-            for home in own
+            for group, members in groups.items()
+            for home in members
         ]
         return {home.name: SearchGame(home, asked) for home in homes}
 
@@ -214,8 +216,8 @@ class Searches(TableSuite[SearchGame]):
         """Return what was done, and a table a group."""
         options = report.options
         groups: dict[str, list[str]] = {}
-        for name, row in report.about.items():
-            groups.setdefault(row["group"], []).append(name)
+        for name, told in report.about.items():
+            groups.setdefault(told["group"], []).append(name)
         about = _ABOUT.format(
             command=report.command,
             looks=options.looks,

@@ -70,17 +70,19 @@ class DyGFormer(TemporalNetwork):
         of_values, of_counts = self.read.weight.split([2 * width + MESSAGE_DIM, width], dim=1)
         table = linear(self.count(numbers), of_counts)  # (K + 1, D)
         tokens = []
-        for (values, ids), rows, own, other in (
+        for (values, ids), rows, neighbours, other in (
             (of_thing, thing_row, ends[0], ends[1]),
             (of_place, np.arange(len(thing_row)), ends[1], ends[0]),
         ):
             known = linear(values, of_values, self.read.bias)
             known = known + embedding(_count(ids, ids), table)
-            steps = known[torch.from_numpy(rows)] + embedding(_count(own, other), table)
-            is_none = torch.from_numpy(own < 0).unsqueeze(-1)
+            steps = known[torch.from_numpy(rows)] + embedding(_count(neighbours, other), table)
+            is_none = torch.from_numpy(neighbours < 0).unsqueeze(-1)
             steps = steps.masked_fill(is_none, 0)  # (P, K, D)
             tokens.append(
-                self.flatten(steps.reshape(len(own), -1, self.patch * width))  # (P, K / p, D)
+                self.flatten(
+                    steps.reshape(len(neighbours), -1, self.patch * width)
+                )  # (P, K / p, D)
             )
         num_patches = tokens[0].shape[1]
         mixed = self.attend(torch.cat(tokens, dim=1))
@@ -107,7 +109,7 @@ class DyGFormer(TemporalNetwork):
         ), ids
 
 
-def _count(own: np.ndarray, other: np.ndarray) -> Tensor:
-    """Return how often each of `own` is in `other`, int64 (P, K)."""
-    equal = (own[:, :, None] == other[:, None, :]) & (own >= 0)[:, :, None]
+def _count(neighbours: np.ndarray, other: np.ndarray) -> Tensor:
+    """Return how often each of `neighbours` is in `other`, int64 (P, K)."""
+    equal = (neighbours[:, :, None] == other[:, None, :]) & (neighbours >= 0)[:, :, None]
     return torch.from_numpy(equal.sum(axis=2))

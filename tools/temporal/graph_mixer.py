@@ -44,20 +44,20 @@ class GraphMixer(TemporalNetwork):
         stream = self.stream
         # The mixer tells links by their place in the list: the latest comes first.
         events = stream.find_latest(nodes, self.num_events)[:, ::-1]
-        row, column = np.nonzero(events >= 0)
-        numbers = events[row, column]
+        receiver, column = np.nonzero(events >= 0)
+        numbers = events[receiver, column]
         message, time = self.gather(numbers)
-        other = self.embed(stream.find_other_ends(nodes[row], numbers))
+        other = self.embed(stream.find_other_ends(nodes[receiver], numbers))
         seed = torch.full((len(nodes),), float(now), dtype=self.dtype)
-        own = self.embed(nodes)
-        if not len(row):
-            return self.join(torch.cat([torch.zeros_like(own), own], dim=1))
-        to = torch.from_numpy(row)
+        embedded = self.embed(nodes)
+        if not len(receiver):
+            return self.join(torch.cat([torch.zeros_like(embedded), embedded], dim=1))
+        to = torch.from_numpy(receiver)
         links = self._mix(to, torch.cat([other, message], dim=1), time, seed)
         # neighbours stand behind the nodes themselves
-        both = torch.cat([own, other])
-        edges = torch.stack([len(nodes) + torch.arange(len(row)), to])
-        mixed = self.neighbours(both, edges, time, torch.cat([seed, seed.new_zeros(len(row))]))
+        both = torch.cat([embedded, other])
+        edges = torch.stack([len(nodes) + torch.arange(len(receiver)), to])
+        mixed = self.neighbours(both, edges, time, torch.cat([seed, seed.new_zeros(len(receiver))]))
         return self.join(torch.cat([links, mixed[: len(nodes)]], dim=1))
 
     def _mix(self, to: Tensor, edges: Tensor, time: Tensor, seed: Tensor) -> Tensor:
@@ -67,6 +67,6 @@ class GraphMixer(TemporalNetwork):
         found = self.link(
             torch.stack([torch.zeros_like(index), index]), edges, time, seed[:num_rows]
         )
-        row = torch.full((len(seed),), num_rows - 1)
-        row[linked] = torch.arange(len(linked))
-        return found[row]
+        found_row = torch.full((len(seed),), num_rows - 1)
+        found_row[linked] = torch.arange(len(linked))
+        return found[found_row]

@@ -103,12 +103,12 @@ class TemporalNetwork(nn.Module, ABC):
     def gather(self, events: np.ndarray) -> tuple[Tensor, Tensor]:
         """Return messages (..., 4) and time steps (...,) of events; zeros where one is -1."""
         is_none = torch.from_numpy(events < 0)
-        at = np.maximum(events, 0)
+        known = np.maximum(events, 0)
         if not len(self.stream.time):
             none = torch.zeros(*events.shape, MESSAGE_DIM, dtype=self.dtype)
             return none, none[..., 0]
-        message = torch.from_numpy(self.stream.message[at]).to(self.dtype)
-        time = torch.from_numpy(self.stream.time[at]).to(self.dtype)
+        message = torch.from_numpy(self.stream.message[known]).to(self.dtype)
+        time = torch.from_numpy(self.stream.time[known]).to(self.dtype)
         return message.masked_fill(is_none.unsqueeze(-1), 0), time.masked_fill(is_none, 0)
 
 

@@ -79,14 +79,14 @@ class Entry:
     With `sightings_alone` it is not told that things were not seen.
     """
 
-    kind: str
+    game: str
     network: str
     sightings_alone: bool
 
     @property
     def key(self) -> str:
         """Folder within the runs."""
-        return f"{self.kind}/{self.network}-{'sightings' if self.sightings_alone else 'negatives'}"
+        return f"{self.game}/{self.network}-{'sightings' if self.sightings_alone else 'negatives'}"
 
 
 @dataclass
@@ -115,7 +115,7 @@ class Workshop:
         }
 
         def work() -> dict[str, Any]:
-            train, val = self._record(entry.kind, "train"), self._record(entry.kind, "val")
+            train, val = self._record(entry.game, "train"), self._record(entry.game, "val")
             return tune(
                 entry.network, entry.sightings_alone, train, val, sizes.trials, sizes.trial_epochs
             )
@@ -137,11 +137,11 @@ class Workshop:
         }
 
         def work() -> dict[str, Any]:
-            train, val = self._record(entry.kind, "train"), self._record(entry.kind, "val")
-            rest = dict(settings)
-            rate = rest.pop("learning_rate")
+            train, val = self._record(entry.game, "train"), self._record(entry.game, "val")
+            network_settings = dict(settings)
+            rate = network_settings.pop("learning_rate")
             torch.manual_seed(seed)
-            network = make_network(entry.network, rest)
+            network = make_network(entry.network, network_settings)
             began = time.process_time()
             train_network(
                 network,
@@ -151,8 +151,8 @@ class Workshop:
                 learning_rate=rate,
             )
             seconds = time.process_time() - began
-            own = TrainedNetwork(entry.network, network, entry.sightings_alone, about)
-            own.save(path)
+            trained = TrainedNetwork(entry.network, network, entry.sightings_alone, about)
+            trained.save(path)
             found = validate(network, val, entry.sightings_alone)
             return {
                 "seconds": seconds,
@@ -172,56 +172,56 @@ class Workshop:
         """Let a trained network play the test homes of its kind, and of those without training."""
         path = self.train(entry, seed)
         about = {"checkpoint": compute_checksum(path)}
-        for kind in self.kinds:
-            if TRAINED_ELSEWHERE.get(kind, kind) == entry.kind:
-                name = replace(entry, kind=kind).key
+        for game in self.kinds:
+            if TRAINED_ELSEWHERE.get(game, game) == entry.game:
+                name = replace(entry, game=game).key
                 file = self.runs / name / f"played_{seed}.json"
                 make = EventPolicy.load(str(path)).play_in
-                self._play(kind, make, file, about, f"played {name} {seed}")
+                self._play(game, make, file, about, f"played {name} {seed}")
 
     def play_reference(
-        self, kind: str, name: str, make: Callable[[Homes], Policy], checksum: str | None = None
+        self, game: str, name: str, make: Callable[[Homes], Policy], checksum: str | None = None
     ) -> None:
         """Let a policy or a network of another sort play the test homes of a kind."""
-        path = self.runs / kind / "references" / f"{name}.json"
+        path = self.runs / game / "references" / f"{name}.json"
         about = {"player": name, "checksum": checksum}
-        self._play(kind, make, path, about, f"played {kind}/{name}")
+        self._play(game, make, path, about, f"played {game}/{name}")
 
     def _play(
         self,
-        kind: str,
+        game: str,
         make: Callable[[Homes], Policy],
         path: Path,
         about: Mapping[str, Any],
-        what: str,
+        title: str,
     ) -> None:
-        homes = self.kinds[kind]
+        homes = self.kinds[game]
         about = {**about, "homes": homes.describe()}
-        keep_unit(path, about, partial(play_kind, homes, make), partial(self.on_unit, what))
+        keep_unit(path, about, partial(play_kind, homes, make), partial(self.on_unit, title))
 
     def _describe_training(self, entry: Entry) -> dict[str, Any]:
         sizes = self.sizes
         return {
-            "homes": self.sources[entry.kind].describe(),
+            "homes": self.sources[entry.game].describe(),
             "network": entry.network,
             "sightings_alone": entry.sightings_alone,
             "numbers": [sizes.train_homes, sizes.val_homes, sizes.train_steps, sizes.batch_homes],
         }
 
-    def _record(self, kind: str, split: str) -> list[EventEpisode]:
+    def _record(self, game: str, split: str) -> list[EventEpisode]:
         """Return recorded episodes; the policy `bayesian` looks, as for `nep.fit`."""
-        if (kind, split) not in self._episodes:
+        if (game, split) not in self._episodes:
             count = self.sizes.train_homes if split == "train" else self.sizes.val_homes
-            self._episodes[kind, split] = record_episodes(
-                self.sources[kind],
+            self._episodes[game, split] = record_episodes(
+                self.sources[game],
                 Streams(0, split, range(count)),
                 self.sizes.train_steps,
                 most_homes=self.sizes.batch_homes,
             )
-        return self._episodes[kind, split]
+        return self._episodes[game, split]
 
 
-def play_kind(kind: TaskGame, make: Callable[[Homes], Policy]) -> dict[str, Any]:
+def play_kind(game: TaskGame, make: Callable[[Homes], Policy]) -> dict[str, Any]:
     """Let a player answer and search in all homes of a kind.
 
     Returns:
@@ -235,21 +235,21 @@ def play_kind(kind: TaskGame, make: Callable[[Homes], Policy]) -> dict[str, Any]
         return clocks[-1]
 
     # Code that is compiled at its first call is no cost of a decision.
-    evaluate_policy(make, kind.sources[0], Streams(0, "val", range(1)), 1)
+    evaluate_policy(make, game.sources[0], Streams(0, "val", range(1)), 1)
     located, searched = [], []
-    for source in kind.sources:
-        streams = Streams(0, "test", range(source.num_homes or kind.num_homes))
-        steps = min(kind.num_steps, source.num_steps or kind.num_steps)
+    for source in game.sources:
+        streams = Streams(0, "test", range(source.num_homes or game.num_homes))
+        steps = min(game.num_steps, source.num_steps or game.num_steps)
         located.append(evaluate_policy(make_timed, source, streams, steps))
-        count = min(kind.num_searches, source.num_steps or kind.num_searches)
+        count = min(game.num_searches, source.num_steps or game.num_searches)
         searched.append(evaluate_policy(make, source, streams, count, task="find_object"))
     seconds = sum(clock.seconds for clock in clocks)
     return {
         **{
-            name: np.concatenate([metric.by_home(own) for own in located]).tolist()
+            name: np.concatenate([metric.by_home(score) for score in located]).tolist()
             for name, metric in _METRICS.items()
         },
-        "looks": np.concatenate([own.home_values for own in searched]).tolist(),
+        "looks": np.concatenate([score.home_values for score in searched]).tolist(),
         "milliseconds": 1000 * seconds / max(sum(clock.num_answers for clock in clocks), 1),
     }
 

@@ -41,9 +41,9 @@ class RecurrentPerThing(TemporalNetwork):
         inputs = torch.cat([place_of, message, since.unsqueeze(-1)], dim=-1)
         states, _ = self.gru(inputs)  # (Q, K, D); nothing comes first
         states = self.dropout(states)
-        here = is_event[:, None, :] & (where[:, None, :] == places[:, :, None])  # (Q, F, K)
-        is_known = here.any(axis=2)
-        last = self.num_events - 1 - here[:, :, ::-1].argmax(axis=2)  # (Q, F)
+        is_at_place = is_event[:, None, :] & (where[:, None, :] == places[:, :, None])  # (Q, F, K)
+        is_known = is_at_place.any(axis=2)
+        last = self.num_events - 1 - is_at_place[:, :, ::-1].argmax(axis=2)  # (Q, F)
         query = np.arange(len(things))[:, None]
         rows = torch.from_numpy(last)
         state_here = states[torch.from_numpy(query), rows]  # (Q, F, D)

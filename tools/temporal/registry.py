@@ -115,10 +115,10 @@ def load_parameters(network: TemporalNetwork, parameters: dict[str, torch.Tensor
     Raises:
         ValueError: if they are those of another one, or not finite.
     """
-    own = dict(network.named_parameters())
-    if own.keys() != parameters.keys():
+    expected = dict(network.named_parameters())
+    if expected.keys() != parameters.keys():
         raise ValueError("parameters of other names")
-    for name, tensor in own.items():
+    for name, tensor in expected.items():
         value = parameters[name]
         if value.shape != tensor.shape or not value.isfinite().all():
             raise ValueError(f"{name} of another shape, or not finite")

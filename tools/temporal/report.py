@@ -82,10 +82,10 @@ def make_report(content: Mapping[str, Any]) -> str:
             f"**Not complete**: {len(content['missing'])} trainings of the plan have not been "
             f"made, and rows have as many as they say. Missing: {names}.\n"
         )
-    for own in content["kinds"].values():
-        parts.append(f"## {own['title']}\n")
-        rows = [TableRow(**row) for row in own["rows"]]
-        units = None if own["units"] is None else tuple(own["units"])
+    for table in content["kinds"].values():
+        parts.append(f"## {table['title']}\n")
+        rows = [TableRow(**row) for row in table["rows"]]
+        units = None if table["units"] is None else tuple(table["units"])
         parts.append(_make_table(rows, units))
         parts.append(_compare_memories(rows, units))
         parts.append(_compare_information(rows, units))
@@ -99,7 +99,8 @@ def _name_missing(missing: Sequence[str]) -> str:
         network, _, seed = name.rpartition(" seed ")
         seeds.setdefault(network, []).append(seed)
     return "; ".join(
-        f"{network} seed{'s' * (len(own) > 1)} {', '.join(own)}" for network, own in seeds.items()
+        f"{network} seed{'s' * (len(numbers) > 1)} {', '.join(numbers)}"
+        for network, numbers in seeds.items()
     )
 
 
@@ -165,13 +166,13 @@ def _compare_memories(rows: Sequence[TableRow], units: tuple[str, ...] | None) -
     if not memories or not networks:
         return ""
     differences = [
-        [compute_difference(own.summarise(units), row.summarise(units)) for own in memories]
+        [compute_difference(memory.summarise(units), row.summarise(units)) for memory in memories]
         for row in networks
     ]
-    corrected = iter(correct_holm([own.p for row in differences for own in row]))
+    corrected = iter(correct_holm([difference.p for row in differences for difference in row]))
     header = ["network", "reads", "trainings"]
-    for own in memories:
-        header += [f"{own.name} is ahead by [95 %]", "p", "detectable"]
+    for memory in memories:
+        header += [f"{memory.name} is ahead by [95 %]", "p", "detectable"]
     lines = []
     for row, found in zip(networks, differences, strict=True):
         line = [row.name, row.reads, str(row.num_trainings)]
@@ -187,9 +188,9 @@ def _compare_information(rows: Sequence[TableRow], units: tuple[str, ...] | None
     """Say what negative looks add to each network, where both versions have been trained."""
     lines, pairs = [], []
     for cls in NETWORKS.values():
-        own = {row.reads: row for row in rows if row.name == cls.name}
-        if own.keys() >= {SIGHTINGS, NEGATIVES}:
-            both = own[NEGATIVES], own[SIGHTINGS]
+        by_reads = {row.reads: row for row in rows if row.name == cls.name}
+        if by_reads.keys() >= {SIGHTINGS, NEGATIVES}:
+            both = by_reads[NEGATIVES], by_reads[SIGHTINGS]
             count = min(row.num_trainings for row in both)
             cut = [TableRow(row.name, row.reads, row.plays[:count], count) for row in both]
             pairs.append((cls.name, count, compute_difference(*(r.summarise(units) for r in cut))))

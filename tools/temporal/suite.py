@@ -71,10 +71,10 @@ def make_content(
     """
     missing, kinds = [], {}
     made: dict[str, None] = {}  # code that played, each once
-    for kind, homes in workshop.kinds.items():
+    for game, homes in workshop.kinds.items():
         rows: list[dict[str, Any]] = []
         for name in (*references, *checkpoints):
-            found = read_unit(workshop.runs / kind / "references" / f"{name}.json")
+            found = read_unit(workshop.runs / game / "references" / f"{name}.json")
             if found is not None:
                 reads = MEMORY if name in checkpoints else "rule"
                 checksum = found["about"]["checksum"]
@@ -88,16 +88,16 @@ def make_content(
                 )
                 made[found["made"]] = None
         for entry in entries:
-            if TRAINED_ELSEWHERE.get(kind, kind) != entry.kind:
+            if TRAINED_ELSEWHERE.get(game, game) != entry.game:
                 continue
-            own = replace(entry, kind=kind)
+            own_entry = replace(entry, game=game)
             plays, seconds, checksums = [], [], []
-            more = sum(1 for _ in (workshop.runs / own.key).glob("played_*.json"))
+            more = sum(1 for _ in (workshop.runs / own_entry.key).glob("played_*.json"))
             for seed in range(max(seeds, more)):  # a command for some may have trained more
-                played = read_unit(workshop.runs / own.key / f"played_{seed}.json")
+                played = read_unit(workshop.runs / own_entry.key / f"played_{seed}.json")
                 trained = read_unit(workshop.runs / entry.key / f"seed_{seed}.json")
                 if played is None or trained is None:
-                    missing += [f"{own.key} seed {seed}"] * (seed < seeds)
+                    missing += [f"{own_entry.key} seed {seed}"] * (seed < seeds)
                     continue
                 plays.append(played["done"])
                 seconds.append(trained["done"]["seconds"])
@@ -115,7 +115,7 @@ def make_content(
                     }
                 )
         units = homes.list_units() if homes.is_recorded else None
-        kinds[kind] = {"title": homes.title, "units": units, "rows": rows}
+        kinds[game] = {"title": homes.title, "units": units, "rows": rows}
     return {
         "version": VERSION,
         "command": command,
@@ -166,9 +166,13 @@ OPTIONS = (
     Option("tiny", False, "everything as small as can be, to try the command"),
     *(
         Option(
-            row.name, None, f"{row.default} if left out", int(row.name != "trials"), type=int | None
+            field.name,
+            None,
+            f"{field.default} if left out",
+            int(field.name != "trials"),
+            type=int | None,
         )
-        for row in fields(Sizes)
+        for field in fields(Sizes)
     ),
 )
 
@@ -204,7 +208,7 @@ class Temporal(Suite):
         kinds = {name: every[name] for name in options.kinds}
         if options.recorded:
             kinds[HOUSEHOLDS] = every[HOUSEHOLDS]
-        sources = {name: kind.sources[0] for name, kind in kinds.items() if name != HOUSEHOLDS}
+        sources = {name: game.sources[0] for name, game in kinds.items() if name != HOUSEHOLDS}
         checkpoints = [Checkpoint.parse(text) for text in options.checkpoint]
         names = [point.name for point in checkpoints]
         told = Namespace(
@@ -213,15 +217,15 @@ class Temporal(Suite):
         command = make_command(parser, told, names)
         options.runs.mkdir(parents=True, exist_ok=True)
         entries = [
-            Entry(kind, network, information == "sightings")
+            Entry(game, network, information == "sightings")
             for network in options.networks
             for information in options.information
-            for kind in sources
+            for game in sources
         ]
 
-        def write(what: str = "") -> None:
-            if what:
-                print(what, flush=True)
+        def write(text: str = "") -> None:
+            if text:
+                print(text, flush=True)
             write_table(
                 make_content(workshop, entries, options.seeds, RULES, names, command, options.note),
                 options.out,
@@ -232,7 +236,7 @@ class Temporal(Suite):
             write()
             return
         with work_in(options.runs), one_line_errors():
-            for kind, homes in kinds.items():
+            for game, homes in kinds.items():
                 players = [
                     name
                     for name in RULES
@@ -241,7 +245,7 @@ class Temporal(Suite):
                 sums = {point.name: point.compute_checksum() for point in checkpoints}
                 made = list_contestants("predict_location", players, checkpoints)
                 for name, make in made.items():
-                    workshop.play_reference(kind, name, make, sums.get(name))
+                    workshop.play_reference(game, name, make, sums.get(name))
             for seed in range(options.seeds):  # every network once before any is trained again
                 for entry in entries:
                     workshop.play(entry, seed)
@@ -251,8 +255,8 @@ class Temporal(Suite):
 
 def read_sizes(options: Namespace) -> Sizes:
     """Return how much is trained and played."""
-    own = {name: value for name, value in pick(options, Sizes).items() if value is not None}
-    return replace(TINY if options.tiny else Sizes(), **own)
+    given = {name: value for name, value in pick(options, Sizes).items() if value is not None}
+    return replace(TINY if options.tiny else Sizes(), **given)
 
 
 main = Temporal().main

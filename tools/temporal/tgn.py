@@ -178,16 +178,16 @@ class TGN(TemporalNetwork):
     def _encode(self, nodes: np.ndarray, now: int) -> Tensor:
         stream = self.stream
         events = stream.find_latest(nodes, self.num_events)
-        row, column = np.nonzero(events >= 0)
-        numbers = events[row, column]
-        ends = stream.find_other_ends(nodes[row], numbers)
+        receiver, column = np.nonzero(events >= 0)
+        numbers = events[receiver, column]
+        ends = stream.find_other_ends(nodes[receiver], numbers)
         everyone, index = np.unique(np.concatenate([nodes, ends]), return_inverse=True)
         memory, last_update = self.memory(torch.from_numpy(everyone))
         hidden = memory + self.embed(everyone)
-        own, other = index[: len(nodes)], index[len(nodes) :]
+        targets, other = index[: len(nodes)], index[len(nodes) :]
         message, time = self.gather(numbers)
-        edge_index = torch.from_numpy(np.stack([other, own[row]]))
+        edge_index = torch.from_numpy(np.stack([other, targets[receiver]]))
         since = (last_update[edge_index[0]] - time).to(hidden.dtype)
         edge = torch.cat([self.memory.time_enc(since), message], dim=1)
         hidden = hidden + self.attention(hidden, edge_index, edge)
-        return hidden[torch.from_numpy(own)]
+        return hidden[torch.from_numpy(targets)]

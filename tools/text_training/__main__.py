@@ -89,7 +89,7 @@ def load_taxonomy() -> dict[str, Any]:
 def load_evaluation() -> dict[str, list[list[str]]]:
     """Load the triples (a, near, far) by kind."""
     sections = json.loads((FOLDER / "evaluation.json").read_text(encoding="utf-8"))
-    return {kind: triples for kind, triples in sections.items() if kind != "about"}
+    return {section: triples for section, triples in sections.items() if section != "about"}
 
 
 def list_words() -> list[str]:
@@ -131,7 +131,7 @@ def compute_features(
         P phrases (words and their plurals) and float32 (P, facet values), rows of unit length.
     """
     words = list(dict.fromkeys(word for group in groups for word in group["words"]))
-    row = {word: i for i, word in enumerate(words)}
+    row_of = {word: i for i, word in enumerate(words)}
     blocks = []
     for facet, weight in FACET_WEIGHTS.items():
         if facet == "identity":
@@ -142,14 +142,14 @@ def compute_features(
         block = np.zeros((len(words), len(column)))
         for group, vs in zip(groups, values, strict=True):
             for word in group["words"]:
-                block[row[word], [column[v] for v in vs]] += 1.0
+                block[row_of[word], [column[v] for v in vs]] += 1.0
         lengths = np.linalg.norm(block, axis=1, keepdims=True)
         blocks.append(weight * block / np.maximum(lengths, 1.0))
     features = np.concatenate(blocks, axis=1)  # (W, facet values)
     features /= np.linalg.norm(features, axis=1, keepdims=True)
-    source = {word: row[word] for word in words}
+    source = {word: row_of[word] for word in words}
     for word in words:
-        source.setdefault(compute_plural(word), row[word])
+        source.setdefault(compute_plural(word), row_of[word])
     phrases = [phrase for phrase in source if phrase not in unseen]
     rows = [source[phrase] for phrase in phrases]
     return phrases, features[rows].astype(np.float32)
@@ -262,9 +262,9 @@ def write_encoder(folder: Path) -> None:
 def compute_accuracy(text: TextVectors) -> dict[str, float]:
     """Give the share of triples (a, near, far) of each kind whose near word is the nearer one."""
     accuracy = {}
-    for kind, triples in load_evaluation().items():
+    for section, triples in load_evaluation().items():
         cosines = [text.cosines(triple)[0] for triple in triples]
-        accuracy[kind] = float(np.mean([near > far for _, near, far in cosines]))
+        accuracy[section] = float(np.mean([near > far for _, near, far in cosines]))
     return accuracy
 
 
@@ -294,7 +294,7 @@ def main(arguments: list[str] | None = None) -> None:
     evaluation = load_evaluation()
     nlp = train(
         load_taxonomy(),
-        {a for kind, triples in evaluation.items() if kind != "known" for a, _, _ in triples},
+        {a for section, triples in evaluation.items() if section != "known" for a, _, _ in triples},
         epochs=options.epochs,
         batch_size=options.batch_size,
         learning_rate=options.learning_rate,
