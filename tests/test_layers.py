@@ -85,6 +85,7 @@ NO_NAMES = (
     "utils",
     "ways",
 )
+SAYS_NOTHING = ("it", "one", "ones", "own")  # as a variable, a field or a parameter
 HEAVY = LEARNING | {"matplotlib", "minigrid", "rich", "spacy", "tensorboard"}
 
 
@@ -227,7 +228,42 @@ def test_names_of_classes_are_unique_over_all_packages():
             if isinstance(node, ast.ClassDef):
                 defined.setdefault(node.name, []).append(module)
     assert len(defined) > 300, "classes must have been found"
-    assert {name: own for name, own in defined.items() if len(own) > 1} == {}
+    assert {name: modules for name, modules in defined.items() if len(modules) > 1} == {}
+
+
+def list_bound(source: str) -> list[tuple[str, int]]:
+    """List the variables, fields and parameters of a module that say nothing, and their lines."""
+    return [
+        (name, node.lineno)
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.arg)
+        or (isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store))
+        if (name := node.arg if isinstance(node, ast.arg) else node.id) in SAYS_NOTHING
+    ]
+
+
+def test_list_bound_sees_every_form():
+    source = """
+class A:
+    own: int
+def f(one, *ones, it=0):
+    for own, (other, it) in one.own: pass
+    with one as ones: own = [it for it in ones if (one := it)]
+    return lambda own: own.it
+"""
+    found = [name for name, _ in list_bound(source)]
+    assert sorted(found) == ["it"] * 3 + ["one"] * 2 + ["ones"] * 2 + ["own"] * 4
+
+
+@pytest.mark.parametrize("folder", ["simulator", "datamodules", "nep", "tools", "benchmarks"])
+def test_a_variable_says_what_its_value_is(folder):
+    """Thing, sighting, place, logits, posterior, ...: no word that may be anything."""
+    files = sorted((ROOT / folder).rglob("*.py"))
+    assert files
+    found = {
+        file.relative_to(ROOT).as_posix(): list_bound(file.read_text("utf-8")) for file in files
+    }
+    assert {name: bound for name, bound in found.items() if bound} == {}
 
 
 @pytest.mark.parametrize("word", NO_NAMES)
