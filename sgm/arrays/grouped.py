@@ -1,8 +1,13 @@
-"""Arrays that hold several groups one after the other, or rows that are filled up."""
+"""Arrays that hold several groups one after the other, or rows that are filled up.
+
+And those whose last axis is of the relations of a place: numpy's own reductions of it take a call
+for each place.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -88,9 +93,49 @@ def sum_rows(values: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     return total
 
 
+def share_rows(values: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Scale rows to a sum of one, (n, ..., F), and say which have one, bool (n, ...).
+
+    `lengths` as in `sum_rows`.
+    """
+    total = sum_rows(values, lengths)
+    is_some = total > 1e-9
+    where = is_some[..., None]
+    return np.divide(values, total[..., None], out=np.zeros_like(values), where=where), is_some
+
+
 def pad_rows(rows: Sequence[Sequence[Any] | np.ndarray], fill: object, dtype: Any) -> np.ndarray:
     """Put H rows of up to W values into one array, (H, W), with `fill` beyond the end of each."""
     padded = np.full((len(rows), max(map(len, rows), default=0)), fill, dtype=dtype)
     for own, row in zip(padded, rows, strict=True):
         own[: len(row)] = row
     return padded
+
+
+def max_relations(values: np.ndarray) -> np.ndarray:
+    """Return the highest value of each place, (..., relations) -> (...)."""
+    return reduce(np.maximum, (values[..., number] for number in range(values.shape[-1])))
+
+
+def sum_relations(values: np.ndarray) -> np.ndarray:
+    """Return the sum of the values of each place, (..., relations) -> (...)."""
+    return reduce(np.add, (values[..., number] for number in range(values.shape[-1])))
+
+
+def share_relations(values: np.ndarray) -> np.ndarray:
+    """Return values as shares of their sum at each place, alike where it is 0, (..., relations)."""
+    total = sum_relations(values)[..., None]
+    return np.where(total > 0, values / np.where(total > 0, total, 1), 1 / values.shape[-1])
+
+
+def choose_relations(values: np.ndarray, *, last: bool = False) -> np.ndarray:
+    """Return the relation of the highest value at each place, int64 (..., relations) -> (...).
+
+    Of equal values, the first, or the `last`.
+    """
+    highest, chosen = values[..., 0], np.zeros(values.shape[:-1], dtype=np.int64)
+    for number in range(1, values.shape[-1]):
+        value = values[..., number]
+        is_higher = value >= highest if last else value > highest
+        highest, chosen = np.maximum(value, highest), np.where(is_higher, number, chosen)
+    return chosen

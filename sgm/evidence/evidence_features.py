@@ -6,58 +6,50 @@ where things move once an hour or once a month.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.evidence import (
-    away_from_home,
-    copies,
-    expected_columns,
-    home_columns,
-    lately_columns,
-    onward_moves,
-    question_columns,
-    sighting_columns,
+from sgm.evidence.adaptive_filter import (
+    FILTERS,
+    TASKS_ASK_MOVED,
+    Rates,
+    compute_beliefs,
+    compute_filters,
+    list_filters,
 )
-from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.columns import PLACE_GROUP_COLUMNS, QUESTION_GROUP_COLUMNS
+from sgm.evidence.companions import Companions, compute_others, compute_words
+from sgm.evidence.elsewhere import compute_absence, compute_week
+from sgm.evidence.expected_places import (
+    Expected,
+    compute_destinations,
+    compute_prior,
+    compute_trust,
+)
+from sgm.evidence.home_columns import (
+    compute_copies,
+    compute_lately,
+    compute_places,
+    compute_rooms,
+    compute_size,
+    compute_ways,
+)
 from sgm.evidence.question import Question
+from sgm.evidence.sighting_columns import (
+    compute_hours,
+    compute_looks,
+    compute_movement,
+    compute_object,
+    compute_sightings,
+    compute_stays,
+    compute_times,
+)
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
-# What computes the columns of each group of `sgm.evidence.columns`, by name: (Q, F) each, whatever
-# it is where a home has no place, or (Q,). All are zero of a group that returns none.
-ComputeColumns = Callable[[Question], Mapping[str, np.ndarray]]
-PLACE_GROUPS: Mapping[str, ComputeColumns] = {
-    "sightings": sighting_columns.compute_sightings,
-    "looks": sighting_columns.compute_looks,
-    "times": sighting_columns.compute_times,
-    "stays": sighting_columns.compute_stays,
-    "prior": expected_columns.compute_prior,
-    "words": expected_columns.compute_words,
-    "filters": expected_columns.compute_filters,
-    "places": home_columns.compute_places,
-    "others": home_columns.compute_others,
-    "ways": onward_moves.compute_ways,
-    "lately": lately_columns.compute_at_places,
-    "rooms": home_columns.compute_rooms,
-    "hours": sighting_columns.compute_hours,
-}
-QUESTION_GROUPS: Mapping[str, ComputeColumns] = {
-    "size": question_columns.compute_size,
-    "movement": question_columns.compute_movement,
-    "stays": question_columns.compute_stays,
-    "trust": question_columns.compute_trust,
-    "words": question_columns.compute_words,
-    "object": question_columns.compute_object,
-    "lately": lately_columns.compute_in_home,
-    "elsewhere": away_from_home.compute_absence,
-    "copies": copies.compute_copies,
-    "hour": question_columns.compute_hour,
-    "week": away_from_home.compute_week,
-}
+Groups = Mapping[str, Mapping[str, np.ndarray]]  # columns by name, of each group
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +66,6 @@ class Features:
     question: np.ndarray
     asked: Question
 
-    @property
-    def is_place(self) -> np.ndarray:
-        """Which columns are furniture, bool (Q, F)."""
-        return self.asked.arrays.is_place
-
 
 def compute_features(
     memory: MemoryBatch, queries: Queries, asks_moved: float = TASKS_ASK_MOVED
@@ -88,30 +75,73 @@ def compute_features(
     `asks_moved` is the share of the questions that are about what has just moved: the filters that
     reckon with it, and `movement.any_moved`, say which kind of question it is.
     """
-    asked = Question.gather(memory, queries, asks_moved)
-    is_place = asked.arrays.is_place
-    place = _compute(PLACE_GROUPS, PLACE_GROUP_COLUMNS, asked, is_place.shape)
-    place[:, ~is_place] = 0
-    question = _compute(QUESTION_GROUPS, QUESTION_GROUP_COLUMNS, asked, is_place.shape[:1])
+    asked = Question.gather(memory, queries)
+    of_places, of_question = compute_groups(asked, asks_moved)
+    place = _join(of_places, PLACE_GROUP_COLUMNS, asked.is_place.shape)
+    place[:, ~asked.is_place] = 0
+    question = _join(of_question, QUESTION_GROUP_COLUMNS, asked.home.shape)
     return Features(
         np.ascontiguousarray(place.transpose(1, 2, 0)), np.ascontiguousarray(question.T), asked
     )
 
 
-def _compute(
-    groups: Mapping[str, ComputeColumns],
-    names: Mapping[str, Sequence[str]],
-    asked: Question,
-    shape: tuple[int, ...],
-) -> np.ndarray:
+def compute_groups(asked: Question, asks_moved: float) -> tuple[Groups, Groups]:
+    """Compute the groups of `sgm.evidence.columns`, in the order in which one needs another.
+
+    Columns of places are (Q, F), whatever they are where a home has no place; those of the
+    question (Q,). All are zero of a group that has none.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):  # where a home has no place
+        expected = Expected.by_words(asked)
+        goes = compute_destinations(asked, expected)
+        prior, trust = compute_prior(asked, expected), compute_trust(asked, expected)
+        rates = Rates.estimate(asked)
+        beliefs = compute_beliefs(asked, rates, goes, list_filters(asks_moved))
+        beliefs_by_name = dict(zip(FILTERS, np.moveaxis(beliefs, 1, 0), strict=True))
+        filters = compute_filters(asked, beliefs_by_name)
+        companions = Companions.gather(asked, rates.home * asked.hours)
+        words, question_words = compute_words(asked, expected, companions)
+        others = compute_others(asked, companions)
+        lately, home_lately = compute_lately(asked, asks_moved)
+        stays, question_stays = compute_stays(asked, rates, goes)
+        hours, question_hour = compute_hours(asked)
+        of_places = {
+            "prior": prior,
+            "filters": filters,
+            "words": words,
+            "others": others,
+            "places": compute_places(asked),
+            "ways": compute_ways(asked, companions.likeness),
+            "lately": lately,
+            "rooms": compute_rooms(asked),
+            "sightings": compute_sightings(asked),
+            "looks": compute_looks(asked),
+            "times": compute_times(asked, rates),
+            "stays": stays,
+            "hours": hours,
+        }
+        of_question = {
+            "trust": trust,
+            "words": question_words,
+            "size": compute_size(asked),
+            "lately": home_lately,
+            "copies": compute_copies(asked),
+            "movement": compute_movement(asked, rates, asks_moved),
+            "stays": question_stays,
+            "object": compute_object(asked, expected, companions, beliefs_by_name),
+            "hour": question_hour,
+            "elsewhere": compute_absence(asked, rates, goes, beliefs_by_name),
+            "week": compute_week(asked),
+        }
+    return of_places, of_question
+
+
+def _join(groups: Groups, names: Mapping[str, Sequence[str]], shape: tuple[int, ...]) -> np.ndarray:
     """Return the columns of all groups, in the order of their names, float32 (D, *shape)."""
     nothing = np.zeros(shape)
-    computed: list[np.ndarray] = []
-    with np.errstate(divide="ignore", invalid="ignore"):  # where a home has no place
-        for group, of_group in names.items():
-            columns = groups[group](asked)
-            computed += (
-                [columns[name] for name in of_group] if columns else [nothing] * len(of_group)
-            )
-    joined = np.concatenate(computed, dtype=np.float32, casting="unsafe")
+    columns: list[np.ndarray] = []
+    for group, of_group in names.items():
+        found = groups[group]
+        columns += map(found.__getitem__, of_group) if found else [nothing] * len(of_group)
+    joined = np.concatenate(columns, dtype=np.float32, casting="unsafe")
     return joined.reshape(-1, *shape)

@@ -1,4 +1,7 @@
-"""Where an object is expected before it is seen: by the prior, or by what its name is like."""
+"""Where an object is expected before it is seen, by the prior or by words, and where it goes.
+
+Each function of columns computes a group of `sgm.evidence.columns`, by name.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sgm.arrays.both_relations import sum_relations
-from sgm.arrays.grouped import sum_rows
-from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.queries import Queries
+from sgm.arrays.grouped import share_rows, sum_relations, sum_rows
+from sgm.evidence.question import Question, compute_hour, weigh_hour
+from sgm.evidence.rows import add_in_order, log_share, rank_rows
 
 _TRUST = 0.5  # of what a name is like, as a share of what the prior knows
 
@@ -33,9 +35,10 @@ class Expected(NamedTuple):
     furniture_cosine: np.ndarray
 
     @classmethod
-    def by_prior(cls, memory: MemoryBatch, queries: Queries) -> Expected:
+    def by_prior(cls, asked: Question) -> Expected:
         """Expect what the prior says, and nothing where it is silent."""
-        share, has_prior = share_out(memory, queries, sum_relations(queries.prior).astype(float))
+        weight = sum_relations(asked.queries.prior).astype(float)
+        share, has_prior = share_rows(weight, asked.num_places)
         nothing = np.zeros(share.shape)
         return cls(
             share=share,
@@ -46,33 +49,90 @@ class Expected(NamedTuple):
         )
 
     @classmethod
-    def by_words(cls, memory: MemoryBatch, queries: Queries) -> Expected:
+    def by_words(cls, asked: Question) -> Expected:
         """Let words speak where the prior is silent.
 
         Furniture that the prior does not know is taken for what it is called like; so is an object
         of which it says nothing.
         """
-        prior, home, row = memory.place_prior, queries.home, queries.object
-        types = memory.objects["type"][row]
-        own = np.where((types >= 0)[:, None], prior.weights_by_words[home, types], 0)
-        own, is_known = share_out(memory, queries, own.astype(float))
-        labels = [memory.labels[label] for label in memory.objects["label"][row]]
-        by_name, cosine = prior.find_by_words(home, labels)
-        by_name, is_called = share_out(memory, queries, by_name)
+        memory, home = asked.memory, asked.home
+        prior, types = memory.place_prior, memory.objects["type"][asked.thing]
+        known = np.where((types >= 0)[:, None], prior.weights_by_words[home, types], 0)
+        labels = [memory.labels[label] for label in memory.objects["label"][asked.thing]]
+        named, cosine = prior.find_by_words(home, labels)
+        shares, is_some = share_rows(np.stack([known.astype(float), named], 1), asked.num_places)
+        is_known, is_called = is_some.T
         return cls(
-            share=np.where(is_known[:, None], own, by_name),
+            share=np.where(is_known[:, None], shares[:, 0], shares[:, 1]),
             trust=np.where(is_known, 1.0, _TRUST * is_called),
-            by_name=by_name,
+            by_name=shares[:, 1],
             name_cosine=np.ascontiguousarray(cosine),
             furniture_cosine=prior.furniture_cosine[home],
         )
 
 
-def share_out(
-    memory: MemoryBatch, queries: Queries, share: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Scale weights of places to a sum of one, (Q, F), and say which have one, bool (Q,)."""
-    total = sum_rows(share, memory.home_num_furniture[queries.home])
-    is_some = total > 1e-9
-    share = np.divide(share, total[:, None], out=np.zeros_like(share), where=is_some[:, None])
-    return share, is_some
+def compute_destinations(asked: Question, expected: Expected, hours: float = 0.0) -> np.ndarray:
+    """Return where each object goes when it moves, (Q, F + 1), the last column elsewhere.
+
+    In proportion to how often it was seen at a place, plus what is expected as one more sighting,
+    plus a little everywhere: more where nothing is expected. Elsewhere gets as much of that as one
+    place; rows sum to one. `hours` says how much sightings at other hours of the day are
+    discounted, 0 to 1.
+    """
+    trust, num_places = expected.trust[:, None], asked.num_places
+    seen = asked.counts.num_true.astype(float)
+    if hours > 0 and asked.memory.clock is not None:
+        near = weigh_hour(compute_hour(asked.memory, asked.home))
+        near = np.einsum("qfh,qh->qf", asked.counts.hours[0], near)
+        seen = seen * (1 - hours) + hours * near
+    anywhere = (0.3 + (1 - trust)) / num_places[:, None]
+    weight = (seen + trust * expected.share + anywhere) * asked.is_place
+    total = sum_rows(weight, num_places)[:, None] + anywhere
+    return np.append(weight, anywhere, axis=1) / total
+
+
+def compute_prior(asked: Question, expected: Expected) -> dict[str, np.ndarray]:
+    """The prior, and posteriors that trust it as so many looks, (Q, F) each.
+
+    A place's share is in proportion to how much of what is expected there is this thing: a place
+    where all is kept has as much room as one where little is.
+    """
+    num_places, is_place, in_room = asked.num_places, asked.is_place, asked.is_in_last_room
+    expect, is_trusted = expected.share, expected.trust[:, None] > 0
+    share = expect / np.maximum(asked.memory.place_prior.crowding[asked.home], 1e-6)
+    total = add_in_order(share * is_place)
+    share = np.divide(share, total, out=np.zeros_like(share), where=total > 1e-9)
+    columns = {
+        "prior": expect,
+        "log_prior": log_share(expect, num_places) * is_trusted,
+        "prior_rank": rank_rows(expect) * is_trusted,
+        "is_possible": expect > 0,
+        "place_share": share,
+        "log_place_share": log_share(share, num_places) * is_trusted,
+        "place_share_rank": rank_rows(share) * is_trusted,
+        "prior_in_room": expect / np.maximum(add_in_order(expect * in_room), 1e-6) * in_room,
+    }
+    for strength in (0.5, 2.0, 8.0):
+        weight = (asked.counts.num_true + strength * expect) / (asked.looks + strength)
+        total = add_in_order(weight * is_place)
+        columns[f"posterior_{strength:g}"] = weight / np.maximum(total, 1e-6)
+    return columns
+
+
+def compute_trust(asked: Question, expected: Expected) -> dict[str, np.ndarray]:
+    """How well simple rules and the prior have done in this home, (Q,) each."""
+    home, sums, counters = asked.home, asked.sums, asked.history.counters
+    num_placed, num_found = sums.num_placed[home], counters["num_found"][home]
+    num_asked = counters["num_asked"][home].astype(np.int64)
+    if asked.queries.more_asked is not None:
+        num_asked += asked.queries.more_asked
+    return {
+        "has_prior": expected.trust > 0,
+        "known_share": sums.num_typed[home] / np.maximum(sums.num_known[home], 1),
+        "num_placed": np.log1p(num_placed),
+        "prior_lift": sums.lift[home] / (num_placed + 3),
+        "found": (num_found + 0.5) / (num_asked + 1),
+        "last_right": (counters["num_last_right"][home] + 0.5) / (num_found + 1),
+        "common_right": (counters["num_common_right"][home] + 0.5) / (num_found + 1),
+        "prior_right": (counters["num_prior_right"][home] + 0.5) / (num_found + 1),
+    }

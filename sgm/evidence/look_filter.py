@@ -23,14 +23,80 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sgm.evidence.destinations import Destinations
-
+_TINY = 1e-12
 _MOST_NATS = 200.0  # of decays that are put off: their inverse stays finite
 _BLOCK = 64  # questions that are followed together: what a look reads stays in the cache
 
 # The five rows that a look reads of each thing, see `_State`.
 _WHOLE, _TAKEN, _ROOM, _ROOM_TAKEN, _PLACE = range(5)
 _NUM_READ = 5
+
+
+class Destinations(NamedTuple):
+    """Where Q things go when they move.
+
+    Arrays are of places or rooms first, so that what belongs to one of them lies together, and
+    have one entry for all filters last.
+
+    Attributes:
+        place: probability of each place, sums to one, (P, Q, 1).
+        room: number of the room of each place, (P, Q); what is no place is in the last one.
+        room_row: row of each place's room in what is made of rooms, room Q + thing, (P, Q).
+        room_total: probability of each room, (R, Q, 1).
+        share: of each place in its room, (P, Q, 1).
+    """
+
+    place: np.ndarray
+    room: np.ndarray
+    room_row: np.ndarray
+    room_total: np.ndarray
+    share: np.ndarray
+
+    @classmethod
+    def of(cls, place: np.ndarray, room: np.ndarray, num_rooms: int) -> Destinations:
+        """Sum up the rooms.
+
+        Args:
+            place: probability of each place, (P, Q).
+            room: of each place, -1 for what is none, (P, Q).
+            num_rooms: room numbers are below it.
+        """
+        place = np.ascontiguousarray(place)[..., None]
+        room = np.where(room >= 0, room, num_rooms)
+        row = room * room.shape[1] + np.arange(room.shape[1])
+        total = _sum_rooms(place, row, num_rooms + 1)
+        share = place / np.maximum(_take_rows(total, row), _TINY)
+        return cls(place=place, room=room, room_row=row, room_total=total, share=share)
+
+    def take(self, chosen: slice) -> Destinations:
+        """Take some of the things."""
+        room = self.room[:, chosen]
+        row = room * room.shape[1] + np.arange(room.shape[1])
+        place, total, share = (
+            np.ascontiguousarray(each[:, chosen])
+            for each in (self.place, self.room_total, self.share)
+        )
+        return Destinations(place=place, room=room, room_row=row, room_total=total, share=share)
+
+    def sum_rooms(self, values: np.ndarray) -> np.ndarray:
+        """Sum over the places of each room, (P, Q, K) -> (R, Q, K)."""
+        return _sum_rooms(values, self.room_row, len(self.room_total))
+
+    def at_places(self, values: np.ndarray) -> np.ndarray:
+        """Return what belongs to the room of each place, (R, Q, K) -> (P, Q, K)."""
+        return _take_rows(values, self.room_row)
+
+
+def _sum_rooms(values: np.ndarray, row: np.ndarray, num_rooms: int) -> np.ndarray:
+    _, num_queries, num_filters = values.shape
+    number = row[..., None] * num_filters + np.arange(num_filters)
+    size = num_rooms * num_queries * num_filters
+    summed = np.bincount(number.ravel(), values.ravel(), minlength=size)
+    return summed.reshape(num_rooms, num_queries, num_filters)
+
+
+def _take_rows(values: np.ndarray, row: np.ndarray) -> np.ndarray:
+    return values.reshape(-1, values.shape[2]).take(row, axis=0)
 
 
 def follow(
@@ -236,3 +302,23 @@ def _subtract(rows: np.ndarray, index: np.ndarray, weight: np.ndarray, inverse: 
         np.multiply(inverse_now, missed, changed)
         np.subtract(read, changed, changed)
         rows[index_now] = changed_rows
+
+
+def move_once(
+    belief: np.ndarray, goes: Destinations, crossing: np.ndarray, probability: np.ndarray
+) -> np.ndarray:
+    """Let things move to another place with a probability, (P, Q, K), (Q, K) -> (P, Q, K).
+
+    `crossing` is the share of the moves that lead anywhere, (Q, K).
+    """
+    if not probability.any():
+        return belief
+    away = belief / np.maximum(1 - goes.place, 1e-6)
+    came = goes.place * (np.add.accumulate(away)[-1] - away)
+    others = goes.at_places(goes.room_total) - goes.place  # in the room
+    has_others = others > 1e-9
+    away_inside = np.divide(belief, others, out=np.zeros_like(belief), where=has_others)
+    came_inside = goes.at_places(goes.sum_rooms(away_inside)) - away_inside
+    came_inside = np.where(has_others, came_inside * goes.place, belief)
+    after = crossing * came + (1 - crossing) * came_inside
+    return (1 - probability) * belief + probability * after

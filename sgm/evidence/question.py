@@ -1,277 +1,320 @@
-"""All that is gathered once for a question, and read by its features."""
+"""What is asked of a memory, and what the memory has counted of it and of its home."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from sgm.evidence.adaptive_filter import (
-    TASKS_ASK_MOVED,
-    FilterSettings,
-    Rates,
-    compute_beliefs,
-    compute_destinations,
-    weigh_hour,
-)
-from sgm.evidence.companions import Companions
-from sgm.evidence.expected_places import Expected
-from sgm.evidence.home_sums import HomeSums
-from sgm.evidence.lately import Lately
-from sgm.evidence.name_likeness import compare_names
-from sgm.evidence.object_counts import ObjectCounts, compute_hour, compute_hours_per_step
+from sgm.arrays.grouped import choose_relations
+from sgm.memory.home_history import NUM_HOURS, HomeHistory
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
-# Filters that the features show, by name; the network weighs them.
-FILTERS = {
-    "anywhere": FilterSettings(crossing=1.0),
-    "in_room": FilterSettings(crossing=0.0),
-    "learnt": FilterSettings(),
-    "slow": FilterSettings(rate=0.02, crossing=1.0),
-    "fast": FilterSettings(rate=0.15, crossing=1.0),
-    "moved": FilterSettings(asks_moved=None),
-    "moved_in_room": FilterSettings(asks_moved=None, crossing=0.0),
-    "asked": FilterSettings(asks_moved=TASKS_ASK_MOVED),
-    "left": FilterSettings(counts_left=True),
-    "left_asked": FilterSettings(counts_left=True, asks_moved=TASKS_ASK_MOVED),
-}
-_RANKING = "asked"  # the filter whose belief ranks the places
-_LEAST_SHARE = 0.02  # times the number of places, in logarithms
-_OF_OBJECTS = ("num_moved", "num_sought", "num_still")
-_OF_HOMES = ("num_found", "num_last_right", "num_common_right", "num_prior_right")
+_HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
 
 
-@dataclass(frozen=True, slots=True)
-class QuestionArrays:
-    """What is known of Q questions at F furniture nodes, beside counts, rates and sums.
-
-    Arrays are zero where a home has no furniture node.
+class ObjectCounts(NamedTuple):
+    """What was seen of Q objects at F furniture nodes, "in" and "onTop" taken together.
 
     Attributes:
-        home: that is asked, (Q,).
-        is_place: which columns are furniture, bool (Q, F).
-        num_places: of the home, (Q,).
-        room: of each furniture node, -1 beyond, (Q, F).
-        is_in_last_room: which furniture is in the room where it was last seen, bool (Q, F).
-        label: of each furniture node, (Q, F).
-        looks, last_look: at each furniture node, how many and when the last one was, (Q, F).
-        crowding: how much of all that is expected is at each place, (Q, F).
-        now: time step.
-        hours: length of a time step, (Q,).
-        hour: of the day, nan where it is unknown, (Q,).
-        wide, narrow: how much each bin of the day counts at this hour, (Q, NUM_HOURS).
-        stray_hours: sightings of things out of their usual places at about this hour, (Q, F).
-        last: where it was last seen, -1 for never, (Q,).
-        num_seen: its sightings, (Q,).
-        onward, back: moves from where it was last seen to each place, and from there, (Q, F).
-        goes: where it goes when it moves, (Q, F + 1).
-        belief: of each of `FILTERS`, float64 (Q, K, F + 1); the last place is elsewhere.
+        num_true: how often it was seen there, (Q, F).
+        last_true: when last, -1 for never, (Q, F).
+        num_absent: looks since then, all of them where it was never seen, (Q, F); of a look that
+            had a part of the furniture in view, that part.
+        num_left: looks that found it gone from there, (Q, F).
+        time_true: time steps for which it was known to be there, (Q, F).
+        num_known: looks since it was first seen there, (Q, F).
+        last_known: when the latest of them was, -1 for none, (Q, F).
+        is_true: whether it showed the object, bool (Q, F).
+        hours: by hour of day how often it was seen there, and looks since it was first seen there
+            that did not show it, (2, Q, F, NUM_HOURS); no hours if no home has a clock.
     """
 
-    home: np.ndarray
-    is_place: np.ndarray
-    num_places: np.ndarray
-    room: np.ndarray
-    is_in_last_room: np.ndarray
-    label: np.ndarray
-    looks: np.ndarray
-    last_look: np.ndarray
-    crowding: np.ndarray
-    now: int
+    num_true: np.ndarray
+    last_true: np.ndarray
+    num_absent: np.ndarray
+    num_left: np.ndarray
+    time_true: np.ndarray
+    num_known: np.ndarray
+    last_known: np.ndarray
+    is_true: np.ndarray
     hours: np.ndarray
-    hour: np.ndarray
-    wide: np.ndarray
-    narrow: np.ndarray
-    stray_hours: np.ndarray
-    last: np.ndarray
-    num_seen: np.ndarray
-    onward: np.ndarray
-    back: np.ndarray
-    goes: np.ndarray
-    belief: np.ndarray
 
-    def log_share(self, share: np.ndarray) -> np.ndarray:
-        """Return the logarithm of shares of places, (Q, F), 0 for an even one."""
-        return np.log(share * self.num_places[:, None] + _LEAST_SHARE)
+    @classmethod
+    def gather(
+        cls, memory: MemoryBatch, query: np.ndarray, edge: np.ndarray, looks: np.ndarray
+    ) -> ObjectCounts:
+        """Gather the counters of Q query objects, one of which may be asked for twice.
+
+        Args:
+            memory: that is asked.
+            query: for each edge of one of them, which question it is about, (k,).
+            edge: row of it, (k,).
+            looks: at each place, (Q, F).
+        """
+        shape, edges = looks.shape, memory.edges
+        was_true = edges["num_true"][edge] > 0
+        query, edge = query[was_true], edge[was_true]
+        cell = query * shape[1] + edges["furniture"][edge]  # of a table of questions and places
+        is_true = edges["is_true"][edge]
+
+        def gather(ufunc: np.ufunc, value: np.ndarray, empty: float = 0) -> np.ndarray:
+            """Reduce the values of edges by place, (k,) -> (Q, F)."""
+            reduced = np.full(shape[0] * shape[1], empty, dtype=value.dtype)
+            ufunc.at(reduced, cell, value)
+            return reduced.reshape(shape)
+
+        # Edges become true and false in turn: half of their changes were of this kind.
+        num_left = (edges["num_changed"][edge] + ~is_true) // 2
+        num_missed = gather(np.minimum, edges["missed"][edge].astype(float), np.inf)
+        return cls(
+            num_true=gather(np.add, edges["num_true"][edge]),
+            last_true=gather(np.maximum, edges["last_true"][edge], -1),
+            num_absent=np.minimum(num_missed, looks),
+            num_left=gather(np.add, num_left),
+            time_true=gather(np.add, edges["time_true"][edge]),
+            num_known=gather(np.maximum, edges["num_observed"][edge]),
+            last_known=gather(np.maximum, edges["last_observed"][edge], -1),
+            is_true=gather(np.logical_or, is_true, False),
+            hours=_gather_hours(memory, edge, cell, shape),
+        )
 
 
-@dataclass(frozen=True, slots=True)
-class QuestionCounters:
-    """What is counted of Q questions, whatever the place; see `QuestionArrays`.
+def _gather_hours(
+    memory: MemoryBatch, edge: np.ndarray, cell: np.ndarray, shape: tuple[int, int]
+) -> np.ndarray:
+    """Return `ObjectCounts.hours` of edges, (k,), that belong to so many questions and places.
+
+    `cell` is the number of question and place of each, in 0..Q F - 1, (k,).
+    """
+    if memory.clock is None:
+        return np.zeros((2, *shape, 0), dtype=np.float32)
+    hours = np.zeros((2, shape[0] * shape[1], NUM_HOURS), dtype=np.float32)
+    seen, gone = memory.history.get_edge_hours(edge)
+    np.add.at(hours[0], cell, seen)
+    np.maximum.at(hours[1], cell, gone)
+    return hours.reshape(2, *shape, NUM_HOURS)
+
+
+class HomeSums(NamedTuple):
+    """Sums over the objects and edges of H homes, whatever the time step.
 
     Attributes:
-        num_rooms: of the home, (Q,).
-        hours_since_seen: since the last sighting, 0 for none, (Q,).
-        num_moved, num_sought, num_still: counters of the object, (Q,).
-        num_asked, num_found: counters of the home, (Q,).
-        num_last_right, num_common_right, num_prior_right: how often the last, the commonest and
-            the likeliest place were right, (Q,).
-        any_moved: how likely any object has moved, as far as questions are about that, (Q,).
+        num_seen: objects that were ever seen, (H,).
+        sightings: of all objects, (H,).
+        num_typed: objects that were seen and whose type the prior knows, (H,).
+        num_known: objects that were last seen at furniture that there is, (H,).
+        popularity: how many of them at each place, float64 (H, F).
+        num_edges: edges, (H,).
+        num_left: looks that found an object gone from where it had been seen, (H,).
+        time_true: time steps for which objects were known to be where they are, (H,).
+        num_placed: places at which an object of a known type was seen, (H,).
+        lift: by how much the prior gives these more than an even guess does, nats in sum, (H,).
+        arrivals: moves to each place, (H, F); none where they are not counted.
+        num_crossing: moves that led to another room, (H,).
     """
 
-    num_rooms: np.ndarray
-    hours_since_seen: np.ndarray
-    num_moved: np.ndarray
-    num_sought: np.ndarray
-    num_still: np.ndarray
-    num_asked: np.ndarray
-    num_found: np.ndarray
-    num_last_right: np.ndarray
-    num_common_right: np.ndarray
-    num_prior_right: np.ndarray
-    any_moved: np.ndarray
+    num_seen: np.ndarray
+    sightings: np.ndarray
+    num_typed: np.ndarray
+    num_known: np.ndarray
+    popularity: np.ndarray
+    num_edges: np.ndarray
+    num_left: np.ndarray
+    time_true: np.ndarray
+    num_placed: np.ndarray
+    lift: np.ndarray
+    arrivals: np.ndarray
+    num_crossing: np.ndarray
+
+    @classmethod
+    def of(cls, memory: MemoryBatch, history: HomeHistory) -> HomeSums:
+        """Sum up what a memory holds; once, of a memory whose content does not change."""
+        kept = memory.derived
+        if kept is None:
+            return cls._compute(memory, history)
+        if cls not in kept:
+            kept[cls] = cls._compute(memory, history)
+        sums: HomeSums = kept[cls]
+        return sums
+
+    @classmethod
+    def _compute(cls, memory: MemoryBatch, history: HomeHistory) -> HomeSums:
+        objects, edges = memory.objects, memory.edges
+        home, was_seen = objects["home"], objects["num_observed"] > 0
+        is_typed, is_known = objects["type"] >= 0, objects["last_furniture"] >= 0
+        shape = memory.num_homes, memory.num_furniture
+        last_place = (
+            home[is_known].astype(np.int64) * shape[1] + objects["last_furniture"][is_known]
+        )
+        popularity = np.bincount(last_place, minlength=shape[0] * shape[1]).reshape(shape)
+        is_placed = (edges["num_true"] > 0) & is_typed[edges["object"]]
+        placed_home = edges["home"][is_placed]
+        even = edges["prior"][is_placed].astype(float) * memory.home_num_furniture[placed_home]
+        # Edges become true and false in turn: half of their changes were of this kind.
+        num_left = (edges["num_changed"] + ~edges["is_true"]) // 2
+        arrivals = history.moves.sum(axis=1)
+        num_crossing = np.zeros(shape[0], dtype=np.int64)
+        if arrivals.any():
+            room = memory.furniture_room
+            crosses = room[:, :, None] != room[:, None, :]
+            num_crossing = (history.moves * crosses).sum(axis=(1, 2))
+
+        def count(homes: np.ndarray, number: np.ndarray | None = None) -> np.ndarray:
+            """Sum whole numbers by home, (n,), (n,) -> (H,)."""
+            return np.bincount(homes, number, minlength=shape[0]).astype(np.int64)
+
+        return cls(
+            num_seen=count(home[was_seen]),
+            sightings=count(home, objects["num_observed"]),
+            num_typed=count(home[was_seen & is_typed]),
+            num_known=count(home[is_known]),
+            popularity=popularity.astype(float),
+            num_edges=count(edges["home"]),
+            num_left=count(edges["home"], num_left),
+            time_true=count(edges["home"], edges["time_true"]),
+            num_placed=count(placed_home),
+            lift=np.bincount(placed_home, np.log(even * 0.9 + 0.1), minlength=shape[0]),
+            arrivals=arrivals,
+            num_crossing=num_crossing,
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """All that is gathered for Q questions.
+    """Q questions to memories of homes of F furniture nodes, and what was counted of each.
+
+    Arrays are zero where a home has no furniture node.
 
     Attributes:
         memory: the memory that is asked.
         queries: what is asked.
-        asks_moved: share of the questions that are about what has just moved.
-        arrays: what is known of the questions and their homes.
-        counters: likewise, whatever the place.
-        counts: sightings by place.
-        rates: how objects move.
-        expected: where it is expected before it is seen.
-        companions: where things like it were seen.
+        history: of the memory.
+        home: that is asked, (Q,).
+        thing: row of the object that is asked for, (Q,).
+        query, edge: for each edge of such an object, which question is about it, and its row, (k,).
+        is_place: which columns are furniture, bool (Q, F).
+        num_places: of the home, (Q,).
+        room: of each furniture node, -1 beyond, (Q, F).
+        looks, last_look: at each furniture node, how many and when the last one was, (Q, F).
+        look_times: of the latest looks at each, -1 for none, (m, F, n).
+        look_row: which of these m are about what is asked for, (Q,).
+        step_hours: length of a time step of each home, (H,).
+        hours: the same of the homes that are asked, (Q,).
+        last: where the thing was last seen, -1 for never, (Q,).
+        is_in_last_room: which furniture is in the room where it was last seen, bool (Q, F).
+        num_seen: its sightings, (Q,).
+        counts: its sightings by place.
         sums: over all objects and edges.
-        lately: what has changed in the homes.
-        likeness: how much each label of the memory is like the name of each thing, (Q, L).
     """
 
     memory: MemoryBatch
     queries: Queries
-    asks_moved: float
-    arrays: QuestionArrays
-    counters: QuestionCounters
+    history: HomeHistory
+    home: np.ndarray
+    thing: np.ndarray
+    query: np.ndarray
+    edge: np.ndarray
+    is_place: np.ndarray
+    num_places: np.ndarray
+    room: np.ndarray
+    looks: np.ndarray
+    last_look: np.ndarray
+    look_times: np.ndarray
+    look_row: np.ndarray
+    step_hours: np.ndarray
+    hours: np.ndarray
+    last: np.ndarray
+    is_in_last_room: np.ndarray
+    num_seen: np.ndarray
     counts: ObjectCounts
-    rates: Rates
-    expected: Expected
-    companions: Companions
     sums: HomeSums
-    lately: Lately
-    likeness: np.ndarray
 
     @classmethod
-    def gather(
-        cls, memory: MemoryBatch, queries: Queries, asks_moved: float = TASKS_ASK_MOVED
-    ) -> Question:
-        """Gather what the memory holds about the objects asked for.
-
-        `asks_moved` is the share of the questions that are about what has just moved.
-        """
-        home, row, history = queries.home, queries.object, memory.history
-        counts = ObjectCounts.gather(memory, queries)
-        sums = HomeSums.of(memory)
-        rates = Rates.estimate(memory, queries, counts, sums)
-        expected = Expected.by_words(memory, queries)
-        goes = compute_destinations(memory, queries, counts, expected)
-        hours = compute_hours_per_step(memory, home)
-        is_place = memory.is_furniture[home]
-        room, num_seen = memory.furniture_room[home], counts.num_true.sum(axis=1)
-        last, was_seen = memory.objects["last_furniture"][row], num_seen > 0
-        before = np.maximum(last, 0)
-        last_room = np.where(was_seen, room[np.arange(len(row)), before], -1)
-        num_asked = history.counters["num_asked"][home].astype(np.int64)
-        if queries.more_asked is not None:
-            num_asked += queries.more_asked
-        wide, narrow, stray_hours = _gather_hours(memory, home)
-        arrays = QuestionArrays(
-            home=home,
-            is_place=is_place,
-            num_places=is_place.sum(axis=1),
-            room=room,
-            is_in_last_room=(room == last_room[:, None]) & is_place,
-            label=memory.furniture_label[home],
-            looks=memory.furniture_num_observed[home],
-            last_look=memory.furniture_last_observed[home],
-            crowding=memory.place_prior.crowding[home],
-            now=memory.time,
-            hours=hours,
-            hour=compute_hour(memory, home),
-            wide=wide,
-            narrow=narrow,
-            stray_hours=stray_hours,
-            last=last,
-            num_seen=num_seen,
-            onward=history.moves[home, before],
-            back=history.moves[home, :, before],
-            goes=goes,
-            belief=compute_beliefs(memory, queries, rates, goes, _list_filters(asks_moved)),
-        )
-        since_seen = (memory.time - memory.objects["last_observed"][row]) * hours
-        counters = QuestionCounters(
-            num_rooms=memory.home_num_rooms[home],
-            hours_since_seen=since_seen * was_seen,
-            num_asked=num_asked,
-            any_moved=rates.any_moved * (asks_moved / TASKS_ASK_MOVED),
-            **{name: memory.objects[name][row] for name in _OF_OBJECTS},
-            **{name: history.counters[name][home] for name in _OF_HOMES},
-        )
-        likeness = compare_names(memory, queries)
+    def gather(cls, memory: MemoryBatch, queries: Queries) -> Question:
+        """Gather what the memory has counted of the objects asked for; it counts its history."""
+        history, (query, edge) = memory.history, memory.edges_of(queries)
+        home, is_place = queries.home, memory.is_furniture[queries.home]
+        looks = memory.furniture["num_observed"][home]
+        counts = ObjectCounts.gather(memory, query, edge, looks)
+        look_times, look_row = list_look_times(memory, queries, history)
+        step_hours = compute_step_hours(memory)
+        room, last = memory.furniture_room[home], memory.objects["last_furniture"][queries.object]
+        num_seen = counts.num_true.sum(axis=1)
+        last_room = np.where(num_seen > 0, room[np.arange(len(home)), np.maximum(last, 0)], -1)
         return cls(
             memory=memory,
             queries=queries,
-            asks_moved=asks_moved,
-            arrays=arrays,
-            counters=counters,
+            history=history,
+            home=home,
+            thing=queries.object,
+            query=query,
+            edge=edge,
+            is_place=is_place,
+            num_places=is_place.sum(axis=1),
+            room=room,
+            looks=looks,
+            last_look=memory.furniture["last_observed"][home],
+            look_times=look_times,
+            look_row=look_row,
+            step_hours=step_hours,
+            hours=step_hours[home],
+            last=last,
+            is_in_last_room=(room == last_room[:, None]) & is_place,
+            num_seen=num_seen,
             counts=counts,
-            rates=rates,
-            expected=expected,
-            companions=Companions.gather(
-                memory, queries, counts, rates.home * hours, sums, likeness
-            ),
-            sums=sums,
-            lately=Lately.gather(memory, queries),
-            likeness=likeness,
+            sums=HomeSums.of(memory, history),
         )
 
-    def get_belief(self, name: str) -> np.ndarray:
-        """Return what a filter believes about the places, (Q, F)."""
-        return self.arrays.belief[:, list(FILTERS).index(name), :-1]
 
-    @property
-    def ranking_belief(self) -> np.ndarray:
-        """What the filter believes that ranks the places, the last one elsewhere, (Q, F + 1)."""
-        return self.arrays.belief[:, list(FILTERS).index(_RANKING)]
-
-    def get_elsewhere(self, name: str) -> np.ndarray:
-        """Return what a filter believes about elsewhere, (Q,)."""
-        return self.arrays.belief[:, list(FILTERS).index(name), -1]
+def list_look_times(
+    memory: MemoryBatch, queries: Queries, history: HomeHistory
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return when places were looked at, (m, F, n), and the row for what is asked for, (Q,)."""
+    if history.look_relations is None:
+        return np.ascontiguousarray(history.look_times), queries.home.astype(np.int64)
+    times = history.list_look_times(queries.home, memory.compute_relation_shares(queries))
+    return times, np.arange(len(times))
 
 
-@lru_cache(maxsize=16)
-def _list_filters(asks_moved: float) -> tuple[FilterSettings, ...]:
-    """Return `FILTERS`, those of the questions of tasks for such questions instead."""
-    return tuple(
-        replace(own, asks_moved=asks_moved) if own.asks_moved == TASKS_ASK_MOVED else own
-        for own in FILTERS.values()
-    )
-
-
-def _gather_hours(
-    memory: MemoryBatch, home: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return `wide`, `narrow` and `stray_hours` of `QuestionArrays`; empty without a clock."""
+def compute_step_hours(memory: MemoryBatch) -> np.ndarray:
+    """Return how long a time step of each home is in hours, one where it is unknown, (H,)."""
     if memory.clock is None:
-        return (np.zeros((len(home), 0)),) * 3
-    strays = _count_strays(memory)[home]
-    return weigh_hour(memory, home, 3.0), weigh_hour(memory, home, 8.0), strays
+        return np.ones(memory.num_homes)
+    seconds = memory.clock[:, 1]
+    return np.where(np.isnan(seconds), 3600.0, seconds) / 3600
 
 
-def _count_strays(memory: MemoryBatch) -> np.ndarray:
-    """Count the sightings of things out of their usual places at about this hour of day, (H, F)."""
-    edges, num_homes, num_places = memory.edges, memory.num_homes, memory.num_furniture
-    most = np.zeros(memory.objects.num_rows, dtype=np.int32)
-    np.maximum.at(most, edges["object"], edges["num_true"])
-    rows = np.flatnonzero((edges["num_true"] > 0) & (edges["num_true"] < most[edges["object"]]))
-    home = edges["home"][rows]
-    weight = weigh_hour(memory, np.arange(num_homes))[home]
-    seen = (memory.history.get_edge_hours(rows)[0] * weight).sum(axis=1)
-    place = home * num_places + edges["furniture"][rows]
-    counts = np.bincount(place, seen, minlength=num_homes * num_places)
-    return counts.reshape(num_homes, num_places)
+def compute_hour(memory: MemoryBatch, home: np.ndarray) -> np.ndarray:
+    """Return the hour of day in homes, in [0, 24), nan where it is unknown, (n,) -> (n,)."""
+    if memory.clock is None:
+        return np.full(len(home), np.nan)
+    return np.mod(memory.clock[home, 0] / 3600 + memory.time * memory.clock[home, 1] / 3600, 24)
+
+
+def weigh_hour(hour: np.ndarray, width: float = _HOUR_WIDTH) -> np.ndarray:
+    """Return how near each bin of the day is to hours of the day, (n,) -> (n, NUM_HOURS).
+
+    1 at that hour, whatever the width; 0 where the hour is unknown, nan.
+    """
+    middle = (np.arange(NUM_HOURS) + 0.5) * (24 / NUM_HOURS)
+    apart = middle - hour[:, None]
+    return np.nan_to_num(np.exp(width * (np.cos(apart * (2 * np.pi / 24)) - 1)))
+
+
+def choose_edges(asked: Question) -> np.ndarray:
+    """Choose a relation for Q objects at each of F places: seen most often so, else likelier.
+
+    Returns:
+        Prior weight in it, and the relation, float32 (Q, F, 2).
+    """
+    edges, edge, prior = asked.memory.edges, asked.edge, asked.queries.prior.copy()
+    num_true = np.full(prior.shape, -1, dtype=np.int32)
+    cell = asked.query, edges["furniture"][edge], edges["relation"][edge]
+    num_true[cell], prior[cell] = edges["num_true"][edge], edges["prior"][edge]
+    likelier = choose_relations(asked.queries.prior, last=True)
+    relation = np.where((num_true < 0).all(axis=2), likelier, choose_relations(num_true))
+    weight = np.take_along_axis(prior, relation[..., None], axis=2)[..., 0]
+    return np.stack([weight, relation], axis=2).astype(np.float32)

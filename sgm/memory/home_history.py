@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.both_relations import sum_relations
-from sgm.arrays.grouped import join_groups
+from sgm.arrays.grouped import join_groups, sum_relations
 from sgm.arrays.read_numbers import read_sparse, write_sparse
 from sgm.arrays.table import clone, make_table
 from sgm.arrays.week import (

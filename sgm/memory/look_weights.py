@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.arrays.both_relations import share_relations, sum_relations
-from sgm.arrays.grouped import mark_rows
+from sgm.arrays.grouped import mark_rows, share_relations, sum_relations
 from sgm.arrays.table import Table
 from sgm.schema import NUM_RELATIONS
 

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.both_relations import share_relations
-from sgm.arrays.grouped import join_groups
+from sgm.arrays.grouped import join_groups, share_relations
 from sgm.arrays.table import clone, make_table
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.home_history import HomeHistory

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.arrays.both_relations import max_relations
-from sgm.arrays.grouped import compute_rank_in_group, mark_rows
+from sgm.arrays.grouped import compute_rank_in_group, mark_rows, max_relations
 from sgm.schema import NUM_RELATIONS, RELATIONS, USUAL_RELATION
 
 _USUAL = RELATIONS.index(USUAL_RELATION)

@@ -15,7 +15,7 @@ from sgm.belief import Belief, Detector, compute_miss
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.elsewhere import compute_elsewhere
 from sgm.evidence.evidence_features import compute_features
-from sgm.evidence.object_counts import choose_edges
+from sgm.evidence.question import choose_edges
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.network.network import Network
@@ -127,7 +127,7 @@ class NetworkPolicy(StepPolicy):
         """Return logits of places and of elsewhere, (Q, F + 1)."""
         evidence = compute_features(memory, queries, self._asks_moved)
         # Prior weight of each place, and relation in which it was seen there the most often.
-        edge, is_place = choose_edges(memory, queries), evidence.is_place
+        edge, is_place = choose_edges(evidence.asked), evidence.asked.is_place
         logits = self.network.compute_logits(evidence.place, evidence.question, edge, is_place)
         logits = logits.round(DECIMALS)
         logits[:, :-1][~is_place] = -np.inf

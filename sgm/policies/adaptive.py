@@ -12,12 +12,10 @@ from sgm.evidence.adaptive_filter import (
     FilterSettings,
     Rates,
     compute_beliefs,
-    compute_destinations,
 )
-from sgm.evidence.elsewhere import compute_elsewhere
-from sgm.evidence.expected_places import Expected
-from sgm.evidence.home_sums import HomeSums
-from sgm.evidence.object_counts import ObjectCounts
+from sgm.evidence.elsewhere import compute_elsewhere_of
+from sgm.evidence.expected_places import Expected, compute_destinations
+from sgm.evidence.question import Question
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture, spread_unexpected
@@ -49,14 +47,17 @@ class Adaptive(Policy):
 
     def believe(self, memory: MemoryBatch, queries: Queries) -> Belief:
         """Return where objects may be, (Q, F + 1): the places as the filter has them."""
-        places = self.follow(memory, queries)[:, :-1]
-        places = spread_unexpected(places, memory.is_furniture[queries.home])
-        return Belief.of(places, compute_elsewhere(memory, queries))
+        asked = Question.gather(memory, queries)
+        rates = Rates.estimate(asked)
+        places = self._follow(asked, rates)[:, :-1]
+        places = spread_unexpected(places, asked.is_place)
+        return Belief.of(places, compute_elsewhere_of(asked, rates))
 
     def follow(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, and last of elsewhere, (Q, F + 1)."""
-        counts = ObjectCounts.gather(memory, queries)
-        rates = Rates.estimate(memory, queries, counts, HomeSums.of(memory))
-        expected = Expected.by_prior(memory, queries)
-        goes = compute_destinations(memory, queries, counts, expected, self._settings.hours)
-        return compute_beliefs(memory, queries, rates, goes, [self._settings])[:, 0]
+        asked = Question.gather(memory, queries)
+        return self._follow(asked, Rates.estimate(asked))
+
+    def _follow(self, asked: Question, rates: Rates) -> np.ndarray:
+        goes = compute_destinations(asked, Expected.by_prior(asked), self._settings.hours)
+        return compute_beliefs(asked, rates, goes, [self._settings])[:, 0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.arrays.both_relations import max_relations, sum_relations
+from sgm.arrays.grouped import max_relations, sum_relations
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture, spread_over_furniture

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.both_relations import sum_relations
+from sgm.arrays.grouped import sum_relations
 from sgm.arrays.table import Table
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries

@@ -10,8 +10,9 @@ import numpy as np
 
 from sgm.arrays.grouped import sum_rows
 from sgm.belief import Belief, Detector
-from sgm.evidence.adaptive_filter import compute_own_rates, list_look_times
+from sgm.evidence.adaptive_filter import compute_move_rates
 from sgm.evidence.elsewhere import compute_elsewhere
+from sgm.evidence.question import compute_step_hours, list_look_times
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.messages import shorten
@@ -138,15 +139,17 @@ def weigh_looks_since(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     of that is in the counters, which rules read. The miss rate is the usual one unless it is given:
     a count of its own is too low, as what is missed for long is often elsewhere when it is seen.
     """
-    home, row = queries.home, queries.object
-    hours, _, rate = compute_own_rates(memory, home, row)
-    look_times, number = list_look_times(memory, queries)
+    history, step_hours = memory.history, compute_step_hours(memory)
+    home, thing = queries.home, queries.object
+    hours = step_hours[home]
+    _, rate = compute_move_rates(memory, history, home, thing, step_hours)
+    look_times, number = list_look_times(memory, queries, history)
     times = look_times[number]  # (Q, F, L), -1 for none
     since = np.full(times.shape[:2], NEVER)
     query, edge = memory.edges_of(queries)
     np.maximum.at(since, (query, memory.edges["furniture"][edge]), memory.edges["last_true"][edge])
     stay = np.exp(-(rate * hours)[:, None, None] * (memory.time - times))
-    given = memory.history.given_miss_rate
+    given = history.given_miss_rate
     detection = 1 - (Detector().miss_rate if given is None else given)
     is_later = times > since[..., None]
     likelihood: np.ndarray = np.where(is_later, 1 - detection * stay, 1.0).prod(axis=2)

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from sgm.arrays.both_relations import sum_relations
+from sgm.arrays.grouped import sum_relations
 from sgm.prior.prior_graph import PriorGraph
 from sgm.text.vectors import Alike, weigh
 

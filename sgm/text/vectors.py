@@ -80,6 +80,14 @@ class TextVectors:
                 f"[{shorten(labels)}]"
             )
         new = [label for label in dict.fromkeys(labels) if label not in self._vector_of]
+        if new:
+            self._encode(new)
+        if not labels:
+            return np.zeros((0, self.WIDTH), dtype=np.float32)
+        return np.stack([self._vector_of[label] for label in labels])
+
+    def _encode(self, new: Sequence[str]) -> None:
+        """Compute the vectors of labels that were not seen before."""
         texts = [" ".join(label.lower().replace("_", " ").split()) for label in new]
         for label, text in zip(new, texts, strict=True):
             if not text:
@@ -92,9 +100,6 @@ class TextVectors:
                     "the encoding that it has"
                 )
         self._vector_of.update(zip(new, self._encoder.encode(texts), strict=True))
-        if not labels:
-            return np.zeros((0, self.WIDTH), dtype=np.float32)
-        return np.stack([self._vector_of[label] for label in labels])
 
     def cosines(self, labels: Sequence[str]) -> FloatArray:
         """Give the cosine of every pair of labels, float32 (L, L), within [-1, 1].

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sgm.arrays.both_relations import max_relations, sum_relations
+from sgm.arrays.grouped import max_relations, sum_relations
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.policies.policy import Policy, mask_furniture, spread_over_furniture

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from sgm.arrays.both_relations import sum_relations
-from sgm.arrays.grouped import sum_rows
+from sgm.arrays.grouped import sum_relations, sum_rows
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries

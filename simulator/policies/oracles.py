@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sgm.arrays.both_relations import sum_relations
+from sgm.arrays.grouped import sum_relations
 from sgm.arrays.week import DAY_SECONDS, HOUR_SECONDS, WEEK_SECONDS
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries

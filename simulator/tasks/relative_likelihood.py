@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sgm.arrays.both_relations import sum_relations
+from sgm.arrays.grouped import sum_relations
 from sgm.checks import check_at_least
 from sgm.policies.policy import Policy
 from sgm.schema import NUM_RELATIONS

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sgm.arrays.both_relations import sum_relations
+from sgm.arrays.grouped import sum_relations
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.arrays.both_relations import sum_relations
+from sgm.arrays.grouped import sum_relations
 from sgm.checks import check_at_least
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries

@@ -4,16 +4,14 @@ import numpy as np
 import pytest
 
 from sgm.evidence.adaptive_filter import (
+    FILTERS,
     FilterSettings,
     Rates,
     compute_beliefs,
-    compute_destinations,
+    follow_looks,
 )
-from sgm.evidence.expected_places import Expected
-from sgm.evidence.home_sums import HomeSums
-from sgm.evidence.object_counts import ObjectCounts
-from sgm.evidence.question import FILTERS
-from sgm.evidence.sighting_filter import follow_looks
+from sgm.evidence.expected_places import Expected, compute_destinations
+from sgm.evidence.question import Question
 from sgm.policies.adaptive import Adaptive
 from sgm.policies.heuristics import Bayesian
 from simulator.tasks.predict_location import predict_locations
@@ -119,11 +117,6 @@ def rollout(make_tiny_homes):
     return rollout
 
 
-def estimate(memory, queries):
-    counts = ObjectCounts.gather(memory, queries)
-    return Rates.estimate(memory, queries, counts, HomeSums.of(memory))
-
-
 def ask_all(memory, home):
     """Ask for every object of a home."""
     objects = memory.objects
@@ -137,9 +130,9 @@ def test_destinations_by_hand(rollout):
     """Sightings, plus the prior as one, plus 0.3 / 6 of a sighting everywhere."""
     memory = rollout.memory
     queries = ask_all(memory, 0)
-    counts = ObjectCounts.gather(memory, queries)
-    found = compute_destinations(memory, queries, counts, Expected.by_prior(memory, queries))
-    weight = counts.num_true + queries.prior.sum(axis=2) + 0.05
+    asked = Question.gather(memory, queries)
+    found = compute_destinations(asked, Expected.by_prior(asked))
+    weight = asked.counts.num_true + queries.prior.sum(axis=2) + 0.05
     expected = weight / (weight.sum(axis=1, keepdims=True) + 0.05)
     np.testing.assert_allclose(found[:, :-1], expected, rtol=1e-6)
 
@@ -147,14 +140,14 @@ def test_destinations_by_hand(rollout):
 def test_rates_by_hand(rollout):
     memory = rollout.memory
     queries = ask_all(memory, 1)
-    rates = estimate(memory, queries)
+    rates = Rates.estimate(Question.gather(memory, queries))
     counters, objects = memory.history.counters, memory.objects
     home = (counters["num_moved"][1] + 0.5) / (counters["time_followed"][1] + 15)
     np.testing.assert_allclose(rates.home, home)
     row = queries.object[0]
     known = objects["last_observed"][row] - objects["first_observed"][row]
     own = (objects["num_moved"][row] + 1.5) / (known + 1.5 / home)
-    assert rates.own[0] == pytest.approx(own)
+    assert rates.thing[0] == pytest.approx(own)
 
 
 def test_a_home_does_not_depend_on_its_neighbours(make_tiny_homes):
@@ -204,11 +197,11 @@ def test_filters_that_share_a_rate_are_each_as_if_followed_alone(rollout):
     for looks in range(3):
         for number in range(looks):
             rollout.look(np.full(memory.num_homes, number))
-        queries = ask_all(memory, 0)
-        counts, rates = ObjectCounts.gather(memory, queries), estimate(memory, queries)
-        goes = compute_destinations(memory, queries, counts, Expected.by_prior(memory, queries))
-        together = compute_beliefs(memory, queries, rates, goes, filters)
-        for number, one in enumerate(filters):
-            alone = compute_beliefs(memory, queries, rates, goes, [one])
+        asked = Question.gather(memory, ask_all(memory, 0))
+        rates = Rates.estimate(asked)
+        goes = compute_destinations(asked, Expected.by_prior(asked))
+        together = compute_beliefs(asked, rates, goes, filters)
+        for number, settings in enumerate(filters):
+            alone = compute_beliefs(asked, rates, goes, [settings])
             np.testing.assert_array_equal(alone[:, 0], together[:, number])
         assert (together[:, 2] != together[:, 7]).any()  # "learnt" and "asked": of one rate

@@ -7,6 +7,7 @@ import pytest
 
 from sgm.belief import Detector
 from sgm.evidence.elsewhere import compute_elsewhere, compute_out
+from sgm.evidence.question import Question
 from sgm.finder.finder import Finder
 from sgm.finder.object_finder import ObjectFinder
 from sgm.memory.clock import Clock
@@ -136,7 +137,7 @@ def test_last_seen_by_hand():
 
 def test_without_a_clock_nothing_is_out():
     asked = live(days=3, clock=False, until=7).ask(["car keys"])
-    assert compute_out(asked.batch, asked.queries, np.full((1, 3), 1 / 3)) == 0
+    assert compute_out(Question.gather(asked.batch, asked.queries), np.full((1, 3), 1 / 3)) == 0
 
 
 def look_around(leave):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sgm.evidence.expected_places import Expected
+from sgm.evidence.question import Question
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import PriorGraph
 from sgm.text.vectors import WORD_WIDTH, Alike, weigh
@@ -20,7 +21,7 @@ def ask(name: str, furniture=KITCHEN, room="kitchen") -> Expected:
     place = memory.add_room(room)
     for label in furniture:
         memory.add_furniture(label, place)
-    return Expected.by_words(memory.batch, memory.query(name))
+    return Expected.by_words(Question.gather(memory.batch, memory.query(name)))
 
 
 def test_weights_of_words_by_hand():
@@ -43,9 +44,8 @@ def test_what_the_prior_knows_is_expected_as_it_says():
     room = memory.add_room("kitchen")
     for label in KITCHEN:
         memory.add_furniture(label, room)
-    queries = memory.query("mug")
-    by_prior = Expected.by_prior(memory.batch, queries)
-    by_words = Expected.by_words(memory.batch, queries)
+    asked = Question.gather(memory.batch, memory.query("mug"))
+    by_prior, by_words = Expected.by_prior(asked), Expected.by_words(asked)
     np.testing.assert_array_equal(by_words.share, by_prior.share)
     assert by_words.trust == by_prior.trust == [1]
     assert by_words.furniture_cosine.tolist() == [[1] * 4]
@@ -69,15 +69,15 @@ def test_unknown_furniture_takes_after_what_it_is_called_like():
     assert 0 < unknown.furniture_cosine[0, 0] < 1
     plate = ask("plate", ("cupboard", *KITCHEN[1:]))
     assert plate.share[0, 0] > 0
-    assert not Expected.by_prior(*_memory_with_cupboard("plate")).share[0, 0]
+    assert not Expected.by_prior(_ask_with_cupboard("plate")).share[0, 0]
 
 
-def _memory_with_cupboard(name):
+def _ask_with_cupboard(name):
     memory = SceneGraphMemory(PriorGraph.default())
     room = memory.add_room("kitchen")
     for label in ("cupboard", *KITCHEN[1:]):
         memory.add_furniture(label, room)
-    return memory.batch, memory.query(name)
+    return Question.gather(memory.batch, memory.query(name))
 
 
 def test_without_a_prior_words_say_nothing():

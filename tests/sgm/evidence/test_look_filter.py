@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sgm.evidence.destinations import Destinations
-from sgm.evidence.look_filter import follow
-from sgm.evidence.looks_since import LooksSince
+from sgm.evidence.adaptive_filter import LooksSince
+from sgm.evidence.look_filter import Destinations, follow
 
 NUM_PLACES, NUM_ROOMS = 7, 3
 

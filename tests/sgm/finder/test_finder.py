@@ -205,14 +205,15 @@ def test_a_given_miss_rate_is_that_of_every_part(monkeypatch):
         memory.step()
     counted = memory.batch.history.compute_miss_rate().tolist()
     finder = Finder(Adaptive())
+    told.clear()
     finder.rank(memory, "mug")
-    assert len(told) > 1
+    assert told  # once: the filter and the rule of *elsewhere* share the rates
     assert {rate for rates in told for rate in rates} == {*counted}
     for given in (Finder(Adaptive(), Detector(miss_rate=0.6)), finder):
         given.detector = Detector(miss_rate=0.6)
         told.clear()
         given.rank(memory, "mug")
-        assert len(told) > 1
+        assert told
         assert {rate for rates in told for rate in rates} == {0.6}
     assert memory.batch.history.compute_miss_rate().tolist() == counted != [0.6]
     with pytest.raises(TypeError, match=r"detector must be a Detector, got 0\.6"):

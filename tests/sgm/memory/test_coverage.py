@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from sgm.evidence.adaptive_filter import list_look_times
+from sgm.evidence.question import list_look_times
 from sgm.finder.finder import Finder
 from sgm.memory.log_reader import read_log
 from sgm.memory.look import parse_coverage, read_coverage
@@ -124,7 +124,7 @@ def test_looks_of_earlier_steps_are_of_their_relation():
     batch = memory.batch
     assert sorted(batch.history.look_relations[0, table].tolist()) == [2, *[3] * 7]
     asked = memory.ask(["cup", "ruler"], before_looks=False)
-    times, row = list_look_times(asked.batch, asked.queries)
+    times, row = list_look_times(asked.batch, asked.queries, asked.batch.history)
     times = times[row][:, table].max(axis=1)
     assert times.tolist() == [1, 0]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sgm.arrays.week import HOUR_SECONDS
-from sgm.evidence.home_sums import HomeSums
+from sgm.evidence.question import HomeSums
 from sgm.memory.clock import Clock
 from sgm.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT
 from sgm.policies.adaptive import Adaptive
@@ -93,7 +93,7 @@ def test_time_at_a_place(memory):
     assert memory.edges["time_true"].tolist() == [1, 3]
     look(memory, TABLE, False)
     assert memory.edges["time_true"].tolist() == [1 + 5, 3]
-    assert HomeSums.of(memory).num_left.tolist() == [2 + 1, 0]
+    assert HomeSums.of(memory, memory.history).num_left.tolist() == [2 + 1, 0]
 
 
 def test_whether_it_still_is_where_it_was_last_seen(memory):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sgm.arrays.rows import add_in_order, rank_rows, sum_equal
+from sgm.evidence.rows import add_in_order, rank_rows, sum_equal
 
 
 def test_rank_counts_from_the_highest():

@@ -1,10 +1,11 @@
-"""Sums and ranks of the rows of a matrix, the same whatever stands beside or behind them."""
+"""Sums, ranks and logarithms of the rows of a matrix, the same whatever stands beside them."""
 
 from __future__ import annotations
 
 import numpy as np
 
 _FEW_KEYS = 100  # for each value: a count of all is sooner made than the values are sorted
+_LEAST_SHARE = 0.02  # of a share times the number of places, in logarithms
 
 
 def add_in_order(values: np.ndarray) -> np.ndarray:
@@ -34,3 +35,8 @@ def rank_rows(values: np.ndarray) -> np.ndarray:
     ranks = np.empty(values.shape)
     ranks[np.arange(len(values))[:, None], order] = 1 / np.arange(1.0, values.shape[1] + 1)
     return ranks
+
+
+def log_share(share: np.ndarray, num_places: np.ndarray) -> np.ndarray:
+    """Return logarithms of shares of places, (Q, F), 0 for an even one of so many places, (Q,)."""
+    return np.log(share * num_places[:, None] + _LEAST_SHARE)
