@@ -8,20 +8,22 @@ import numpy as np
 import torch
 
 from datamodules.heterograph import import_pyg
+from sgm.schema import NUM_RELATIONS, RELATIONS
 from simulator.events.files import make_edge_types
 from simulator.events.table import EventTable
 
 if TYPE_CHECKING:
     from torch_geometric.data import TemporalData
 
-MESSAGE_COLUMNS = ("is_seen", "is_on_top", "coverage", "confidence")
+_OTHERS = RELATIONS[1:]  # than the first, each with a column
+MESSAGE_COLUMNS = ("is_seen", *(f"is_{name}" for name in _OTHERS), "coverage", "confidence")
 
 
 def to_temporal_data(table: EventTable, sightings_alone: bool = False) -> TemporalData:
     """Return events as PyG's `TemporalData`, in the order of the table.
 
     `src` is the thing, `dst` the place, `t` the time step and `msg` has `MESSAGE_COLUMNS`,
-    float32 (E, 4). `home`, `look`, `order` and `y` (1 where the thing was seen) are further
+    float32 (E, R + 2). `home`, `look`, `order` and `y` (1 where the thing was seen) are further
     attributes, which a slice or a mask cuts alike. Ids of nodes are those of the table, so that
     homes share none: one graph with a part for each home. With `sightings_alone`, that things were
     not seen is left out.
@@ -71,5 +73,6 @@ def to_tgm(table: EventTable) -> Any:
 
 def _make_messages(table: EventTable) -> np.ndarray:
     events = table.events
-    columns = [events.is_seen, events.relation, events.coverage, events.confidence]
-    return np.column_stack(columns).astype(np.float32)  # (E, 4)
+    is_other = events.relation[:, None] == np.arange(1, NUM_RELATIONS)  # (E, R - 1)
+    columns = [events.is_seen, is_other, events.coverage, events.confidence]
+    return np.column_stack(columns).astype(np.float32)  # (E, R + 2)

@@ -13,27 +13,61 @@ from typing import TypeVar
 import numpy as np
 
 NODE_TYPES = ("house", "floor", "room", "furniture", "object")
-# How a thing lies at furniture, by number.
-RELATIONS = ("in", "onTop")
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """How a thing lies at furniture, and what follows from that wherever it is read.
+
+    The volume of such things is that of `sgm.layout.box.Box.volume`.
+
+    Attributes:
+        opposite: name of the same edge, from the furniture to the thing.
+        preposition: of the furniture: "look PREPOSITION the table". It is understood as the name.
+        adverb: of the thing: "it is ADVERB". It is understood as the name.
+        part: of the furniture, which shows such things.
+        is_inside: whether the furniture must have an inside for it. A door hides such things, and
+            one sees them through the open front alone.
+        is_borne: whether the upper side bears such things. Others may be at any height.
+    """
+
+    opposite: str
+    preposition: str
+    adverb: str
+    part: str
+    is_inside: bool = False
+    is_borne: bool = False
+
+
+# By the name of an edge from the thing to the furniture.
+RELATION_TABLE = {
+    "in": Relation("contains", "in", "inside", "inside", is_inside=True),
+    "onTop": Relation("under", "on", "on top", "upper side", is_borne=True),
+}
+RELATIONS = tuple(RELATION_TABLE)  # by number
 NUM_RELATIONS = len(RELATIONS)
 INSIDE, ON_TOP = map(RELATIONS.index, ("in", "onTop"))
 USUAL_RELATION = "onTop"  # where nothing is said or known
+IS_INSIDE, IS_BORNE = (
+    np.array([getattr(relation, name) for relation in RELATION_TABLE.values()], dtype=bool)  # (R,)
+    for name in ("is_inside", "is_borne")
+)
+OPPOSITES = {name: relation.opposite for name, relation in RELATION_TABLE.items()}
 # What an edge says of its two nodes, in either direction.
-EDGE_RELATIONS = ("in", "contains", "onTop", "under")
-OPPOSITES = {"in": "contains", "onTop": "under"}  # of each of `RELATIONS`, from the furniture
-EDGE_TYPES = (
+EDGE_RELATIONS = tuple(name for pair in OPPOSITES.items() for name in pair)
+QUERY_EDGE_TYPES = tuple(("object", relation, "furniture") for relation in RELATIONS)
+_FROM_FURNITURE = tuple(("furniture", opposite, "object") for opposite in OPPOSITES.values())
+EDGE_TYPES = (  # query edge types lie one after the other
     ("house", "contains", "floor"),
     ("floor", "in", "house"),
     ("floor", "contains", "room"),
     ("room", "in", "floor"),
     ("room", "contains", "furniture"),
     ("furniture", "in", "room"),
-    ("furniture", "contains", "object"),
-    ("object", "in", "furniture"),
-    ("object", "onTop", "furniture"),
-    ("furniture", "under", "object"),
+    *_FROM_FURNITURE[:1],
+    *QUERY_EDGE_TYPES,
+    *_FROM_FURNITURE[1:],
 )
-QUERY_EDGE_TYPES = tuple(("object", relation, "furniture") for relation in RELATIONS)
 MOST_METRES = 1e5  # of any coordinate: farther away nothing is in a home
 MAX_TIME = 2**31 - 2  # time stamps are 32-bit integers
 

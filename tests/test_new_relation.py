@@ -1,33 +1,45 @@
-"""A relation that is declared in the schema alone: a memory keeps it, and is asked about it."""
+"""A relation that is declared: a memory keeps it, it is asked about, cameras see it, pages say it.
+
+The row of the schema's table and the volume of a box (`Box.volume`) are all that is written.
+"""
 
 import subprocess
 import sys
 
+import pytest
+
 from tests.imports import ROOT
 
 # Before anything of ours is imported, so that all that counts relations counts three.
-SESSION = """
-import sys, types
+DECLARED = """
+import importlib, sys, types
 from pathlib import Path
 
-source = Path("sgm/schema.py").read_text("utf-8")
-for old, new in (
-    ('RELATIONS = ("in", "onTop")', 'RELATIONS = ("in", "onTop", "nextTo")'),
-    ('"onTop", "under")', '"onTop", "under", "nextTo", "beside")'),
-    ('"onTop": "under"}', '"onTop": "under", "nextTo": "beside"}'),
-    ('("object", "onTop", "furniture"),', '("object", "onTop", "furniture"),\\n'
-     '    ("object", "nextTo", "furniture"),'),
-    ('("furniture", "under", "object"),', '("furniture", "under", "object"),\\n'
-     '    ("furniture", "beside", "object"),'),
-):
-    assert old in source, old
-    source = source.replace(old, new)
-schema = types.ModuleType("sgm.schema")
-import sgm
-sys.modules["sgm.schema"] = sgm.schema = schema
-exec(compile(source, "sgm/schema.py", "exec"), schema.__dict__)
 
+def change(name, old, new):
+    file = Path(name.replace(".", "/") + ".py")
+    source = file.read_text("utf-8")
+    assert source.count(old) == 1, old
+    package, _, last = name.rpartition(".")
+    module = types.ModuleType(name)
+    setattr(importlib.import_module(package), last, module)
+    sys.modules[name] = module
+    exec(compile(source.replace(old, new), str(file), "exec"), module.__dict__)
+
+
+row = '    "nextTo": Relation("beside", "next to", "in front", "front"),'
+change("sgm.schema", "}\\nRELATIONS =", row + "\\n}\\nRELATIONS =")
+before = '        if relation == "in":'
+volume = '''        if relation == "nextTo":  # half a metre before the front
+            length, width, height = self.size
+            middle = self.to_map(np.array([length / 2 + 0.25, 0, 0]))
+            return replace(self, center=tuple(middle), size=(0.5, width, height), interior="none")
+'''
+change("sgm.layout.box", before, volume + before)
+"""
+MEMORY = """
 from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
+from sgm.finder.search_plan import plan_search
 from sgm.memory.log_reader import read_log
 from sgm.replay.replay import replay
 from simulator.snapshots.graph import Pairs, join_nodes, propose_edges
@@ -47,7 +59,8 @@ memory.save(folder / "home.sgm")
 again = SceneGraphMemory.load(folder / "home.sgm")
 *_, (replayed, _, _) = replay(read_log(folder / "looks.jsonl"))
 assert again.to_dict() == replayed.to_dict() == memory.to_dict()
-print(Finder(Adaptive()).rank(memory, "broom").places[0].relation)
+found = Finder(Adaptive()).rank(memory, "broom")
+print(found.places[0].relation, plan_search("broom", found.places[:1]).looks[0].instruction)
 queries = memory.query("cup")
 snapshots = take_snapshots(memory.batch, queries)
 edges = propose_edges(snapshots, memory.batch.propose_places(queries)[0], False)
@@ -56,17 +69,84 @@ print(len(pairs.first) - 1, sorted(set(edges["relation"].tolist())))
 """
 
 
-def test_a_relation_of_the_schema_is_kept_asked_and_joined(tmp_path):
+EYES = """
+import numpy as np
+from sgm.eyes import Box, LookBuilder
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from simulator.box_world.true_view import sample_cells
+from tests.sgm.eyes.scenes import (
+    CAMERA, FLOOR, compute_true_share, detect, look_around, put_on, render
+)
+
+table = Box((2.0, 0.0, 0.35), (0.8, 1.2, 0.7), np.pi)  # its front looks to -x
+memory = SceneGraphMemory()
+kitchen = memory.add_room("kitchen")
+number = memory.add_furniture("table", kitchen, box=table)
+mug, ball = put_on(table, 0.1, 0.3), Box((1.3, 0.2, 0.12), (0.2, 0.2, 0.24))
+solid, poses = [table, FLOOR, mug, ball], look_around(table.center)
+for has_depth in (True, False):
+    builder = LookBuilder(memory.layout.furniture)
+    for frame, pose in enumerate(poses):
+        found = [detect("mug", mug, pose), detect("ball", ball, pose)]
+        depth = render(solid, pose) if has_depth else None
+        builder.frame(0.2 * frame, pose, CAMERA, found, depth)
+    (look,) = builder.finish()
+    print(sorted((thing.description, thing.relation) for thing in look.seen))
+    true = compute_true_share(table, "nextTo", solid, poses)
+    assert abs(look.coverage["nextTo"] - min(true, 1 if has_depth else 0.7)) < 0.05
+    if has_depth:
+        look.tell(memory)
+places = {name: memory.last_seen(name) for name in ("mug", "ball")}
+print({name: (place.relation, place.is_there) for name, place in places.items()})
+memory.move_furniture(number, box=Box((2.0, 0.0, 0.35), (0.9, 1.2, 0.7), np.pi))
+print(memory.last_seen("ball").position is not None)  # it is in the volume still
+points = sample_cells(table, "nextTo", 100, rng=np.random.default_rng(0))
+assert table.volume("nextTo").contains(points).all()
+"""
+PAGES = """
+import nep.view.answers, nep.players.onnx_export
+from nep.view.texts import _tell_look
+from sgm.network.network import EDGE_COLUMNS
+from simulator.replay.story import PastLook
+
+look = PastLook(1, 0, ("cup",), coverage=(0.5, 0.25, 1.0))
+print(_tell_look(look))
+print(EDGE_COLUMNS)
+"""
+
+
+def _run(*arguments):
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", SESSION, str(tmp_path)],
+        [sys.executable, "-W", "error", "-c", *arguments],
         cwd=ROOT,
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    places, first, groups = done.stdout.splitlines()
+    return done.stdout.splitlines()
+
+
+def test_a_declared_relation_is_kept_asked_and_joined(tmp_path):
+    places, first, groups = _run(DECLARED + MEMORY, str(tmp_path))
     said = {"cup": ("nextTo", False), "milk": ("in", True), "broom": ("nextTo", True)}
     assert places == str(said)
-    assert first == "nextTo"
+    assert first == "nextTo look next to the table in kitchen"
     assert groups.startswith("6 [0, ")  # floor, room, furniture, and one for each relation
+
+
+def test_cameras_see_a_declared_relation():
+    seen, blind, believed, is_placed = _run(DECLARED + EYES)
+    assert seen == str([("ball", "nextTo"), ("mug", "onTop")])
+    assert believed == str({"mug": ("onTop", True), "ball": ("nextTo", True)})
+    assert blind == str([("mug", "onTop")])  # without depth the ball is on some floor
+    assert is_placed == "True"
+
+
+@pytest.mark.slow
+def test_pages_and_networks_name_a_declared_relation():
+    said, columns = _run(DECLARED + PAGES)
+    assert said == (
+        "saw cup; 50% of the inside and 25% of the upper side and 100% of the front in view"
+    )
+    assert columns == str(("prior", "is_onTop", "is_nextTo"))

@@ -21,7 +21,7 @@ from nep.tensor_file import read_tensors
 from sgm.arrays.week import DAY_SECONDS
 from sgm.files import read_json
 from sgm.messages import shorten, shorten_text
-from sgm.schema import RELATIONS
+from sgm.schema import RELATIONS, USUAL_RELATION
 from simulator.priors.types import load_types
 from simulator.trace import Event, Furniture, Layout, Room, Trace
 from simulator.trace.layout import number_names
@@ -231,7 +231,8 @@ def _build(folder: Path, nodes: _Nodes, days: Sequence[_Day]) -> tuple[Trace, Ho
     )
     known = load_types().furniture  # the source does not tell "in" from "on": the usual relation
     relations = [
-        RELATIONS.index(known[label].relation if label in known else "onTop") for label in labels
+        RELATIONS.index(known[label].relation if label in known else USUAL_RELATION)
+        for label in labels
     ]
     texts = number_names([nodes.names[node] for node in objects])
     number_of = np.full(len(nodes.names) + 1, -1)  # of a place, by node; the last for node -1

@@ -18,7 +18,7 @@ from nep.model.module import NEPModule
 from nep.model.node_edge_predictor import NodeEdgePredictor
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.network.network import INPUTS, OUTPUTS
-from sgm.schema import EDGE_RELATIONS, NODE_TYPES
+from sgm.schema import EDGE_RELATIONS, NODE_TYPES, RELATIONS
 
 _OPSET, _IR_VERSION = 20, 9  # the first with Gelu; ONNX Runtime reads them from 1.17 on
 _FAR = 1e30  # above every logit: what is subtracted where there is no place
@@ -180,10 +180,11 @@ def _add_network(graph: _Graph, predictor: NodeEdgePredictor, features: FeatureC
         embedding = predictor.edge_embedding
         weight, bias = _take(embedding.first, member, encoder.members)  # (13, D)
         relation = weight[-len(EDGE_RELATIONS) :]
-        inside, on_top = (relation[EDGE_RELATIONS.index(name)] for name in ("in", "onTop"))
+        first, *others = (relation[EDGE_RELATIONS.index(name)] for name in RELATIONS)
         prior = weight[_PRIOR] * features.prior
-        bias = _add(bias, inside)
-        hidden = graph.linear("edge", torch.stack([prior, on_top - inside]), bias)
+        bias = _add(bias, first)
+        weights = torch.stack([prior, *(other - first for other in others)])
+        hidden = graph.linear("edge", weights, bias)
         hidden = graph.linear(graph.add("Relu", hidden), *_take(embedding.second, member))
         return graph.add("Relu", hidden)
 

@@ -124,7 +124,7 @@ class NEPPolicy(StepPolicy):
 
     @torch.inference_mode()
     def score_places(self, memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits of every place, (Q, F, 2), the last axis "in", "onTop", and of elsewhere.
+        """Return logits of every place, (Q, F, 2), the last axis by `RELATIONS`, and of elsewhere.
 
         -inf for what the network does not answer.
         """

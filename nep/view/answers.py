@@ -18,7 +18,7 @@ from sgm.finder.ranking import Ranking
 from sgm.finder.search_plan import plan_search
 from sgm.memory.seen_positions import tell_positions
 from sgm.memory.sighting import Point
-from sgm.schema import RELATIONS, PlaceCode
+from sgm.schema import RELATION_TABLE, PlaceCode
 from simulator.drawing.history import History
 from simulator.replay.story import Story
 
@@ -28,7 +28,6 @@ MOST_LOOKS = 400  # before a step, whose places the map shows
 _HISTORIES_KEPT = 64
 _PLANNED = 5  # places of a search plan
 _DIGITS = 4  # of probabilities
-_SPELLED = dict(zip(RELATIONS, ("inside", "on top"), strict=True))
 
 
 class Desk:
@@ -96,6 +95,7 @@ class Desk:
             "numNames": len(self._names),
             "things": {
                 "place": PlaceCode.of(edges["furniture"][rows], edges["relation"][rows]).tolist(),
+                "relations": [[row.adverb, row.is_inside] for row in RELATION_TABLE.values()],
                 "name": names[edges["object"][rows]].tolist(),
                 "seen": edges["last_true"][rows].tolist(),
                 "there": edges["is_true"][rows].astype(int).tolist(),
@@ -231,7 +231,9 @@ def _list_rows(ranking: Ranking) -> list[dict[str, Any]]:
         {
             "p": place.probability,
             "name": place.name,
-            "relation": _SPELLED[place.relation],
+            "relation": RELATION_TABLE[place.relation].adverb
+            if place.relation in RELATION_TABLE
+            else "",  # the place itself was asked for
             "why": place.why,
             "furniture": place.furniture,
         }

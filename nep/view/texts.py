@@ -10,6 +10,7 @@ import numpy as np
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.thing import ROBOT
+from sgm.schema import RELATION_TABLE
 from simulator.replay.story import PastLook, PastStatement, Story
 
 MOST_LOOKS = 12  # at a furniture node
@@ -134,8 +135,9 @@ def _tell_look(look: PastLook) -> str:
     if look.missed:
         parts.append(f"missed {_join(look.missed)}")
     if isinstance(look.coverage, tuple):
-        inside, on_top = look.coverage
-        parts.append(f"{inside:.0%} of the inside and {on_top:.0%} of the upper side in view")
+        shares = zip(look.coverage, RELATION_TABLE.values(), strict=True)
+        shown = [f"{share:.0%} of the {relation.part}" for share, relation in shares]
+        parts.append(f"{' and '.join(shown)} in view")
     elif look.coverage < 1:
         parts.append(f"{look.coverage:.0%} of it in view")
     return "; ".join(parts)

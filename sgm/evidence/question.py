@@ -11,12 +11,13 @@ from sgm.arrays.grouped import choose_relations
 from sgm.memory.home_history import NUM_HOURS, HomeHistory
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
+from sgm.schema import NUM_RELATIONS
 
 _HOUR_WIDTH = 4.0  # concentration of the hours that count as alike: about three to each side
 
 
 class ObjectCounts(NamedTuple):
-    """What was seen of Q objects at F furniture nodes, "in" and "onTop" taken together.
+    """What was seen of Q objects at F furniture nodes, all relations taken together.
 
     Attributes:
         num_true: how often it was seen there, (Q, F).
@@ -308,7 +309,7 @@ def choose_edges(asked: Question) -> np.ndarray:
     """Choose a relation for Q objects at each of F places: seen most often so, else likelier.
 
     Returns:
-        Prior weight in it, and the relation, float32 (Q, F, 2).
+        Prior weight in it, and 1 for the one that it is of all but the first, float32 (Q, F, R).
     """
     edges, edge, prior = asked.memory.edges, asked.edge, asked.queries.prior.copy()
     num_true = np.full(prior.shape, -1, dtype=np.int32)
@@ -317,4 +318,5 @@ def choose_edges(asked: Question) -> np.ndarray:
     likelier = choose_relations(asked.queries.prior, last=True)
     relation = np.where((num_true < 0).all(axis=2), likelier, choose_relations(num_true))
     weight = np.take_along_axis(prior, relation[..., None], axis=2)[..., 0]
-    return np.stack([weight, relation], axis=2).astype(np.float32)
+    is_other = relation[..., None] == np.arange(1, NUM_RELATIONS)
+    return np.concatenate([weight[..., None], is_other], axis=2).astype(np.float32)

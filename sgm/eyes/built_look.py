@@ -22,7 +22,7 @@ class BuiltLook:
     Attributes:
         furniture: its id.
         seen: what was seen there, and where in the map.
-        coverage: share that was in view of what is "in" and "onTop" of it.
+        coverage: share in view of what lies there, by relation.
         hidden: names of things that were seen there before, and whose spots were out of view now:
             that they were not seen says nothing.
         start, end: seconds of the first and the last frame.

@@ -10,7 +10,7 @@ import numpy as np
 from sgm.eyes.camera import Intrinsics, Pose
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.viewpoint import Viewpoint
-from sgm.schema import INSIDE, PlaceCode
+from sgm.schema import IS_INSIDE, PlaceCode
 
 _FARTHEST_METRES = 200.0  # no depth camera of a home measures more: these are other units
 # Of the four pixels around a point, that measured: one of them, where it is between all four.
@@ -242,7 +242,7 @@ class CameraView:
         in_the_way = (np.maximum(entry, 0) < leave) & (entry < 1 - 1e-9) & (leave > 0)
         # Into a box that is open one looks through its front alone.
         is_own = PlaceCode.furniture(volumes)[:, None] == places
-        is_own &= (PlaceCode.relation(volumes) == INSIDE)[:, None]
+        is_own &= IS_INSIDE[PlaceCode.relation(volumes)][:, None]
         start = scene.to_own(origin[None], places)[0, :, 0]
         is_front = (axis == 0) & (start > scene.half[places, 0])
         in_the_way &= ~(is_own & (is_front | (entry <= 0)))

@@ -40,11 +40,11 @@ _MAKE_MAPPER = "Write FurnitureMapper(memory)."
 class LookBuilder:
     """Turns poses, depth and detections into looks, many frames a second into one look a visit.
 
-    What a frame does: bad frames are left out and counted (`Gate`). Points in the volumes "in" and
-    "onTop" of all furniture are projected, and those in view are united over the frames of a visit;
-    their share is the coverage. Detections are assigned to the volume that they lie in, and joined
-    over the frames to one sighting a thing. A visit ends when the place was out of view for `pause`
-    seconds; then its look is ready.
+    What a frame does: bad frames are left out and counted (`Gate`). Points in the volumes of
+    all relations to all furniture are projected, and those in view are united over the frames of a
+    visit; their share is the coverage. Detections are assigned to the volume that they lie in, and
+    joined over the frames to one sighting a thing. A visit ends when the place was out of view for
+    `pause` seconds; then its look is ready.
 
     Example:
         >>> builder = LookBuilder({table: Box((2, 1, 0.4), (0.8, 1.4, 0.8))})

@@ -33,7 +33,7 @@ def settle_things(
     for row, track in enumerate(tracks):
         if volumes[row][0] == NOWHERE:
             bottom = float(track.center[2]) - track.height / 2
-            volumes[row] = mapper.find_spot(track.center, bottom), 1
+            volumes[row] = mapper.find_spot(track.center, bottom), ON_TOP
     return volumes
 
 

@@ -15,7 +15,7 @@ from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP
 from sgm.layout.outline import compute_outline_distance
 from sgm.names.ignored import IgnoredNames
-from sgm.schema import ON_TOP, RELATIONS, PlaceCode
+from sgm.schema import INSIDE, IS_BORNE, ON_TOP, RELATIONS, PlaceCode
 
 NOWHERE = -1
 _IN_SIGHT = 2.0  # standard deviations of the pose by which volumes are dilated
@@ -126,14 +126,14 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
 
     Volumes are dilated by `dilation` and twice the standard deviation of the thing. Of those that
     contain all of it or its middle, the one is taken whose supporting surface is nearest to the
-    lower side of the thing; inside there may be a board at any height. Of equally near ones, the
-    one whose middle is nearest. `dilation` is in metres.
+    lower side of the thing; but for the upper side, that may be at any height. Of equally near
+    ones, the one whose middle is nearest. `dilation` is in metres.
     """
     volumes = scene.list_volumes()
     if not len(volumes) or not len(located.center):
         return np.full(len(located.center), NOWHERE)
     places, relations = PlaceCode.split(volumes)
-    is_top = relations == ON_TOP
+    is_borne = IS_BORNE[relations]
     offset = located.center[:, None] - scene.volume_center[volumes]
     own = np.einsum("kvi,vij->kvj", offset, scene.rotation[places])
     outside = np.maximum(np.abs(own) - scene.volume_half[volumes], 0)
@@ -150,8 +150,8 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
     lowest = (scene.volume_center - scene.volume_half)[volumes, 2]
     highest = np.maximum((scene.volume_center + scene.volume_half)[volumes, 2], lowest + height)
     beyond = np.maximum(np.maximum(lowest - bottom, bottom + height - highest), 0)
-    gap = np.where(is_top, np.abs(above), beyond)
-    fits = np.where(is_top, is_on, np.hypot(beside, beyond) <= allowed) & (beside <= allowed)
+    gap = np.where(is_borne, np.abs(above), beyond)
+    fits = np.where(is_borne, is_on, np.hypot(beside, beyond) <= allowed) & (beside <= allowed)
     # How high a thing is that lies along the ray is only guessed: its middle alone will do.
     fits |= np.hypot(beside, outside[..., 2]) <= allowed
     cost = np.where(fits, np.hypot(gap, beside), np.inf)
@@ -194,5 +194,5 @@ def assign_by_ray(
     start = scene.to_own(view.pose.position[None], np.array([place]))[0, 0, 0]
     is_front = axis[place] == 0 and start > scene.half[place, 0]
     if scene.has_inside[place] and scene.is_open[place] and is_front:
-        return 2 * place, at
+        return PlaceCode.of(place, INSIDE), at
     return NOWHERE, at

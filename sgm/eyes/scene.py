@@ -11,7 +11,7 @@ from sgm.layout.furniture import Furniture
 from sgm.layout.outline import compute_prism_entries
 from sgm.layout.turns import make_upright_turn
 from sgm.messages import shorten
-from sgm.schema import RELATIONS, PlaceCode
+from sgm.schema import IS_INSIDE, RELATIONS, PlaceCode
 
 _TOUCHING = 0.005  # metres: points of one box on the surface of another one are free
 
@@ -32,6 +32,7 @@ class Scene:
         points: of the volumes in the map, (V, n, 3).
         is_free: which of them are inside no other box, bool (V, n).
         num_free: how many those are, (V,).
+        has_volume: whether there is such a volume: none inside a table, bool (V,).
         volume_center, volume_half: middles and half sides of the volumes, (V, 3).
         volume_radius: half their diagonals, (V,).
     """
@@ -70,6 +71,7 @@ class Scene:
         num_volumes = PlaceCode.count(len(self.boxes))
         self.points = np.zeros((num_volumes, num_points, 3))
         self.is_free = np.zeros((num_volumes, num_points), dtype=bool)
+        self.has_volume = np.zeros(num_volumes, dtype=bool)
         self.volume_center, self.volume_half = np.zeros((2, num_volumes, 3))
         for number in range(num_volumes):
             box, relation = (
@@ -79,7 +81,7 @@ class Scene:
             volume = box.volume(relation)
             if volume is not None:
                 self.points[number] = sample_volume(box, relation, num_points)
-                self.is_free[number] = True
+                self.is_free[number] = self.has_volume[number] = True
                 self.volume_center[number] = volume.center
                 self.volume_half[number] = np.array(volume.size) / 2
         self.volume_radius = np.linalg.norm(self.volume_half, axis=1)
@@ -107,9 +109,8 @@ class Scene:
 
     def list_volumes(self) -> np.ndarray:
         """Return the volumes that can be looked into now: no shut ones, and none that is full."""
-        can_look = np.ones((len(self.ids), 2), dtype=bool)
-        can_look[:, 0] = self.has_inside & self.is_open
-        return np.flatnonzero(can_look.ravel() & (self.num_free > 0))
+        can_look = ~IS_INSIDE | self.is_open[:, None]  # (P, R)
+        return np.flatnonzero(can_look.ravel() & self.has_volume & (self.num_free > 0))
 
     def to_own(self, points: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Turn points (n, 3) of the map into the axes of places (k,), (n, k, 3)."""

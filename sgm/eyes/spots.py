@@ -11,7 +11,7 @@ from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import compute_half_chord
 from sgm.eyes.tracks import Track
 from sgm.names.words import read_name
-from sgm.schema import ON_TOP, PlaceCode
+from sgm.schema import IS_BORNE, PlaceCode
 
 _VOTES = 2  # frames that must show that a ray went through
 _STANDS = 0.03  # metres above a surface at which a thing still stands on it
@@ -100,7 +100,7 @@ class Spots:
         for track in certain:
             center = track.center.copy()
             # It stands on the upper side, if not on another thing.
-            if PlaceCode.relation(track.volume) == ON_TOP:
+            if IS_BORNE[PlaceCode.relation(track.volume)]:
                 low = top + track.height / 2
                 if center[2] < low + _STANDS + 2 * track.sd:
                     center[2] = low

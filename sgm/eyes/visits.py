@@ -10,7 +10,7 @@ import numpy as np
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.scene import Scene
 from sgm.layout.viewpoint import Viewpoint
-from sgm.schema import INSIDE, NUM_RELATIONS, ON_TOP, PlaceCode
+from sgm.schema import NUM_RELATIONS, RELATIONS, USUAL_RELATION, PlaceCode
 
 _SURE = 1 - 1e-6  # of all four pixels around a point
 _ONE_STAND = 0.1  # metres within which frames are from one stand, beside the pose's uncertainty
@@ -18,7 +18,7 @@ _ALWAYS = 128  # points of a volume that every frame projects, the first ones
 
 
 class SeenPoints:
-    """The points of the two volumes of a place, n each, united over frames.
+    """The points of the volumes of a place, n each, united over frames.
 
     Beside an edge a pixel shows what lies half a pixel before or behind it. Frames from one stand
     of the camera repeat that error, so that their mean counts. The mean of all stands forgets what
@@ -58,18 +58,19 @@ class SeenPoints:
         return self.is_sure | (mean + self._best >= 1)
 
     def compute_coverage(self, scene: Scene, place: int, most: float = 1.0) -> dict[str, float]:
-        """Return the share in view of what is "in" and "onTop" of the place, `most` at most.
+        """Return the share in view of what lies at the place, by relation, `most` at most.
 
-        Where there is no inside, that is the share of the upper side: nothing else is to be seen.
+        Of a relation without a volume, as "in" a table, that is the share of the usual relation:
+        nothing else is to be seen.
         """
-        num_free = scene.num_free[PlaceCode.count(place) : PlaceCode.count(place + 1)]
-        shares = (self.find_seen().sum(axis=1) / np.maximum(num_free, 1)).tolist()
-        inside, on_top = shares[INSIDE], shares[ON_TOP]
-        if not scene.has_inside[place]:
-            inside = on_top
-        elif not num_free[ON_TOP]:  # up to the ceiling, or below another box
-            on_top = inside
-        return {"in": min(inside, most), "onTop": min(on_top, most)}
+        volumes = slice(PlaceCode.count(place), PlaceCode.count(place + 1))
+        num_free = scene.num_free[volumes]
+        shares = self.find_seen().sum(axis=1) / np.maximum(num_free, 1)
+        usual = RELATIONS.index(USUAL_RELATION)
+        if not num_free[usual]:  # up to the ceiling, or below another box
+            shares[usual] = shares.max()
+        shares[~scene.has_volume[volumes]] = shares[usual]
+        return dict(zip(RELATIONS, np.minimum(shares, most).tolist(), strict=True))
 
     def _leave_stand(self) -> None:
         mean = self._share / np.maximum(self._num_frames, 1)

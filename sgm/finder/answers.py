@@ -60,8 +60,8 @@ class PlaceFound:
     Attributes:
         place: its id.
         name: "white fridge in kitchen".
-        relation: "in" or "onTop" it; "is" or "part" where the place itself, or its room, was
-            asked for.
+        relation: such as "in" or "onTop" it; "is" or "part" where the place itself, or its room,
+            was asked for.
         probability: that the thing is there.
         why: what the memory holds for and against it.
         position: where it was seen last there, x, y, z in the map, metres; left out where unknown.
@@ -268,7 +268,7 @@ class ThingRow:
         thing: its description.
         place: id of the place; None if it was removed.
         name: of the place.
-        relation: "in" or "onTop" it.
+        relation: such as "in" or "onTop" it.
         is_there: whether the last look there showed it.
         times_seen: looks there that showed it.
         times_looked: looks there since it was first seen there.
@@ -309,7 +309,7 @@ class EventRow:
             "moved", "picked_up", "put_down".
         place: id of the place; None with the robot, or if it was removed.
         name: of the place.
-        relation: "in" or "onTop" it; None without a place.
+        relation: such as "in" or "onTop" it; None without a place.
         confidence: of the sighting or statement.
         by: who said so; "robot" for what it did itself, empty for looks.
         at: when.

@@ -22,7 +22,7 @@ from sgm.messages import shorten
 from sgm.names.name_matching import Similarity
 from sgm.names.resolution import Resolution
 from sgm.policies.policy import Policy
-from sgm.schema import RELATIONS
+from sgm.schema import IS_INSIDE, RELATIONS
 from sgm.text.vectors import TextVectors
 
 _MOST_PAIRS = 16_000  # of a thing and a place that a policy is asked for at once: 50 MB
@@ -163,7 +163,7 @@ class Finder:
                     probability=likely[place],
                     evidence=own,
                     detection=shown[place],
-                    open_cost=asked.open_costs[place] if relations[place] == 0 else None,
+                    open_cost=asked.open_costs[place] if IS_INSIDE[relations[place]] else None,
                 )
             )
         return Ranking(

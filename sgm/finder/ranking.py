@@ -123,8 +123,8 @@ class Place:
     Attributes:
         furniture: id of the furniture node.
         name: for people, "white fridge in kitchen".
-        relation: "in" or "onTop" it, the likelier one; "is" where the place itself was asked for,
-            "part" where it stands in a room that was.
+        relation: such as "in" or "onTop" it, the likelier one; "is" where the place itself was
+            asked for, "part" where it stands in a room that was.
         probability: that it is at this furniture; of several things that were meant, that at least
             one of them is.
         evidence: what the memory holds for and against it.

@@ -217,7 +217,7 @@ class ObjectSearch:
 
         Args:
             sightings: everything that the detector named there.
-            coverage: share of the furniture that was in view, or shares of "in" and "onTop" of it,
+            coverage: share of the furniture that was in view, or shares by relation,
                 as `SceneGraphMemory.observe` takes them.
             hidden: descriptions of things whose own spots were out of view.
             viewpoint: from where the camera looked, for the log.

@@ -19,6 +19,7 @@ from sgm.finder.tour_optimiser import (
 )
 from sgm.finder.travel_costs import Distance, TravelCosts, check_start
 from sgm.messages import shorten
+from sgm.schema import RELATION_TABLE, USUAL_RELATION
 
 MOST_ROUNDS = 3  # looks at one place: a detector that misses a quarter misses 2 % thrice
 EXACT_PLACES = 12  # looks planned exactly: 12 ms; each further one takes twice as long
@@ -56,7 +57,9 @@ class Look:
         if self.must_open:
             return f"open the {self.place.name}"
         at = "" if self.place.position is None else f", at {tell_point(self.place.position)}"
-        return f"look {'in' if self.place.relation == 'in' else 'on'} the {self.place.name}{at}"
+        usual = RELATION_TABLE[USUAL_RELATION]  # where the place itself was asked for
+        relation = RELATION_TABLE.get(self.place.relation, usual)
+        return f"look {relation.preposition} the {self.place.name}{at}"
 
 
 @dataclass(frozen=True, slots=True)

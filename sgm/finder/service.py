@@ -295,7 +295,7 @@ class MemoryService(ReadCalls):
             thing: its exact name or its id; another name is a new thing.
             place: id or name.
             by: who says so.
-            relation: "in" or "onTop" it.
+            relation: such as "in" or "onTop" it.
             confidence: probability that it is right, from 0.5 on; None for 0.9.
             was_at: place from which one of several of its kind was taken; None for the only one.
 
@@ -336,7 +336,7 @@ class MemoryService(ReadCalls):
         Args:
             thing: in words, among what it carries.
             place: id or name.
-            relation: "in" or "onTop" it.
+            relation: such as "in" or "onTop" it.
 
         Raises:
             KeyError: if there is no place of that id.

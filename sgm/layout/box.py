@@ -21,7 +21,7 @@ from sgm.layout.outline import (
 )
 from sgm.layout.turns import make_turn, make_upright_turn
 from sgm.messages import shorten
-from sgm.schema import MOST_METRES
+from sgm.schema import MOST_METRES, RELATIONS
 
 INTERIORS = ("none", "open", "door")
 BELOW_TOP, ABOVE_TOP = 0.03, 0.40  # metres around the top within which things are on top
@@ -203,8 +203,19 @@ class Box:
         return replace(self, size=(length, width, height), interior="none")
 
     def volume(self, relation: str) -> Box | None:
-        """Return the volume of things "in" or "onTop" of it; None where there is no inside."""
-        return self.inside if relation == "in" else self.on_top
+        """Return the volume of things "in" or "onTop" of it; None where there is none."""
+        if relation == "in":
+            return self.inside
+        return self.on_top if relation == "onTop" else None
+
+    def shown_volume(self, relation: str) -> Box | None:
+        """Return the part of such a volume that can be looked at; None where there is none.
+
+        On top it begins at the upper side: what lies below it is in the volume for things that are
+        measured too low, and never in view.
+        """
+        is_on_top = relation == "onTop"
+        return self._between(self.top, self.top + ABOVE_TOP) if is_on_top else self.volume(relation)
 
     def to_own(self, points: np.ndarray) -> np.ndarray:
         """Turn points of the map (..., 3) into the own axes, from the middle on."""
@@ -222,6 +233,12 @@ class Box:
         if self.outline is not None:
             return np.hypot(compute_outline_distance(self.outline, own[..., :2]), outside[..., 2])
         return np.linalg.norm(outside, axis=-1)
+
+    def compute_reach(self, points: np.ndarray) -> np.ndarray:
+        """Return how far points (..., 3) are from it and all volumes of things at it, (...,)."""
+        volumes = [self, *(self.volume(relation) for relation in RELATIONS)]
+        boxes = [volume for volume in volumes if volume is not None]
+        return np.min([box.compute_distance(points) for box in boxes], axis=0)
 
     def contains(self, points: np.ndarray, dilation: float = 0.0) -> np.ndarray:
         """Tell which points (..., 3) are within `dilation` metres of it, bool (...,)."""
@@ -248,21 +265,20 @@ class Box:
 def sample_volume(box: Box, relation: str, num_points: int = 128) -> np.ndarray:
     """Return points that fill the volume of things "in" or "onTop" of a box evenly.
 
-    They are the same in every call. On top they begin at the upper side: what lies below it is in
-    the volume for things that are measured too low, and never in view.
+    They are the same in every call, and in the part that can be looked at (`Box.shown_volume`).
 
     Args:
         box: the furniture.
-        relation: "in" or "onTop".
+        relation: such as "in" or "onTop".
         num_points: n.
 
     Returns:
-        (n, 3) in the map; (0, 3) for "in" where there is no inside.
+        (n, 3) in the map; (0, 3) where there is no such volume, as "in" a table.
 
     Source: the additive recurrence R3 of Roberts (2018), "The unreasonable effectiveness of
     quasirandom sequences".
     """
-    volume = box._between(box.top, box.top + ABOVE_TOP) if relation == "onTop" else box.inside
+    volume = box.shown_volume(relation)
     if volume is None:
         return np.empty((0, 3))
     root = 1.2207440846057596  # of x^4 = x + 1

@@ -40,8 +40,8 @@ class HomeHistory:
     Attributes:
         look_times: time steps of the latest looks at each furniture node, in no order, -1 for
             none, int32 (H, F, NUM_LOOKS_KEPT).
-        look_relations: what most was in view of in each of them, 1 "in", 2 "onTop", 3 both, uint8
-            (H, F, NUM_LOOKS_KEPT); None as long as all were of both.
+        look_relations: of which relations r most was in view in each of them, the sum of their 2^r,
+            uint8 (H, F, NUM_LOOKS_KEPT); None as long as all were of all.
         moves: how often an object that was last seen at one furniture node was seen at another
             next, int32 (H, F, F); all zero in homes of more than `MOST_FURNITURE`.
         counters: table of homes, (H,) each; `sgm.schema.HOME` says what each column holds. Looks
@@ -162,7 +162,7 @@ class HomeHistory:
     def list_look_times(self, home: np.ndarray, share: np.ndarray | None) -> np.ndarray:
         """Return `look_times` of homes (Q,) that were about things, -1 for the others, (Q, F, n).
 
-        `share` is how likely each thing is "in" and "onTop" of furniture that it is at, (Q, F, 2).
+        `share` is how likely each relation to furniture that a thing is at is, (Q, F, 2).
         """
         times: np.ndarray = self.look_times[home]
         if self.look_relations is None or share is None:

@@ -68,7 +68,7 @@ class LogLine:
             arguments as values; a thing is named by its description and, where it has one, its id.
             `seen` of a look holds the arguments of each sighting: description, relation, confidence
             (a score where the memory calibrates it) and, of some, owner, id and embedding;
-            `coverage` is one share or those of "in" and "onTop", `viewpoint` of a look is None or
+            `coverage` is one share or those of `RELATIONS`, `viewpoint` of a look is None or
             says from where it was.
         time: time step of the memory, after the change.
         values: JSON values by name.

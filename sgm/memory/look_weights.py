@@ -18,9 +18,9 @@ class LookWeights:
 
     Attributes:
         coverage: share of the furniture looked at that was in view, 0 without a look, (H,). Of
-            shares by relation, the mean by how much the prior expects "in" and "onTop" of it.
-        relations: which relations most was in view of, where that is said: 1 "in", 2 "onTop", 3
-            both, (H,); None where one share is for both.
+            shares by relation, the mean by how much the prior expects each.
+        relations: of which relations r most was in view, where that is said: the sum of their 2^r,
+            (H,); None where one share is for all.
         is_counted: whether it counts as a look at the furniture, bool (H,).
         confidence: of what was seen, the highest by object and relation, 0 for what was not, (O,
             2); None where all is sure.
@@ -38,8 +38,8 @@ class LookWeights:
         """Weigh looks of homes (n,) at furniture (n,).
 
         `objects` is the table of all objects, `place_weights` the prior's, (H, types, F, 2).
-        The coverage is one share for each (n,), those of "in" and "onTop" of it (n, 2), or None for
-        all of it. Against `hidden` rows of objects (k,) the looks say nothing.
+        The coverage is one share for each (n,), shares by relation (n, 2), or None for all of it.
+        Against `hidden` rows of objects (k,) the looks say nothing.
         """
         self._objects, num_homes = objects, len(place_weights)
         self._by_relation: np.ndarray | None = None  # (H, relations)

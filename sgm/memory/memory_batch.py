@@ -217,7 +217,7 @@ class MemoryBatch(Remembered):
         return join_groups(queries.object, self.edges["object"], self.objects.num_rows)
 
     def compute_relation_shares(self, queries: Queries) -> np.ndarray:
-        """Return how likely things are "in" and "onTop" of furniture that they are at, (Q, F, 2).
+        """Return how likely each relation to furniture that things are at is, (Q, F, 2).
 
         As they were seen there last; by the prior where they never were, and alike where that knows
         nothing.
@@ -260,9 +260,9 @@ class MemoryBatch(Remembered):
             home: homes that looked, each once, (n,).
             furniture: the furniture index that each looked at, (n,).
             seen_object: rows of `objects` that were detected there, (m,).
-            seen_relation: 0 "in", 1 "onTop", (m,).
-            coverage: share of the furniture that was in view, in (0, 1], (n,), or shares of what
-                is "in" and "onTop" of it, in [0, 1], (n, 2); None for all of it.
+            seen_relation: by number in `RELATIONS`, (m,).
+            coverage: share of the furniture that was in view, in (0, 1], (n,), or shares by
+                relation, in [0, 1], (n, 2); None for all of it.
             confidence: probability that each detection is right, in [0, 1], (m,); None for 1.
             hidden: rows of `objects` that were not seen because their spots were out of view, (k,):
                 nothing is counted against them. None for none.

@@ -337,7 +337,7 @@ def _list_looks(
     `question` count as looks for each thing, if they were of a later time step than its sighting.
     """
     now = things.memory.time
-    share = None  # how likely each is "in" and "onTop" of the furniture that it is at, (K, F, 2)
+    share = None  # how likely each relation to the furniture that it is at is, (K, F, 2)
     if state.step.looks_by_relation or batch.history.look_relations is not None:
         share = batch.compute_relation_shares(queries)
     seen = _list_seen(things)

@@ -58,7 +58,7 @@ class ThingEvent:
         kind: "seen", "missed" by a look at where it had been seen, or what was said or done:
             "moved", "picked_up", "put_down".
         furniture: id of the place; None with the robot, or where it was removed.
-        relation: "in" or "onTop" it; None without a place.
+        relation: such as "in" or "onTop" it; None without a place.
         confidence: of the sighting or statement; 1 of a look that missed it.
         by: who said so; empty for looks.
     """

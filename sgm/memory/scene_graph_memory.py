@@ -412,8 +412,8 @@ class SceneGraphMemory:
             seen: what was detected there; detection may have missed objects. Sightings of the
                 same description are several things of a kind.
             coverage: share of the furniture that was in view, above 0 and at most 1; the detector
-                may have missed what was in view. Or shares of what is "in" and "onTop" of it, 0
-                for one that was not in view: {"in": 0, "onTop": 0.8} of a fridge that is shut.
+                may have missed what was in view. Or shares by relation, 0 for one that
+                was not in view: {"in": 0, "onTop": 0.8} of a fridge that is shut.
             hidden: descriptions of things whose own spots were out of view, behind something else:
                 that they were not seen is not counted against them.
             viewpoint: from where the camera looked, for the log and the page that shows it; the
@@ -784,7 +784,7 @@ class SceneGraphMemory:
             thing: name or id; a name that no thing has exactly is a new thing.
             place: furniture id.
             by: who says so, such as "anna".
-            relation: "in" or "onTop" it.
+            relation: such as "in" or "onTop" it.
             confidence: probability that it is right, at least 0.5; None for 0.9, since people err.
             was_at: furniture id from which one of several of its kind was taken; the others stay
                 where they are. None for the only one of its description, wherever it was.
@@ -821,7 +821,7 @@ class SceneGraphMemory:
             thing: name or id, among what it carries; fewer properties will do: "mug" for the only
                 one carried, a "red mug".
             place: furniture id.
-            relation: "in" or "onTop" it.
+            relation: such as "in" or "onTop" it.
             confidence: probability that it lies there, at least 0.5; None for 0.97.
 
         Raises:

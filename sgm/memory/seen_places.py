@@ -32,7 +32,7 @@ class SeenRows:
         edge: row of the edge, -1 for a place that was removed, (n,).
         thing: row of the thing, (n,).
         furniture: position of the place, -1 for one that was removed, (n,).
-        relation: 0 "in", 1 "onTop", (n,).
+        relation: by number in `RELATIONS`, (n,).
         is_there: whether the last look showed it, bool (n,).
         time: time step of the last sighting, (n,).
         times_seen, times_looked: looks that showed it there, and looks, (n,).

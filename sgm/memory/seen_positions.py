@@ -110,7 +110,7 @@ def keep_positions_at(table: Table, furniture: int, box: Box | None) -> None:
     points = np.column_stack([table[name][here] for name in _XYZ])
     away = np.full(len(here), np.inf)
     if box is not None and len(here):
-        away = np.minimum(box.compute_distance(points), box.on_top.compute_distance(points))
+        away = box.compute_reach(points)
     table["time"][here[away > _BESIDE]] = NEVER
 
 

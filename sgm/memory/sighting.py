@@ -14,15 +14,19 @@ from sgm.checks import is_number
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import MAX_LENGTH, read_words
-from sgm.schema import MOST_METRES, RELATIONS, USUAL_RELATION
+from sgm.schema import MOST_METRES, RELATION_TABLE, RELATIONS, USUAL_RELATION
 
 SPELLINGS = {
     **{name: name for name in RELATIONS},
-    **{"inside": "in", "on": "onTop", "on top": "onTop"},
+    **{
+        words: name
+        for name, relation in RELATION_TABLE.items()
+        for words in (relation.preposition, relation.adverb)
+    },
 }
 _BY_LETTERS = {
     "": USUAL_RELATION,
-    **{name.casefold().replace(" ", ""): own for name, own in SPELLINGS.items()},
+    **{name.casefold().replace(" ", ""): relation for name, relation in SPELLINGS.items()},
 }
 MOST_NUMBERS = 4096  # of an embedding
 Point: TypeAlias = tuple[float, float, float]  # x, y, z in the map, metres
@@ -97,7 +101,7 @@ class Sighting:
 
     Attributes:
         description: what it is, such as "large red mug"; its words alone distinguish objects.
-        relation: "in" or "onTop" the furniture, spelled as `read_relation` reads it.
+        relation: such as "in" or "onTop" the furniture, spelled as `read_relation` reads it.
         confidence: probability that it is right. Below one half it counts as if the object had
             not been seen, the more so the lower it is.
         owner: whose it is, where the detector or the robot knows. It becomes a part of the
@@ -175,7 +179,7 @@ class SeenAt:
         time: time step of the last sighting there.
         steps_ago: time steps since.
         furniture: furniture id; None if it was removed from the memory since.
-        relation: "in" or "onTop" the furniture; None with the furniture.
+        relation: such as "in" or "onTop" the furniture; None with the furniture.
         is_there: whether the last look at this furniture found it; False if it was absent then.
         times_seen: looks at this furniture that found it.
         times_looked: looks at this furniture since it was first seen or looked for there.

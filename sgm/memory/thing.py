@@ -32,7 +32,7 @@ class Statement:
         time: time step.
         kind: "moved" as a person said, or what the robot did: "picked_up", "put_down".
         furniture: id of the place; None for with the robot.
-        relation: "in" or "onTop" it; None with the robot.
+        relation: such as "in" or "onTop" it; None with the robot.
         by: who says so; "robot" of its own actions.
         confidence: probability that it is right.
         was_at: ids of furniture where it was held to be before.

@@ -15,10 +15,11 @@ from sgm.messages import shorten, shorten_text
 from sgm.network.onnx_check import check_onnx
 from sgm.network.onnx_runtime import import_onnx_runtime
 from sgm.network.shipped import CONFIG, find_part
+from sgm.schema import RELATIONS
 from sgm.text import load_text
 
 ONNX = "network.onnx"
-EDGE_COLUMNS = ("prior", "is_on_top")
+EDGE_COLUMNS = ("prior", *(f"is_{name}" for name in RELATIONS[1:]))  # else the first relation
 OUTPUTS: dict[str, list[int | str]] = {
     "logits": ["questions", "places", 1],
     "elsewhere": ["questions", 1, 1],
@@ -100,7 +101,7 @@ class Network:
         What stands where there is no place means nothing.
 
         Evidence of each place is float32 (Q, F, D), of each question (Q, C), `edge` has
-        `EDGE_COLUMNS` of each place, (Q, F, 2), and `is_place` is bool (Q, F).
+        `EDGE_COLUMNS` of each place, (Q, F, R), and `is_place` is bool (Q, F).
         """
         inputs = {
             "place": place,

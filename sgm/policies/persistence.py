@@ -106,7 +106,7 @@ class Persistence(Policy):
         self._add_pairs(memory)
         rows, number = np.unique(self._pair_of_edge[change.edges], return_inverse=True)
         times_seen = np.bincount(number, weights=change.is_seen, minlength=len(rows))
-        is_seen = times_seen > 0  # "in" or "onTop"
+        is_seen = times_seen > 0  # in any relation
         miss = self._miss.copy()
         miss[change.home] += (1 - change.coverage) * (1 - miss[change.home])  # what is out of view
         self._update_pairs(rows, memory.time, is_seen, miss)

@@ -22,7 +22,7 @@ class PlacePrior:
     home have weight zero.
 
     Attributes:
-        weights: float32 (H, O, F, 2), the last axis "in", "onTop"; for an object type it sums to
+        weights: float32 (H, O, F, 2), the last axis by `RELATIONS`; for an object type it sums to
             one over the home, or to zero where the home has no place for it.
         furniture_prob: P(furniture | room) of each furniture node, float32 (H, F).
         objects: index into the prior's object types by label.

@@ -71,7 +71,7 @@ class Placement:
         room: the room of the furniture; None for every room ("coarse" graph).
         furniture: label of the furniture type.
         object: label of the object type.
-        relation: "onTop" or "in".
+        relation: such as "onTop" or "in".
         prob: weight of the place among the places of the object; need not sum to one.
         count: how often the source saw it, where the source counts.
         source: where it comes from.
@@ -178,7 +178,7 @@ class PriorGraph:
 
     @cached_property
     def weights(self) -> NDArray[np.float64]:
-        """Placement weights, (O, K, 2): object type, furniture node, relation (0 in, 1 onTop).
+        """Placement weights, (O, K, 2): object type, furniture node, relation.
 
         A coarse placement fills every room that has its furniture. Read-only.
         """

@@ -155,7 +155,7 @@ def _is_whole(value: Any) -> bool:
 _STEP = {"type": "integer", "minimum": 0, "maximum": MAX_TIME}
 TEXT = make_text_rule()
 SHARE = make_number_rule(0, 1)
-# "in" or "onTop" of a place, spelled as `read_relation` reads it.
+# How things lie at a place, spelled as `read_relation` reads it.
 RELATION = Rule(
     {"type": "string", "enum": list(SPELLINGS)},
     f"be one of {', '.join(SPELLINGS)}",

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sgm.eyes.camera import Pose
-from sgm.layout.box import ABOVE_TOP, Box
+from sgm.layout.box import Box
 from sgm.schema import RELATIONS
 from simulator.box_world.depth_camera import DepthCamera
 from simulator.box_world.ray_kernel import Solids, find_hidden
@@ -95,26 +95,23 @@ class TrueView:
 def sample_cells(
     box: Box, relation: str, num_points: int, *, rng: np.random.Generator
 ) -> np.ndarray:
-    """Return about so many points of the volume "in" or "onTop" of a box, one in each of its cells.
+    """Return about so many points of the volume of a relation to a box, one in each of its cells.
 
-    On top the cells begin at the upper side.
+    They lie in the part that can be looked at (`Box.shown_volume`).
 
     Args:
         box: the furniture.
-        relation: "in" or "onTop".
+        relation: such as "in" or "onTop".
         num_points: about n; cells are about cubes.
         rng: of where in its cell each point lies.
 
     Returns:
-        (n, 3) in the map; (0, 3) for "in" where there is no inside.
+        (n, 3) in the map; (0, 3) where there is no such volume, as "in" a table.
     """
-    volume = box.volume(relation)
+    volume = box.shown_volume(relation)
     if volume is None:
         return np.empty((0, 3))
-    low, size = -np.array(volume.size) / 2, np.array(volume.size)
-    if relation == "onTop":
-        low[2] += size[2] - ABOVE_TOP
-        size[2] = ABOVE_TOP
+    size = np.array(volume.size)
     counts = np.ceil(size / (size.prod() / num_points) ** (1 / 3)).astype(int)
     cells = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3)
-    return volume.to_map(low + size * (cells + rng.random(cells.shape)) / counts)
+    return volume.to_map(size * ((cells + rng.random(cells.shape)) / counts - 0.5))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.layout.box import ABOVE_TOP, Box
-from sgm.schema import PlaceCode
+from sgm.schema import IS_INSIDE, ON_TOP, PlaceCode
 from simulator.box_world.floor import BoxFloor, sample_floor
 from simulator.box_world.ray_kernel import Solids
 from simulator.box_world.sizes import find_thing_size, list_levels, list_parts
@@ -73,9 +73,9 @@ class ThingBoxes:
         """Return the place of every slot, "onTop" where there is no inside, (C,)."""
         places = self._homes.object_place[0].astype(np.int64)
         has_inside = np.array([box.interior != "none" for box in self._floor.furniture])
-        furniture = PlaceCode.furniture(places)  # -1 where there is none
-        is_moved = (places >= 0) & ~has_inside[furniture]
-        return np.where(is_moved, PlaceCode.of(furniture, np.ones_like(furniture)), places)
+        furniture, relation = PlaceCode.split(places)  # furniture -1 where there is none
+        is_moved = (places >= 0) & IS_INSIDE[relation] & ~has_inside[furniture]
+        return np.where(is_moved, PlaceCode.of(furniture, np.full_like(places, ON_TOP)), places)
 
     def _put(self, slot: int, place: int) -> None:
         """Give a thing a spot at a place."""
@@ -122,7 +122,7 @@ def _list_surfaces(
     """Return where things lie: low and high x, y, heights from the middle, and room above each."""
     length, width, height = size
     high = np.array([length / 2 - _EDGE, width / 2 - _EDGE])
-    if relation == 1:
+    if relation == ON_TOP:
         return -high, high, [height / 2], _HIGHEST
     high -= 0.03  # walls, and the door
     if shape == "basin":

@@ -9,15 +9,15 @@ import numpy as np
 
 from sgm.arrays.grouped import compute_rank_in_group
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.schema import PlaceCode
+from sgm.schema import IS_INSIDE, PlaceCode
 from simulator.world.homes import Homes
 
 COLUMNS = 4  # furniture nodes side by side in a room that is laid out
 GAP = 0.35  # between rooms
 TITLE = 0.2  # more of it above a room, for its name
-# Of the unit square that a furniture node has: its box, and the rows of dots in it and on top.
+# Of the unit square that a furniture node has: its box, and the rows of dots above it and in it.
 BOX = (0.06, 0.2, 0.88, 0.38)
-ROWS = {0: (0.51, 0.39, 0.27), 1: (0.64, 0.76, 0.88)}
+ROWS = np.array([(0.64, 0.76, 0.88), (0.51, 0.39, 0.27)])
 DOTS_PER_ROW = 7
 
 
@@ -154,17 +154,18 @@ class FloorPlan:
         Args:
             places: codes of furniture and relation (`PlaceCode`), as in `Homes`, (n,).
         """
-        places = np.asarray(places, dtype=np.int64)
-        _, group, count = np.unique(places, return_inverse=True, return_counts=True)
+        furniture, relation = PlaceCode.split(np.asarray(places, dtype=np.int64))
+        is_inside = IS_INSIDE[relation].astype(np.int64)
+        _, group, count = np.unique(
+            2 * furniture + is_inside, return_inverse=True, return_counts=True
+        )
         order = np.argsort(group, kind="stable")
         turn = np.zeros(len(places), dtype=np.int64)  # of each object at its place
         turn[order] = compute_rank_in_group(group[order])
-        furniture, relation = PlaceCode.split(places)
-        rows = np.array(list(ROWS.values()))  # (2, 3)
-        per_row = np.maximum(DOTS_PER_ROW, -(-count // rows.shape[1]))[group]
+        per_row = np.maximum(DOTS_PER_ROW, -(-count // ROWS.shape[1]))[group]
         row, column = np.divmod(turn, per_row)
         x = BOX[0] + BOX[2] * (column + 0.5) / per_row
-        spots = np.stack([x, rows[relation, row]], axis=1) * self.size
+        spots = np.stack([x, ROWS[is_inside, row]], axis=1) * self.size
         return self.corner[furniture] + spots
 
 

@@ -31,7 +31,7 @@ class Events:
             what was not seen, (E,).
         thing: node id, (E,).
         place: node id of the furniture that was looked at, (E,).
-        relation: 0 "in", 1 "onTop", (E,).
+        relation: by number in `RELATIONS`, (E,).
         is_seen: whether the look showed the thing there, bool (E,).
         coverage: share of the furniture that was in view, (E,).
         confidence: of the detection, 0 where the thing was not seen, (E,).

@@ -26,8 +26,8 @@ NODE_FEATURES = (
     "steps_since_moved",
     "is_query",
 )
-# relation: 0 contains, 1 in, 2 onTop. An edge that is not remembered is a hypothetical edge of the
-# query object: the prior deems it possible. Edges lead from what holds to what is held.
+# relation: 0 contains, from 1 on as `RELATIONS`. An edge that is not remembered is a hypothetical
+# edge of the query object: the prior deems it possible. Edges lead from what holds to what is held.
 EDGE_FEATURES = (
     "relation",
     "is_remembered",

@@ -84,7 +84,7 @@ class IGridsonEnv(MiniGridEnv):
         position: (column, row).
         query: number of the description asked for.
         looked: furniture looked at in this step, counted from 1; 0 for none.
-        seen: what was detected there, int8 (D, 2) by description and relation ("in", "onTop");
+        seen: what was detected there, int8 (D, 2) by description and relation;
             each object is missed with probability 0.25.
 
     Reward: 1 - 0.9 steps / max_steps on success, as in MiniGrid, else 0.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.schema import PlaceCode
+from sgm.schema import INSIDE, PlaceCode
 from simulator.igridson.layout import GridLayout
 from simulator.world.homes import Homes
 
@@ -110,7 +110,7 @@ def list_things(homes: Homes, placement: GridPlacement, asked_code: int) -> tupl
         things.append(
             GridThing(
                 cell=(int(x), int(y)),
-                is_inside=PlaceCode.relation(int(homes.object_place[0, slot])) == 0,
+                is_inside=PlaceCode.relation(int(homes.object_place[0, slot])) == INSIDE,
                 color=named[0] if named else neutral,
                 is_asked=code == asked_code,
             )

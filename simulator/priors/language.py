@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from sgm.files import read_file
+from sgm.memory.sighting import read_relation
 from sgm.messages import shorten
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import ObjectType, Placement, PriorGraph
+from sgm.schema import RELATIONS, USUAL_RELATION
 from sgm.text import TextVectors, load_text
 
 # Of the softmax over places. Of .05, .1, .15, .2, .3, .5 and 1 the one whose places of the things
@@ -23,7 +25,6 @@ from sgm.text import TextVectors, load_text
 TEMPERATURE = 0.2
 NUM_PLACES = 30  # of each thing that are kept; the others have less than a hundredth together
 COLUMNS = ("room", "furniture", "object", "relation", "weight")
-_RELATIONS = {"in": "in", "inside": "in", "on": "onTop", "ontop": "onTop"}
 _UNKNOWN = ObjectType("", 1.0, 2, 0.5, 0.001, ())  # as in the household prior
 
 PROMPT = """\
@@ -34,7 +35,7 @@ room,furniture,object,relation,weight
 
 Write three to six rows for each thing, the usual places first. "room" and "furniture" are one of
 the pairs below, as they are written there. "object" is the thing, as it is written below.
-"relation" is "in" or "onTop". "weight" is a whole number from 1 (odd) to 10 (usual): how often you
+"relation" is {relations}. "weight" is a whole number from 1 (odd) to 10 (usual): how often you
 would find it there, where it is kept and where it is used. Do not leave out a thing.
 
 Places:
@@ -128,10 +129,13 @@ def read_filled(path: Path, base: PriorGraph | None = None) -> PriorGraph:
                 f"room must be one that has a {furniture}, {', '.join(rooms_of[furniture])}, got "
                 f"{shorten(room)} {where}. Choose one, or leave it empty."
             )
-        if relation and relation.lower() not in _RELATIONS:
+        try:
+            where_put = read_relation(relation) if relation else usual[furniture]
+        except ValueError as error:
             raise ValueError(
-                f"relation must be in, onTop or empty, got {shorten(relation)} {where}. Mend it."
-            )
+                f"relation must be {', '.join(RELATIONS)} or empty, got {shorten(relation)} "
+                f"{where}. Mend it."
+            ) from error
         try:
             thing = read_words("object", name)
             value = float(weight) if weight else 1.0
@@ -143,7 +147,6 @@ def read_filled(path: Path, base: PriorGraph | None = None) -> PriorGraph:
         if not 0 <= value < 1e9:
             raise ValueError(f"weight must be from 0 on, got {shorten(weight)} {where}. Mend it.")
         rooms = [room] if room else rooms_of[furniture]
-        where_put = _RELATIONS[relation.lower()] if relation else usual[furniture]
         for each_room in rooms:
             found[thing][each_room, furniture, where_put] += value / len(rooms)
     known = {object_type.label: object_type for object_type in base.objects}
@@ -182,7 +185,8 @@ def make_prompt(base: PriorGraph, things: Sequence[str] = ()) -> str:
             by_room[furniture_type.room].append(furniture_type.label)
     places = "\n".join(f"- {room}: {', '.join(labels)}" for room, labels in by_room.items())
     names = list(things) or [object_type.label for object_type in base.objects]
-    return PROMPT.format(places=places, things=", ".join(names))
+    relations = " or ".join(f'"{name}"' for name in RELATIONS)
+    return PROMPT.format(places=places, relations=relations, things=", ".join(names))
 
 
 def make_prior(
@@ -213,7 +217,7 @@ def find_relations(base: PriorGraph) -> dict[str, str]:
         counts[placement.furniture][placement.relation] += 1
     usual = {label: relations.most_common(1)[0][0] for label, relations in counts.items()}
     return {
-        furniture_type.label: usual.get(furniture_type.label, "onTop")
+        furniture_type.label: usual.get(furniture_type.label, USUAL_RELATION)
         for furniture_type in base.furniture
     }
 

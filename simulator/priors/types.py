@@ -24,7 +24,7 @@ class FurnitureRow:
         sample_prob: how common the type is in a home.
         max_count: most instances in a home.
         num_edges: outgoing edges in the paper's own prior.
-        relation: relation of its objects where the source names none, "in" or "onTop".
+        relation: relation of its objects where the source names none.
         alias_of: the type whose placements it shares, if any.
         adjectives: one group of words per category.
     """

@@ -79,7 +79,7 @@ class PastLook:
         seen: what was detected there.
         missed: what was truly there and was not detected; None if it is unknown.
         sought: the one thing that was looked for; None for all.
-        coverage: share of the furniture that was in view, or of "in" and "onTop" of it.
+        coverage: share of the furniture that was in view, or shares by relation.
         viewpoint: from where it was; None if it is unknown.
     """
 

@@ -286,9 +286,7 @@ class MappingRobot(HomeRobot):
         assert box is not None
         things = self.world.things
         slots = np.flatnonzero(things.place >= 0)
-        is_there = box.contains(things.center[slots], _AT) | box.on_top.contains(
-            things.center[slots], _AT
-        )
+        is_there = box.compute_reach(things.center[slots]) <= _AT
         return [
             (
                 Sighting(

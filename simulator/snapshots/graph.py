@@ -73,8 +73,8 @@ def propose_edges(snapshots: Snapshots, proposed: np.ndarray, one_each: bool = F
         snapshots: the snapshots.
         proposed: places that the query object may be at, bool (NF, 2); a remembered one gets no
             hypothetical edge beside it.
-        one_each: whether a furniture node has at most one query edge: of those remembered, "in" and
-            "onTop", the one that was true more often.
+        one_each: whether a furniture node has at most one query edge: of those remembered, the
+            one that was true more often.
     """
     edges = snapshots.edges
     is_asked = snapshots.query_object[edges["snapshot"]] == edges["object"]

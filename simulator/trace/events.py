@@ -34,7 +34,7 @@ class Event:
         object: name that tells the object from all others, such as "mug 2".
         description: what it is called, such as "large red mug"; the same in all its events.
         furniture: index into the layout's furniture, or `GONE`.
-        relation: 0 "in", 1 "onTop".
+        relation: by number in `RELATIONS`.
         position: where in the frame of the map its middle is since, x, y, z in metres; None where
             that is unknown.
     """

@@ -26,7 +26,7 @@ class Observation:
         coverage: share of the furniture that was in view, in (0, 1], (n,).
         seen_home: home of each detected object, ascending, (m,).
         seen_code: its description code, (m,).
-        seen_relation: 0 "in", 1 "onTop", (m,).
+        seen_relation: by number in `RELATIONS`, (m,).
         seen_confidence: probability that such an object is there indeed, in [0, 1], (m,).
     """
 

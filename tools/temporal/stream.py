@@ -20,7 +20,7 @@ class NewEvents:
         home: (n,).
         thing: row of the memory's objects, (n,).
         furniture: index in its home, (n,).
-        relation: 0 "in", 1 "onTop", (n,).
+        relation: by number in `RELATIONS`, (n,).
         is_seen: bool (n,).
         coverage, confidence: (n,).
     """

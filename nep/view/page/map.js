@@ -60,12 +60,13 @@ class HomeMap {
     this.plan = state.plan;
     this.byId = new Map(this.plan.furniture.map((own, row) => [own.id, row]));
     this.things = this.plan.furniture.map(() => []);
-    const {place, name, seen, there, at: points} = state.things;
+    const {place, relations, name, seen, there, at: points} = state.things;
     place.forEach((at, row) => {
       const isThere = there[row] === 1, strength = this.getFreshness(seen[row], 24);
       if (isThere || strength > FAINTEST) {
-        const point = this.plan.furniture[at >> 1]?.toScale ? points[row] : null;
-        this.things[at >> 1]?.push({name: names[name[row]], isInside: at % 2 === 0, seen: seen[row], isThere, strength, point});
+        const furniture = Math.floor(at / relations.length), [adverb, isInside] = relations[at % relations.length];
+        const point = this.plan.furniture[furniture]?.toScale ? points[row] : null;
+        this.things[furniture]?.push({name: names[name[row]], adverb, isInside, seen: seen[row], isThere, strength, point});
       }
     });
     for (const own of this.things) own.sort((one, other) => other.isInside - one.isInside);
@@ -436,7 +437,7 @@ class HomeMap {
     const {state, answer} = this.shown, own = this.plan.furniture[found.row];
     if (found.thing) {
       const ago = state.step - found.thing.seen;
-      return `${found.thing.name}\n${found.thing.isInside ? "inside" : "on top of"} ${own.name}\n`
+      return `${found.thing.name}\n${own.name}, ${found.thing.adverb}\n`
         + (ago ? `seen ${this.time.sayLength(ago)} ago, ${this.time.say(found.thing.seen)}` : "seen in this step")
         + (found.thing.isThere ? "" : ", missing at the last look");
     }

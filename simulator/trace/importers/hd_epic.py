@@ -20,7 +20,7 @@ from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
 from sgm.messages import shorten
 from sgm.names.words import read_words
-from sgm.schema import RELATIONS
+from sgm.schema import RELATIONS, USUAL_RELATION
 from simulator.trace.events import GONE, Event
 from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.trace import Trace
@@ -265,7 +265,7 @@ def _make_trace(participant: str, videos: Sequence[_Video], gap_minutes: float |
     usual = HomeBuilder()
     relations = [
         RELATIONS.index(
-            usual.get_relation(node.label) or ("in" if node.label in _INSIDE else "onTop")
+            usual.get_relation(node.label) or ("in" if node.label in _INSIDE else USUAL_RELATION)
         )
         for node in layout.furniture.values()
     ]

@@ -89,7 +89,7 @@ class HomeBuilder:
                 furniture has its usual relation.
             is_nested: whether it lay in or on another object.
             description: what it is called; None for the label.
-            relation: "in" or "onTop", where it is known; None to go by the furniture.
+            relation: such as "in" or "onTop", where it is known; None to go by the furniture.
             position: where in the map its middle is, metres; None where that is unknown.
         """
         usual = self.get_relation(self._furniture[furniture].label)

@@ -51,8 +51,17 @@ def test_a_thing_that_the_robot_carries_is_said_below_elsewhere(desk):
     assert names[:2] == ["elsewhere", "with the robot"]
 
 
+def test_a_place_itself_can_be_asked_for(desk):
+    rows = desk.answer(6, "fridge")["rows"]
+    assert [(row["name"], row.get("relation")) for row in rows[:2]] == [
+        ("elsewhere", None),
+        ("white fridge in kitchen", ""),
+    ]
+
+
 def test_a_state_has_all_things_where_they_were_seen(desk):
     """Furniture 0 is the fridge, 1 the counter, 2 the desk; places are 2 f for "in", 2 f + 1."""
+    assert desk.tell_state(6)["things"]["relations"] == [["inside", True], ["on top", False]]
     state = desk.tell_state(6)
     names = desk.list_names()
     things = state["things"]
