@@ -124,16 +124,16 @@ def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Poster
     """
     belief = weigh_last_word(prior, asked)
     belief, looks, carried = list_copies(belief, asked)
+    seen, shown = detector.weigh_seen(looks), detector.compute_detection(looks.negative)
     belief = belief.look(compute_log_likelihood(looks, asked.batch, detector))
-    places, elsewhere = see(belief, detector.weigh_seen(looks))
+    places, elsewhere = see(belief, seen)
     places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
     same = compute_same(asked) if len(asked.rows) > 1 else np.zeros(1)
     if same.any() and len(same) == len(places):  # what is another one of them is at no place more
         places, elsewhere = places * (1 - same)[:, None], same + elsewhere * (1 - same)
-    shown = detector.compute_detection(looks.negative)
     if len(places) == 1:
         return Posterior(places=places[0], elsewhere=float(elsewhere[0]), detection=shown[0])
-    any_there, any_shown = (1 - np.prod(1 - one, axis=0) for one in (places, places * shown))
+    any_there, any_shown = 1 - np.prod(1 - np.stack([places, places * shown]), axis=1)
     detection = np.divide(any_shown, any_there, out=shown.max(axis=0), where=any_there > 0)
     return Posterior(places=any_there, elsewhere=float(np.prod(elsewhere)), detection=detection)
 

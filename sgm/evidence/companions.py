@@ -52,8 +52,8 @@ class Companions(NamedTuple):
         memory, counts, shape = asked.memory, asked.counts, asked.counts.num_true.shape
         objects, edges = memory.objects, memory.edges
         names = [memory.labels[label] for label in objects["label"][asked.thing].tolist()]
-        likeness = np.exp((compare(names, memory.labels) - 1) / _WIDTH)
         query, edge = _join_edges(asked)
+        likeness = np.exp((compare(names, memory.labels) - 1) / _WIDTH)
         object_total, object_square, object_most = _sum_sightings(memory)
         other, place = edges["object"][edge].astype(np.intp), edges["furniture"][edge]
         count, place = edges["num_true"][edge], place.astype(np.intp)

@@ -159,6 +159,8 @@ def compute_absence(
     that no place is known to hold; and whether the thing is called like what people take along.
     """
     memory, objects, edges = asked.memory, asked.memory.objects, asked.memory.edges
+    labels = [memory.labels[label] for label in objects["label"][asked.thing]]
+    is_carried = np.array([label.replace(" ", "_") in CARRIED for label in labels])
     believed = {name: beliefs[name][:, -1] for name in SHOWN_FILTERS}
     believed["rule"] = compute_elsewhere_of(asked, rates)
     columns = {}
@@ -174,13 +176,12 @@ def compute_absence(
     missing_home = objects["home"][(objects["num_observed"] > 0) & ~is_true]
     num_missing = np.bincount(missing_home, minlength=memory.num_homes)
     missing = (num_missing + 0.5) / (asked.sums.num_seen + 1)
-    labels = [memory.labels[label] for label in objects["label"][asked.thing]]
     return columns | {
         "looked": looked,
         "places": was_looked_at.sum(axis=1) / asked.num_places,
         "rounds": np.log1p(rounds),
         "missing": missing[asked.home],
-        "is_carried": np.array([label.replace(" ", "_") in CARRIED for label in labels]),
+        "is_carried": is_carried,
     }
 
 

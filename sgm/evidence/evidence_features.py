@@ -49,7 +49,8 @@ from sgm.evidence.sighting_columns import (
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
-Groups = Mapping[str, Mapping[str, np.ndarray]]  # columns by name, of each group
+Columns = Mapping[str, np.ndarray]  # of one group, by name
+Groups = Mapping[str, Columns]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +76,7 @@ def compute_features(
     `asks_moved` is the share of the questions that are about what has just moved: the filters that
     reckon with it, and `movement.any_moved`, say which kind of question it is.
     """
-    asked = Question.gather(memory, queries)
-    of_places, of_question = compute_groups(asked, asks_moved)
+    asked, of_places, of_question = compute_groups(memory, queries, asks_moved)
     place = _join(of_places, PLACE_GROUP_COLUMNS, asked.is_place.shape)
     place[:, ~asked.is_place] = 0
     question = _join(of_question, QUESTION_GROUP_COLUMNS, asked.home.shape)
@@ -85,55 +85,45 @@ def compute_features(
     )
 
 
-def compute_groups(asked: Question, asks_moved: float) -> tuple[Groups, Groups]:
-    """Compute the groups of `sgm.evidence.columns`, in the order in which one needs another.
+def compute_groups(
+    memory: MemoryBatch, queries: Queries, asks_moved: float
+) -> tuple[Question, Groups, Groups]:
+    """Compute the groups of `sgm.evidence.columns`, each after what it is made of.
 
     Columns of places are (Q, F), whatever they are where a home has no place; those of the
     question (Q,). All are zero of a group that has none.
     """
+    asked = Question.gather(memory, queries)
+    place: dict[str, Columns] = {}
+    question: dict[str, Columns] = {}
     with np.errstate(divide="ignore", invalid="ignore"):  # where a home has no place
         expected = Expected.by_words(asked)
         goes = compute_destinations(asked, expected)
-        prior, trust = compute_prior(asked, expected), compute_trust(asked, expected)
+        question["trust"] = compute_trust(asked, expected)
+        place["prior"] = compute_prior(asked, expected)
         rates = Rates.estimate(asked)
         beliefs = compute_beliefs(asked, rates, goes, list_filters(asks_moved))
-        beliefs_by_name = dict(zip(FILTERS, np.moveaxis(beliefs, 1, 0), strict=True))
-        filters = compute_filters(asked, beliefs_by_name)
+        belief_of = dict(zip(FILTERS, np.moveaxis(beliefs, 1, 0), strict=True))
+        place["filters"] = compute_filters(asked, belief_of)
         companions = Companions.gather(asked, rates.home * asked.hours)
-        words, question_words = compute_words(asked, expected, companions)
-        others = compute_others(asked, companions)
-        lately, home_lately = compute_lately(asked, asks_moved)
-        stays, question_stays = compute_stays(asked, rates, goes)
-        hours, question_hour = compute_hours(asked)
-        of_places = {
-            "prior": prior,
-            "filters": filters,
-            "words": words,
-            "others": others,
-            "places": compute_places(asked),
-            "ways": compute_ways(asked, companions.likeness),
-            "lately": lately,
-            "rooms": compute_rooms(asked),
-            "sightings": compute_sightings(asked),
-            "looks": compute_looks(asked),
-            "times": compute_times(asked, rates),
-            "stays": stays,
-            "hours": hours,
-        }
-        of_question = {
-            "trust": trust,
-            "words": question_words,
-            "size": compute_size(asked),
-            "lately": home_lately,
-            "copies": compute_copies(asked),
-            "movement": compute_movement(asked, rates, asks_moved),
-            "stays": question_stays,
-            "object": compute_object(asked, expected, companions, beliefs_by_name),
-            "hour": question_hour,
-            "elsewhere": compute_absence(asked, rates, goes, beliefs_by_name),
-            "week": compute_week(asked),
-        }
-    return of_places, of_question
+        place["words"], question["words"] = compute_words(asked, expected, companions)
+        place["others"] = compute_others(asked, companions)
+        question["size"] = compute_size(asked)
+        question["copies"] = compute_copies(asked)
+        place["places"] = compute_places(asked)
+        place["lately"], question["lately"] = compute_lately(asked, asks_moved)
+        place["ways"] = compute_ways(asked, companions.likeness)
+        place["rooms"] = compute_rooms(asked)
+        place["looks"] = compute_looks(asked)
+        place["times"] = compute_times(asked, rates)
+        question["movement"] = compute_movement(asked, rates, asks_moved)
+        place["sightings"] = compute_sightings(asked)
+        place["stays"], question["stays"] = compute_stays(asked, rates, goes)
+        question["object"] = compute_object(asked, expected, companions, belief_of)
+        place["hours"], question["hour"] = compute_hours(asked)
+        question["week"] = compute_week(asked)
+        question["elsewhere"] = compute_absence(asked, rates, goes, belief_of)
+    return asked, place, question
 
 
 def _join(groups: Groups, names: Mapping[str, Sequence[str]], shape: tuple[int, ...]) -> np.ndarray:

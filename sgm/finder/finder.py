@@ -16,7 +16,9 @@ from sgm.finder.ranking import Place, Ranking, gather_evidence, rank_place
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import SearchPlan, plan_search
 from sgm.finder.travel_costs import Distance, check_start, find_distance
+from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_questions import Asked
+from sgm.memory.queries import Queries
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.names.name_matching import Similarity
@@ -145,23 +147,23 @@ class Finder:
             names = {number: layout.describe(number) for number in ids if number not in exclude}
             return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
         asked = memory.ask(resolution.matches or (description,), at=at, question=description)
-        posterior = self._compute_posterior(asked)
-        relations = asked.choose_relation().tolist()
+        cosines, posterior = self._get_cosines(asked), self._compute_posterior(asked)
+        relations = asked.relation.tolist()
         order = np.argsort(-posterior.places, kind="stable")
         if exclude:
             order = order[[asked.furniture_ids[place] not in exclude for place in order]]
         chosen = order[:k].tolist()
         likely, shown = posterior.places.tolist(), posterior.detection.tolist()
-        evidence = gather_evidence(asked, self._get_cosines(asked), chosen)
+        evidence = gather_evidence(asked, cosines, chosen)
         places = []
-        for place, own in zip(chosen, evidence, strict=True):
+        for place, found in zip(chosen, evidence, strict=True):
             places.append(
                 Place(
                     furniture=asked.furniture_ids[place],
                     name=asked.furniture_names[place],
                     relation=RELATIONS[relations[place]],
                     probability=likely[place],
-                    evidence=own,
+                    evidence=found,
                     detection=shown[place],
                     open_cost=asked.open_costs[place] if IS_INSIDE[relations[place]] else None,
                 )
@@ -171,7 +173,7 @@ class Finder:
             places=tuple(places),
             elsewhere=posterior.elsewhere,
             with_robot=float(1 - np.prod(1 - asked.carried)),
-            last_seen=asked.last_seen,
+            last_seen=asked.sightings[0] if asked.sightings else None,
             resolution=resolution,
         )
 
@@ -250,14 +252,13 @@ class Finder:
         """Return where any of the things asked for is."""
         if self._detector is not None:  # one that is given holds for the policy, too
             asked.batch.history.given_miss_rate = self._detector.miss_rate
-        settings = self._policy, self._detector
+        settings, detector = (self._policy, self._detector), self.detector
         with self._lock:  # policies keep caches
             prior = self._judged.recall(asked, settings, self._believe, self._policy.answers_apart)
-        return compute_posterior(prior, asked, self.detector)
+        return compute_posterior(prior, asked, detector)
 
-    def _believe(self, asked: Asked) -> Belief:
+    def _believe(self, batch: MemoryBatch, queries: Queries) -> Belief:
         """Return what the policy believes about each of the K things."""
-        batch, queries = asked.batch, asked.queries
         self._policy.reset(batch)
         num_things = len(queries.object)
         most = max(_MOST_PAIRS // batch.num_furniture, 1)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from itertools import chain
 
 import numpy as np
 
 from sgm.belief import Belief
+from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_questions import Asked
 from sgm.memory.queries import Queries
 
@@ -19,7 +19,7 @@ _MOST_LATELY = 500  # things of a home, or asked for, among which is chosen what
 
 _Thing = tuple[int, str, int]  # row, label and type: what a belief depends on
 _Things = tuple[_Thing, ...]  # of one question; how many they are, the evidence shows
-Judge = Callable[[Asked], Belief]
+Judge = Callable[[MemoryBatch, Queries], Belief]
 
 
 class JudgedBeliefs:
@@ -49,11 +49,12 @@ class JudgedBeliefs:
         Args:
             asked: K things.
             settings: what `judge` reads besides; beliefs of others do not count.
-            judge: returns the belief about such things.
+            judge: returns the belief of a memory about such things.
             comes_along: whether other things may be judged in one pass: their beliefs, and those
                 of what is asked for, must be the same to the bit.
         """
-        is_same = [own is one for own, one in zip(self._settings, settings, strict=False)]
+        pairs = zip(self._settings, settings, strict=False)
+        is_same = [before is now for before, now in pairs]
         is_state = self._origin is asked.origin and self._time == asked.batch.time
         if not (is_state and is_same and all(is_same)):  # the very same settings
             self._origin, self._time, self._settings = asked.origin, asked.batch.time, settings
@@ -75,12 +76,12 @@ class JudgedBeliefs:
 
     def _judge(self, asked: Asked, things: _Things, more: list[_Things], judge: Judge) -> Belief:
         questions = [things, *more]
-        joined = judge(_add_questions(asked, more)).log_weights
+        ends = np.cumsum([len(question) for question in questions]).tolist()
+        joined = judge(asked.batch, _add_questions(asked, more)).log_weights
         if len(self._beliefs) + len(more) >= _MOST_BELIEFS:
             self._beliefs.clear()
-        ends = np.cumsum([len(own) for own in questions]).tolist()
-        for own, end in zip(questions, ends, strict=True):
-            self._beliefs[own] = Belief(joined[end - len(own) : end])
+        for question, end in zip(questions, ends, strict=True):
+            self._beliefs[question] = Belief(joined[end - len(question) : end])
         return self._beliefs[things]
 
     def _choose_more(self, asked: Asked, things: _Things) -> list[_Things]:
@@ -89,7 +90,7 @@ class JudgedBeliefs:
             return []
         objects, labels = asked.batch.objects, asked.batch.labels
 
-        def is_here(row: int, label: str, kind: int) -> bool:
+        def is_known(row: int, label: str, kind: int) -> bool:
             """Whether it is a thing of this memory, still."""
             return (
                 row < objects.num_rows
@@ -101,13 +102,14 @@ class JudgedBeliefs:
         together = min(MOST_TOGETHER, _MOST_PAIRS // len(asked.furniture_ids))
         most = min(known, together - len(things))
         more, num_more = dict[_Things, None](), 0
-        for own in chain(reversed(self._lately), _list_seen(asked)):
+        for others in chain(reversed(self._lately), _list_seen(asked)):
             if num_more >= most:
                 break
-            is_known = own in self._beliefs or own == things or own in more
-            if num_more + len(own) <= most and not is_known and all(is_here(*one) for one in own):
-                more[own] = None
-                num_more += len(own)
+            is_judged = others in self._beliefs or others == things or others in more
+            has_room = num_more + len(others) <= most
+            if has_room and not is_judged and all(is_known(*thing) for thing in others):
+                more[others] = None
+                num_more += len(others)
         return list(more)
 
 
@@ -129,15 +131,12 @@ def _list_things(asked: Asked) -> _Things:
     return tuple(zip(rows.tolist(), labels, types, strict=True))
 
 
-def _add_questions(asked: Asked, more: list[_Things]) -> Asked:
+def _add_questions(asked: Asked, more: list[_Things]) -> Queries:
     """Put more questions, each as if it were put alone, after the same ones before it."""
     if not more:
-        return asked
-    rows = np.array([row for own in more for row, *_ in own])
+        return asked.queries
+    rows = np.array([row for things in more for row, *_ in things])
     home = np.zeros(len(rows), dtype=np.int64)
     prior = asked.batch.place_prior.rows(home, asked.batch.objects["type"][rows])
-    num_asked = np.array([len(own) for own in more for _ in own])
-    return replace(
-        asked,
-        queries=asked.queries.join(Queries(home, rows, prior, num_asked)),
-    )
+    num_asked = np.array([len(things) for things in more for _ in things])
+    return asked.queries.join(Queries(home, rows, prior, num_asked))

@@ -20,7 +20,7 @@ from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
 from sgm.memory.seen_places import Looks, list_places, sum_negative
 from sgm.memory.sighting import SeenAt
-from sgm.memory.thing import ROBOT_CONFIDENCE, Statement
+from sgm.memory.thing import ROBOT_CONFIDENCE, Said, Statement
 from sgm.names.name import Name
 from sgm.names.name_matching import Similarity
 from sgm.names.resolution import Resolution
@@ -62,6 +62,10 @@ class Asked:
         descriptions: of all objects of `current`, (O,).
         looks: what the looks say about each of the K.
         num_instances: most things of each description that were seen at once, 1 or more, (K,).
+        was_seen: which of them were seen before the looks of this time step, bool (K,).
+        carried: probability that the robot carries each of them, (K,).
+        relation: how they lie at each place, by number in `RELATIONS`, (F,): as one of them last
+            lay there; where none was ever seen, as the prior has it.
         sightings: every place where one of them was ever seen, the latest first.
         furniture_ids, furniture_names: F each.
         open_costs: of opening each to look into it, None where there is nothing to open; F each.
@@ -80,43 +84,14 @@ class Asked:
     descriptions: tuple[str, ...]
     looks: Looks
     num_instances: np.ndarray
+    was_seen: np.ndarray
+    carried: np.ndarray
+    relation: np.ndarray
     sightings: tuple[SeenAt, ...]
     furniture_ids: tuple[int, ...]
     furniture_names: tuple[str, ...]
     open_costs: tuple[float | None, ...]
     clock: Clock | None = None
-
-    @property
-    def last_seen(self) -> SeenAt | None:
-        """Where and when one of them was last seen; None if that never was."""
-        return next(iter(self.sightings), None)
-
-    @property
-    def was_seen(self) -> np.ndarray:
-        """Which of them were seen before the looks of this time step, bool (K,)."""
-        return self.batch.objects["num_observed"][self.queries.object] > 0
-
-    @property
-    def carried(self) -> np.ndarray:
-        """Probability that the robot carries each of them, (K,)."""
-        is_carried = np.append(self.current.objects["carried_since"], NEVER)[self.rows] >= 0
-        if not is_carried.any():
-            return np.zeros(len(is_carried))
-        sure = [0.0 if said is None else said.confidence for said in self.said]
-        return np.where(is_carried, np.where(np.array(sure) > 0, sure, ROBOT_CONFIDENCE), 0.0)
-
-    def choose_relation(self) -> np.ndarray:
-        """Return how the objects lie at each place, by number in `RELATIONS`, (F,).
-
-        As one of them last lay there; where none was ever seen, as the prior has it.
-        """
-        prior = self.queries.prior.sum(axis=0)  # (F, 2)
-        relation = NUM_RELATIONS - 1 - prior[:, ::-1].argmax(axis=1)  # the last of equal ones
-        edges = self.current.edges
-        own = self.edges[edges["num_true"][self.edges] > 0]
-        own = own[np.argsort(edges["last_true"][own], kind="stable")]
-        relation[edges["furniture"][own]] = edges["relation"][own]
-        return relation
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,10 +186,9 @@ class MemoryQuestions:
         """Ask for objects, and leave the memory as it is; safe beside a thread that observes."""
         with self._state.lock:
             state = self._state
-            words = "" if question is None else state.things.read(question).words
             _check_furniture(state)
             later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
-            return _ask(state, descriptions, before_looks, later, words)
+            return _ask(state, descriptions, before_looks, later, question)
 
     def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
         """Order all furniture by how likely it holds an object, the best first."""
@@ -244,44 +218,32 @@ def _ask(
     descriptions: Sequence[str],
     before_looks: bool,
     later: int,
-    question: str,
+    question: str | None,
 ) -> Asked:
     """Ask for objects by names or ids, time steps later; see `SceneGraphMemory.ask`."""
-    snapshot, before, places = state.get_snapshot(), state.before, state.furniture
-    current = state.view(snapshot)
-    current.time += later
-    if before_looks and before is not None and not later:
-        batch, origin = state.share(before.batch), before.origin
-        num_known = before.batch.objects.num_rows
-    else:
-        batch, origin, num_known = state.share(snapshot), state.version, len(state.things)
-        batch.time = current.time
+    places = state.furniture
+    current, batch, origin = state.share(before_looks, later)
     positions, known, names = _find_asked(state, descriptions)
+    words = "" if question is None else state.things.read(question).words
     texts = state.things.descriptions
-    is_known = (known >= 0) & (known < num_known)
-    keys = np.where(is_known, known, num_known + np.arange(len(names)))
-    if is_known.all():
-        kinds = [batch.objects["label"][known], batch.objects["type"][known]]
-    else:
-        vocabulary = state.vocabulary.with_labels(batch.labels)
-        kinds = list(np.array([vocabulary.find_type(name.text) for name in names]).T)
-        batch.labels = vocabulary.labels
-    queries = batch.ask(np.zeros(len(names), dtype=np.int64), keys, *kinds)
-    at_once = np.append(current.objects["num_at_once"], 0)
-    said = [state.get_said(row) if row >= 0 else None for row in known.tolist()]
-    last_said = [None if own is None else own.last for own in said]
+    queries = _put(state, batch, known, names)
     num_objects = current.objects.num_rows  # from what it does not know, no edges lead
     asked = np.where(known >= 0, known, num_objects)
     found = join_groups(asked, current.edges["object"], num_objects + 1)
     edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice
-    members = [state.list_members(row) for row in known.tolist()]
-    things = _AskedThings(current, places.position, known, names, members, last_said, *found)
+    said: list[Said | None] = []
     sightings: list[SeenAt] = []
-    for row, own in zip(known.tolist(), said, strict=True):
-        if own is not None:
-            sightings += list_places(current, row, own, places.ids, edges)
+    for thing in known.tolist():
+        said_of = None if thing < 0 else state.get_said(thing)
+        said.append(said_of)
+        if said_of is not None:
+            sightings += list_places(current, thing, said_of, places.ids, edges)
     if len(known) > 1:
         sightings.sort(key=lambda seen: -seen.time)
+    last_said, statements = _list_statements(said)
+    members = [[-1] if said_of is None else said_of.members for said_of in said]
+    things = _AskedThings(current, places.position, known, names, members, last_said, *found)
+    num_at_once = np.append(current.objects["num_at_once"], 0)[known]
     return Asked(
         batch=batch,
         origin=origin,
@@ -290,17 +252,64 @@ def _ask(
         question=positions,
         rows=known,
         edges=edges,
-        said=tuple(last_said),
-        statements=tuple(() if own is None else own.statements for own in said),
+        said=last_said,
+        statements=statements,
         descriptions=texts,
-        looks=_list_looks(state, batch, queries, things, question),
-        num_instances=np.maximum(at_once[known], 1),
+        looks=_list_looks(state, batch, queries, things, words),
+        num_instances=np.maximum(num_at_once, 1),
+        was_seen=batch.objects["num_observed"][queries.object] > 0,
+        carried=_weigh_carried(things),
+        relation=_choose_relation(current, queries, edges),
         sightings=tuple(sightings),
         furniture_ids=places.ids,
         furniture_names=places.names,
         open_costs=places.open_costs,
         clock=state.clock,
     )
+
+
+def _put(
+    state: MemoryState, batch: MemoryBatch, known: np.ndarray, names: Sequence[Name]
+) -> Queries:
+    """Ask a memory for K things by name, and by row where they are known, -1 for new ones."""
+    num_known = batch.objects.num_rows
+    is_known = (known >= 0) & (known < num_known)
+    keys = np.where(is_known, known, num_known + np.arange(len(names)))
+    if is_known.all():
+        kinds = [batch.objects["label"][known], batch.objects["type"][known]]
+    else:
+        vocabulary = state.vocabulary.with_labels(batch.labels)
+        kinds = list(np.array([vocabulary.find_type(name.text) for name in names]).T)
+        batch.labels = vocabulary.labels
+    return batch.ask(np.zeros(len(names), dtype=np.int64), keys, *kinds)
+
+
+def _list_statements(
+    said: Sequence[Said | None],
+) -> tuple[tuple[Statement | None, ...], tuple[tuple[Statement, ...], ...]]:
+    """Return the last statement about each thing that no look has shown since, and all of them."""
+    last = tuple(None if said_of is None else said_of.last for said_of in said)
+    return last, tuple(() if said_of is None else said_of.thing.statements for said_of in said)
+
+
+def _weigh_carried(things: _AskedThings) -> np.ndarray:
+    """Return `Asked.carried`."""
+    is_carried = np.append(things.memory.objects["carried_since"], NEVER)[things.rows] >= 0
+    if not is_carried.any():
+        return np.zeros(len(is_carried))
+    sure = [0.0 if statement is None else statement.confidence for statement in things.said]
+    return np.where(is_carried, np.where(np.array(sure) > 0, sure, ROBOT_CONFIDENCE), 0.0)
+
+
+def _choose_relation(memory: MemoryBatch, queries: Queries, edges: np.ndarray) -> np.ndarray:
+    """Return `Asked.relation` of things whose edges these are in a memory, (n,)."""
+    prior = queries.prior.sum(axis=0)  # (F, 2)
+    relation = NUM_RELATIONS - 1 - prior[:, ::-1].argmax(axis=1)  # the last of equal ones
+    table = memory.edges
+    seen = edges[table["num_true"][edges] > 0]
+    seen = seen[np.argsort(table["last_true"][seen], kind="stable")]
+    relation[table["furniture"][seen]] = table["relation"][seen]
+    return relation
 
 
 def _find_asked(
@@ -336,14 +345,13 @@ def _list_looks(
     They are `queries` in the memory before the looks of this step, `batch`. Looks for the
     `question` count as looks for each thing, if they were of a later time step than its sighting.
     """
-    now = things.memory.time
-    share = None  # how likely each relation to the furniture that it is at is, (K, F, 2)
-    if state.step.looks_by_relation or batch.history.look_relations is not None:
-        share = batch.compute_relation_shares(queries)
-    seen = _list_seen(things)
+    now, seen = things.memory.time, _list_seen(things)
     num_seen, negative = (seen > 0).astype(np.int64), np.zeros(seen.shape)
     if state.before is not None and batch.time == now == state.time:
         _count_seen(state, things, num_seen)
+        share = None  # how likely each relation to the furniture that it is at is, (K, F, 2)
+        if state.step.looks_by_relation or batch.history.look_relations is not None:
+            share = batch.compute_relation_shares(queries)
         _sum_negative(state, things, share, negative)
     sought, sought_ago = np.zeros(seen.shape), np.full(seen.shape, np.inf)
     for here, count, ago in _list_sought(state, things, question):

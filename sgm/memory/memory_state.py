@@ -346,13 +346,22 @@ class MemoryState:
             self._snapshot = {self.version: batch.copy()}
         return self._snapshot[self.version]
 
-    def view(self, snapshot: MemoryBatch) -> MemoryBatch:
-        """Return what a snapshot holds, to be read at any time step; what was merged is one."""
-        return snapshot.fuse() if self.has_merged else clone(snapshot)
+    def share(self, before_looks: bool, later: int) -> tuple[MemoryBatch, MemoryBatch, object]:
+        """Return what questions read, some time steps `later`; what was merged is one.
 
-    def share(self, snapshot: MemoryBatch) -> MemoryBatch:
-        """Return what a snapshot holds, of which questions may be asked; what was merged is one."""
-        return snapshot.fuse() if self.has_merged else snapshot.share()
+        Returns:
+            The memory as it is now. The memory of which policies are asked, if it is to be that
+            `before_looks` of this step, and what stands for its state: see `Asked`.
+        """
+        snapshot, before, origin = self.get_snapshot(), self.before, self.version
+        shared = snapshot
+        if before_looks and before is not None and not later:
+            shared, origin = before.batch, before.origin
+        batch = shared.fuse() if self.has_merged else shared.share()
+        current = snapshot.fuse() if self.has_merged else clone(snapshot)
+        current.time += later
+        batch.time += later
+        return current, batch, origin
 
     def ensure_object(self, name: Name, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new; see `ThingRows.add`."""
@@ -399,13 +408,13 @@ class MemoryState:
         things, members = self.things, self.list_members(row)
         spoken_of = [number for number in members if things[number].statements]
         if not spoken_of:
-            return Said(things[row])
+            return Said(things[row], members)
         own = max(spoken_of, key=lambda number: things[number].statements[-1].time)
         last, objects = things[own].statements[-1], self.batch.objects
         others = [number for number in members if number != own]
         is_last = objects["num_observed"][own] == last.num_observed
         is_last = is_last and (objects["last_observed"][others] <= last.time).all()
-        return Said(things.join(members), last if is_last else None)
+        return Said(things.join(members), members, last if is_last else None)
 
     def get_thing(self, row: int) -> Thing:
         """Return an object with all that was said of it, and of what was merged with it."""

@@ -239,7 +239,7 @@ def list_places(
     is_left = last_seen > memory.edges["last_true"][seen].max(initial=NEVER)
     rows = SeenRows.of_edges(memory, seen, np.array([row])[: int(is_left)])
     places = sorted(rows.tell(memory, furniture_ids), key=lambda at: -at.time)
-    if not said.statements:
+    if not said.thing.statements:
         return places
     told = said.thing.order_places()
     last = int(memory.objects["last_furniture"][row])
@@ -258,7 +258,7 @@ def list_said_by(
     Where a look has shown it there in the same time step, it was seen. Arguments as of
     `list_places`.
     """
-    if not said.statements:
+    if not said.thing.statements:
         return {}
     last, edges = said.last, memory.edges
     said_by: dict[tuple[int, int | None], str] = {}
@@ -267,7 +267,7 @@ def list_said_by(
     own = np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0))
     columns = (edges[name][own].tolist() for name in ("last_true", "furniture", "confidence"))
     known = {(time, furniture_ids[place]): sure for time, place, sure in zip(*columns, strict=True)}
-    for one in said.statements:  # a sighting of that step would have left its own confidence
+    for one in said.thing.statements:  # a sighting of that step would have left its own confidence
         place = one.time, one.furniture
         if place[1] is not None and known.get(place) == np.float32(one.confidence):
             said_by.setdefault(place, one.by)

@@ -171,16 +171,13 @@ class Said:
 
     Attributes:
         thing: with all these statements, the oldest first.
+        members: rows of all nodes that were merged as it, its own first.
         last: the last of them; None if there is none, or a look has shown the thing since.
     """
 
     thing: Thing
+    members: Sequence[int]
     last: Statement | None = None
-
-    @property
-    def statements(self) -> tuple[Statement, ...]:
-        """All that was said, the oldest first."""
-        return self.thing.statements
 
 
 class ThingRows:

@@ -159,7 +159,7 @@ class StepAnswers:
     def _read_state(self) -> tuple[int, int, int, PlacePrior]:
         """Return what differs after a step, a look, or a change of the furniture."""
         memory = self.memory
-        num_looks = int(memory.furniture_num_observed.sum())
+        num_looks = int(memory.furniture["num_observed"].sum())
         return memory.time, num_looks, memory.edges.num_rows, memory.place_prior
 
     def answer(self, queries: Queries, ask: Callable[[Queries], np.ndarray]) -> np.ndarray:

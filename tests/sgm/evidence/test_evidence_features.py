@@ -13,7 +13,6 @@ from sgm.evidence.columns import (
     QUESTION_GROUP_COLUMNS,
 )
 from sgm.evidence.evidence_features import compute_features, compute_groups
-from sgm.evidence.question import Question
 from sgm.policies.adaptive import Adaptive
 from sgm.text.vectors import Alike
 from simulator.tasks.rollout import Rollout
@@ -229,7 +228,7 @@ def test_every_group_has_its_columns(make_tiny_memory, memory):
     with_clock = make_tiny_memory()
     with_clock.clock = np.array([[0.0, 3600.0]])  # seconds of the week at step 0, and of a step
     for own, without in ((with_clock, set()), (memory, set(CLOCK_GROUPS))):
-        of_places, of_question = compute_groups(Question.gather(own, ask(own)), 0.5)
+        _, of_places, of_question = compute_groups(own, ask(own), 0.5)
         for groups, names, shape in (
             (of_places, PLACE_GROUP_COLUMNS, (1, 6)),
             (of_question, QUESTION_GROUP_COLUMNS, (1,)),

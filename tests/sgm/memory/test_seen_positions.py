@@ -226,7 +226,7 @@ def test_an_older_state_is_not_changed_by_later_looks(memory):
     asked = memory.ask(["mug"])
     copy = memory.copy()
     see(memory, 0, (2.0, 2.0, 0.95))
-    assert asked.last_seen.position == AT
+    assert asked.sightings[0].position == AT
     assert asked.current.positions["x"].tolist() == [1.9]
     assert find(copy) == {0: AT}
 
