@@ -81,7 +81,7 @@ def correct(path: Path, map_file: Path) -> None:
     memory = SceneGraphMemory.load(path)
     counts = load_map(map_file).correct(memory)
     memory.save(path)
-    said = ", ".join(f"{number} {what}" for what, number in counts.items() if number)
+    said = ", ".join(f"{number} {change}" for change, number in counts.items() if number)
     print(f"memory: {path}, {said or 'nothing to correct'}")
 
 

@@ -27,9 +27,11 @@ def compute_likeness(silhouettes: Sequence[Silhouettes], boxes: Sequence[Box]) -
     1 where nothing was seen.
     """
     likeness = np.ones(len(boxes))
-    for rows in _split(silhouettes):
-        views = _stack([silhouettes[row] for row in rows], [boxes[row] for row in rows])
-        likeness[rows] = views.score()
+    for chosen in _split(silhouettes):
+        views = _stack(
+            [silhouettes[number] for number in chosen], [boxes[number] for number in chosen]
+        )
+        likeness[chosen] = views.score()
     return likeness
 
 
@@ -40,13 +42,13 @@ def fit_boxes(silhouettes: Sequence[Silhouettes], boxes: Sequence[Box], ground: 
     goes through its sides with one step after the other, and takes the first move that gains.
     """
     fitted = [*boxes]
-    for rows in _split(silhouettes):
-        views = _stack([silhouettes[row] for row in rows], [boxes[row] for row in rows])
+    for chosen in _split(silhouettes):
+        views = _stack([silhouettes[index] for index in chosen], [boxes[index] for index in chosen])
         for number, low, high in _fit(views, ground):
-            box = boxes[rows[number]]
+            box = boxes[chosen[number]]
             middle = (low + high) / 2
             center = (*(make_turn(box.yaw) @ middle[:2]).tolist(), float(middle[2]))
-            fitted[rows[number]] = replace(box, center=center, size=tuple((high - low).tolist()))
+            fitted[chosen[number]] = replace(box, center=center, size=tuple((high - low).tolist()))
     return fitted
 
 
@@ -57,17 +59,17 @@ def compute_overlaps(view: CameraView, boxes: Sequence[Box], seen: np.ndarray) -
 
 def _split(silhouettes: Sequence[Silhouettes]) -> Iterator[list[int]]:
     """Yield the numbers of those that have something, not too many at once."""
-    rows = [row for row, seen in enumerate(silhouettes) if len(seen)]
-    for begin in range(0, len(rows), _TOGETHER):
-        yield rows[begin : begin + _TOGETHER]
+    numbers = [number for number, seen in enumerate(silhouettes) if len(seen)]
+    for begin in range(0, len(numbers), _TOGETHER):
+        yield numbers[begin : begin + _TOGETHER]
 
 
 def _stack(silhouettes: Sequence[Silhouettes], boxes: Sequence[Box]) -> BoxViews:
     num_seen = np.array([len(seen) for seen in silhouettes])
-    rows = np.zeros((len(boxes), num_seen.max(), 20))
-    for row, seen in zip(rows, silhouettes, strict=True):
-        seen.fill(row)
-    return BoxViews(rows, num_seen, boxes)
+    frames = np.zeros((len(boxes), num_seen.max(), 20))
+    for of_box, seen in zip(frames, silhouettes, strict=True):
+        seen.fill(of_box)
+    return BoxViews(frames, num_seen, boxes)
 
 
 def _fit(views: BoxViews, ground: float) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:

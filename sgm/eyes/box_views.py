@@ -31,7 +31,7 @@ class BoxViews:
         low, high: corners in the own axes of each box, from the origin of the map, (k, 3).
     """
 
-    def __init__(self, rows: np.ndarray, num_seen: np.ndarray, boxes: Sequence[Box]) -> None:
+    def __init__(self, frames: np.ndarray, num_seen: np.ndarray, boxes: Sequence[Box]) -> None:
         """Take k boxes, and v rows of `Silhouettes` for each, (k, v, 20).
 
         The first of them are of frames, as many as (k,) says; the others are 0.
@@ -42,9 +42,9 @@ class BoxViews:
         half = np.array([box.size for box in boxes]) / 2
         center[:, :2] = np.einsum("ka,kab->kb", center[:, :2], turn)
         self.low, self.high = center - half, center + half
-        parts = np.ascontiguousarray(rows.transpose(2, 0, 1))  # (20, k, v)
+        parts = np.ascontiguousarray(frames.transpose(2, 0, 1))  # (20, k, v)
         self._origin, self._ends, self._seen = parts[AT], parts[ENDS], parts[SEEN]
-        axes = parts[LENS].reshape(3, 3, *rows.shape[:2])  # of the map, then of the camera
+        axes = parts[LENS].reshape(3, 3, *frames.shape[:2])  # of the map, then of the camera
         axes[:2] = np.einsum("kab,ackv->bckv", turn, axes[:2])
         self._axes = np.ascontiguousarray(axes.swapaxes(0, 1))  # of the camera, then of the box
         self._area = np.prod(self._seen[2:] - self._seen[:2], axis=0)
@@ -96,8 +96,8 @@ class BoxViews:
         )  # (3, axes, 2, 2, k, v)
         flat -= self._origin[:, None, None, None]
         flat = flat.reshape(3, axes, 4, *flat.shape[-2:]).swapaxes(1, 2)
-        at = (ends[:axes, :, None] + shifts).reshape(axes, -1, len(self.low))
-        side = self._axes[:, :axes, None] * at[..., None]  # (3, axes, 2 s, k, v)
+        coordinate = (ends[:axes, :, None] + shifts).reshape(axes, -1, len(self.low))
+        side = self._axes[:, :axes, None] * coordinate[..., None]  # (3, axes, 2 s, k, v)
         camera = flat[:, :, :, None] + side[:, None]  # (3, 4, axes, 2 s, k, v)
         pixels = camera[:2] / np.maximum(camera[2], _NEAREST)
         pixels = pixels.reshape(2, 4, -1, *pixels.shape[-2:])

@@ -171,8 +171,8 @@ class Pose:
         Raises:
             ValueError: if they are one point, or one above the other.
         """
-        at = read_numbers("position of a camera", position, (3,))
-        forward = read_numbers("target of a camera", target, (3,)) - at
+        eye = read_numbers("position of a camera", position, (3,))
+        forward = read_numbers("target of a camera", target, (3,)) - eye
         right = np.array([forward[1], -forward[0], 0.0])
         if np.linalg.norm(right) < 1e-9:
             raise ValueError(
@@ -181,7 +181,7 @@ class Pose:
             )
         forward, right = forward / np.linalg.norm(forward), right / np.linalg.norm(right)
         down = np.cross(forward, right)
-        return cls(np.column_stack([right, down, forward]), at, position_sd, angle_sd)
+        return cls(np.column_stack([right, down, forward]), eye, position_sd, angle_sd)
 
     def to_camera(self, points: np.ndarray) -> np.ndarray:
         """Turn points of the map (n, 3) into the camera's frame."""

@@ -87,10 +87,10 @@ class DepthImage:
         sd = np.where(nearest <= last, last - nearest, 0) / 2  # nan if none was measured
         return np.where(number > 0, (low + high) / 2, np.nan), sd
 
-    def _read_patches(self, at: np.ndarray) -> np.ndarray:
+    def _read_patches(self, pixels: np.ndarray) -> np.ndarray:
         """Return the depths of the m x m pixels in columns and rows (n, m, 2), (n, m * m)."""
-        columns, rows = self._round(at)
-        return self._depth[rows[:, :, None], columns[:, None, :]].reshape(len(at), -1)
+        columns, rows = self._round(pixels)
+        return self._depth[rows[:, :, None], columns[:, None, :]].reshape(len(pixels), -1)
 
     def _round(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return columns and rows of the pixels of the image that are nearest to (..., 2)."""

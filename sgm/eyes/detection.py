@@ -61,8 +61,10 @@ class Detection:
         for field, num in (("box", 4), ("center", 3), ("size", 3)):
             value = getattr(self, field)
             if value is not None:
-                what = f"{field} of {shorten(self.name)}"
-                object.__setattr__(self, field, tuple(read_numbers(what, value, (num,)).tolist()))
+                value_name = f"{field} of {shorten(self.name)}"
+                object.__setattr__(
+                    self, field, tuple(read_numbers(value_name, value, (num,)).tolist())
+                )
         if self.size is not None and min(self.size) < 0:
             raise ValueError(
                 f"size of a detection must be 0 or more along each axis, got {shorten(self.size)} "
@@ -139,22 +141,24 @@ def locate(view: CameraView, detections: Sequence[Detection]) -> tuple[Located, 
     Returns:
         Those with a place, and those without: no center, and no depth there.
     """
-    with_box = [one for one in detections if one.center is None]
-    boxes = np.array([one.box for one in with_box], dtype=float).reshape(-1, 4)
+    with_box = [detection for detection in detections if detection.center is None]
+    boxes = np.array([detection.box for detection in with_box], dtype=float).reshape(-1, 4)
     depth, depth_sd = view.measure_boxes(boxes)
     is_known = np.isfinite(depth)
-    found = [with_box[row] for row in np.flatnonzero(is_known)]
-    lost = [with_box[row] for row in np.flatnonzero(~is_known)]
+    found = [with_box[number] for number in np.flatnonzero(is_known)]
+    lost = [with_box[number] for number in np.flatnonzero(~is_known)]
     center, radius, height = _locate_boxes(view, boxes[is_known], depth[is_known])
-    own = [one for one in detections if one.center is not None]
-    center = np.vstack([center, np.array([one.center for one in own]).reshape(-1, 3)])
-    size = np.array([one.size or _USUAL_SIZE for one in own]).reshape(-1, 3)
+    with_center = [detection for detection in detections if detection.center is not None]
+    center = np.vstack(
+        [center, np.array([detection.center for detection in with_center]).reshape(-1, 3)]
+    )
+    size = np.array([detection.size or _USUAL_SIZE for detection in with_center]).reshape(-1, 3)
     radius = np.append(radius, (size[:, 0] / 2 + size[:, 1] / 2) / 2)
     height = np.append(height, np.maximum(size[:, 2], 0.01))
     distance = np.linalg.norm(center - view.pose.position, axis=1)
     sd = view.pose.compute_sd(distance)
-    depth_sd = np.append(depth_sd[is_known], np.zeros(len(own)))
-    return Located((*found, *own), center, radius, height, sd, depth_sd), lost
+    depth_sd = np.append(depth_sd[is_known], np.zeros(len(with_center)))
+    return Located((*found, *with_center), center, radius, height, sd, depth_sd), lost
 
 
 def _locate_boxes(

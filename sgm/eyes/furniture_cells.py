@@ -92,15 +92,15 @@ class FurnitureCells:
         is_own = (within > 0) & (within >= _LEAST_SHARE * (total + doubt))
         if is_own.sum() < _LEAST_CELLS:
             return None
-        own, rest = middle[is_own], middle[~is_own & (beside >= within)]
-        yaw = _find_yaw(own[:, :2], eye[:2])
+        body, surroundings = middle[is_own], middle[~is_own & (beside >= within)]
+        yaw = _find_yaw(body[:, :2], eye[:2])
         axes = make_turn(yaw)
-        flat = own[:, :2] @ axes
+        flat = body[:, :2] @ axes
         widening = _WIDENING + sd
         low, high = (_narrow(_find_range(flat[:, side]), widening) for side in (0, 1))
-        bottom, top = _find_heights(own[:, 2], ground)
+        bottom, top = _find_heights(body[:, 2], ground)
         if low[1] - low[0] < _FLAT and top > eye[2] - 0.1:
-            low = _find_back(low, high, rest, axes, ground), low[1]
+            low = _find_back(low, high, surroundings, axes, ground), low[1]
         x, y = axes @ (sum(low) / 2, sum(high) / 2)
         size = low[1] - low[0], high[1] - high[0], top - bottom
         length, width = (max(float(side), _LEAST_SIDE) for side in size[:2])
@@ -150,8 +150,8 @@ def _find_range(values: np.ndarray) -> tuple[float, float]:
             end -= 1
         else:
             break
-    own = values[(slices >= begin) & (slices < end)]
-    return float(own.min()), float(own.max())
+    kept = values[(slices >= begin) & (slices < end)]
+    return float(kept.min()), float(kept.max())
 
 
 def _narrow(ends: tuple[float, float], widening: float) -> tuple[float, float]:
@@ -173,7 +173,7 @@ def _find_heights(z: np.ndarray, ground: float) -> tuple[float, float]:
 def _find_back(
     low: tuple[float, float],
     high: tuple[float, float],
-    rest: np.ndarray,
+    surroundings: np.ndarray,
     axes: np.ndarray,
     ground: float,
 ) -> float:
@@ -181,10 +181,10 @@ def _find_back(
 
     That is the wall behind it, where one was measured beside or above it, else the usual depth.
     """
-    flat = rest[:, :2] @ axes
+    flat = surroundings[:, :2] @ axes
     is_near = (flat[:, 1] > high[0] - _BESIDE) & (flat[:, 1] < high[1] + _BESIDE)
     is_near &= (flat[:, 0] < low[1] - 0.1) & (flat[:, 0] > low[1] - _DEEPEST)
-    behind = flat[is_near & (rest[:, 2] > ground + 0.1), 0]
+    behind = flat[is_near & (surroundings[:, 2] > ground + 0.1), 0]
     if len(behind) < _LEAST_CELLS:
         return min(low[0], low[1] - _USUAL_DEPTH)
     counts, edges = np.histogram(behind, bins=np.arange(low[1] - _DEEPEST, low[1], CELL))

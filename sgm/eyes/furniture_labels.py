@@ -21,35 +21,37 @@ class FurnitureLabels:
     Case, plural, hyphens and a number behind the name make no difference: "Couches", "sofa 2".
     """
 
-    def __init__(self, own: Iterable[str] | Mapping[str, Iterable[str]] = ()) -> None:
+    def __init__(self, labels: Iterable[str] | Mapping[str, Iterable[str]] = ()) -> None:
         """Take the household's labels and add some.
 
         Args:
-            own: further labels, or their aliases by label.
+            labels: further ones, or their aliases by label.
 
         Raises:
             TypeError: if they are one text.
             ValueError: if a label or an alias is no name.
         """
-        if isinstance(own, str):
+        if isinstance(labels, str):
             raise TypeError(
-                f"labels of furniture must be a list, got {shorten(own)}. Write ['workbench']."
+                f"labels of furniture must be a list, got {shorten(labels)}. Write ['workbench']."
             )
         self._meanings: dict[str, dict[str, None]] = {}
         # What was found and compared, for every frame asks.
         self._found: dict[str, tuple[str, ...]] = {}
         self._same: dict[tuple[str, str], bool] = {}
         table = AliasTable.household()
-        for row in read_table("sgm.prior", "household_furniture.csv"):
-            label = row["label"]
-            aliases = [*filter(None, row["also"].split("|"))]
+        for record in read_table("sgm.prior", "household_furniture.csv"):
+            label = record["label"]
+            aliases = [*filter(None, record["also"].split("|"))]
             for name in (label, *aliases):
                 for thing in table.find(split_words(name)):
                     aliases += table.list_names(thing)
             self._add(label, aliases)
-        rows: Mapping[str, Iterable[str]]
-        rows = own if isinstance(own, Mapping) else {label: () for label in own}
-        for label, names in rows.items():
+        aliases_by_label: Mapping[str, Iterable[str]]
+        aliases_by_label = (
+            labels if isinstance(labels, Mapping) else {label: () for label in labels}
+        )
+        for label, names in aliases_by_label.items():
             self._add(label, names)
         for label in [*self._labels]:  # a label means itself before all else
             key = _make_key(label)
@@ -62,24 +64,24 @@ class FurnitureLabels:
         Raises:
             ValueError: if it is neither; names the label.
         """
-        rows = {} if data is None else data
-        if isinstance(rows, list):
-            rows = {str(label): [] for label in rows}
-        if isinstance(rows, Mapping):
-            rows = {
+        aliases_by_label = {} if data is None else data
+        if isinstance(aliases_by_label, list):
+            aliases_by_label = {str(label): [] for label in aliases_by_label}
+        if isinstance(aliases_by_label, Mapping):
+            aliases_by_label = {
                 str(label): [names] if isinstance(names, str) else [] if names is None else names
-                for label, names in rows.items()
+                for label, names in aliases_by_label.items()
             }
-        if not isinstance(rows, Mapping) or not all(
+        if not isinstance(aliases_by_label, Mapping) or not all(
             isinstance(names, list) and all(isinstance(name, str) for name in names)
-            for names in rows.values()
+            for names in aliases_by_label.values()
         ):
             raise ValueError(
                 f"names of furniture must be aliases by label, got {shorten(data)} in {where}. "
                 "Write fridge: [Kühlschrank]."
             )
         try:
-            return cls(rows)
+            return cls(aliases_by_label)
         except ValueError as error:
             raise ValueError(f"{error} In {where}.") from None
 
@@ -122,10 +124,10 @@ class FurnitureLabels:
         return found
 
     def _compare(self, name: str, other: str) -> bool:
-        ones, others = self.find(name), self.find(other)
-        if set(ones) & set(others) or _make_key(name) == _make_key(other):
+        found, others = self.find(name), self.find(other)
+        if set(found) & set(others) or _make_key(name) == _make_key(other):
             return True
-        return bool(ones and others) and _get_head(name) == _get_head(other)
+        return bool(found and others) and _get_head(name) == _get_head(other)
 
 
 def _make_key(name: str) -> str:

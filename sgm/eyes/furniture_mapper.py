@@ -133,7 +133,7 @@ class FurnitureMapper:
         """
         self._follow()
         if self._doubt is not None:
-            self._doubt.extend(one is not None for one in known)
+            self._doubt.extend(furniture is not None for furniture in known)
             is_over = time - self._jumped >= self.rules.longest_doubt
             if sum(self._doubt) < _SURE_AGAIN and not is_over:
                 return False
@@ -144,21 +144,21 @@ class FurnitureMapper:
             )
         detections, known = detections[:_MOST_SEEN], known[:_MOST_SEEN]
         shown = measure_furniture(view, detections, others[:_MOST_SEEN], self._ground)
-        labels = [self.labels.find_label(one.name) for one in detections]
+        labels = [self.labels.find_label(detection.name) for detection in detections]
         matches = SketchMatches(self._sketches, self.labels, view)
         wanted = [
-            row
-            for row, furniture in enumerate(known)
-            if furniture is None and labels[row] is not None and shown[row][1].any()
+            number
+            for number, furniture in enumerate(known)
+            if furniture is None and labels[number] is not None and shown[number][1].any()
         ]
         matches.prepare(detections, labels, shown, wanted)
         taken: set[int] = set()  # numbers of sketches
         due: list[Sketch] = []  # to be drawn
-        for row, (detection, furniture) in enumerate(zip(detections, known, strict=True)):
+        for number, (detection, furniture) in enumerate(zip(detections, known, strict=True)):
             sketch = None if furniture is None else self._by_id.get(furniture)
             if furniture is not None and sketch is None:
                 continue  # furniture of the map, which is left as it is
-            label, (points, is_within) = labels[row], shown[row]
+            label, (points, is_within) = labels[number], shown[number]
             if label is None:
                 continue
             if is_within.sum() < _LEAST_POINTS:
@@ -166,8 +166,8 @@ class FurnitureMapper:
                 continue
             if sketch is None or sketch.number in taken:
                 if sketch is not None:  # it was seen twice
-                    matches.prepare(detections, labels, shown, [row])
-                sketch = matches.find(row, taken)
+                    matches.prepare(detections, labels, shown, [number])
+                sketch = matches.find(number, taken)
             if sketch is None:
                 if len(self._sketches) >= _MOST_SKETCHES:
                     self._counts["furniture beyond what is kept"] += 1
@@ -190,7 +190,7 @@ class FurnitureMapper:
 
     def _note_shown(self, view: CameraView, taken: Container[int]) -> None:
         """Count for furniture that was found whether a frame shows it, and whether it was seen."""
-        drawn = [(one, one.box) for one in self._by_id.values() if one.box is not None]
+        drawn = [(sketch, sketch.box) for sketch in self._by_id.values() if sketch.box is not None]
         if not drawn or not view.has_depth:
             return
         center = np.array([box.center for _, box in drawn])
@@ -198,8 +198,8 @@ class FurnitureMapper:
         behind = view.measure_behind(center, np.zeros(len(drawn), dtype=np.int64))
         is_shown = behind > -front - REACH
         is_shown &= np.linalg.norm(center - view.pose.position, axis=1) < _SEEN_SURELY
-        for row in np.flatnonzero(is_shown).tolist():
-            sketch, _ = drawn[row]
+        for number in np.flatnonzero(is_shown).tolist():
+            sketch, _ = drawn[number]
             if sketch.num_shown >= _MOST_SHOWN:
                 sketch.num_shown, sketch.num_named = sketch.num_shown / 2, sketch.num_named / 2
             sketch.num_shown += 1
@@ -211,13 +211,13 @@ class FurnitureMapper:
         self._counts["jumps of the pose"] += 1
         if self._by_id:
             self._doubt = deque(maxlen=_DOUBTED)
-        self._sketches = [one for one in self._sketches if one.furniture is not None]
+        self._sketches = [sketch for sketch in self._sketches if sketch.furniture is not None]
 
     def settle(self) -> bool:
         """Add what is believed to the memory, and draw anew; return whether the map changed."""
         self._follow()
         draw_sketches(self._sketches, self._ground)
-        self._sketches = [one for one in self._sketches if one.box is not None]
+        self._sketches = [sketch for sketch in self._sketches if sketch.box is not None]
         num_merged = len(self.merged)
         self._sketches = self._joins.join(self._sketches, self._merge)
         has_changed = len(self.merged) > num_merged
@@ -246,8 +246,9 @@ class FurnitureMapper:
                 continue
             whole = [
                 other
-                for other, one in self._by_id.items()
-                if self._joins.is_part_of(sketch, one) and 2 * sketch.num_frames <= one.num_frames
+                for other, other_sketch in self._by_id.items()
+                if self._joins.is_part_of(sketch, other_sketch)
+                and 2 * sketch.num_frames <= other_sketch.num_frames
             ]
             if whole:
                 self._merge(whole[0], number)
@@ -259,7 +260,7 @@ class FurnitureMapper:
                 del self._by_id[number]
                 self._spots.make_of(number)
                 gone.append(sketch)
-        self._sketches = [one for one in self._sketches if one not in gone]
+        self._sketches = [sketch for sketch in self._sketches if sketch not in gone]
         return bool(gone)
 
     def _is_believed(self, sketch: Sketch) -> bool:
@@ -274,16 +275,16 @@ class FurnitureMapper:
     def _add(self, sketch: Sketch) -> None:
         """Add believed furniture to the memory, with what was seen at spots that it stands at."""
         assert sketch.box is not None
-        for number, row in self.memory.layout.furniture.items():
-            if row.box is None or number in self._by_id or number in self._spots.ids:
+        for number, furniture in self.memory.layout.furniture.items():
+            if furniture.box is None or number in self._by_id or number in self._spots.ids:
                 continue
-            both, _ = compute_overlap(row.box, sketch.box)
-            if both > self.rules.least_overlap * min(get_area(row.box), get_area(sketch.box)):
+            both, _ = compute_overlap(furniture.box, sketch.box)
+            if both > self.rules.least_overlap * min(get_area(furniture.box), get_area(sketch.box)):
                 return  # it is on the map already, as people have drawn it
         label, box = sketch.label, sketch.box
-        taken = {row.description for row in self.memory.layout.furniture.values()}
-        names = (f"{label} {number}" for number in range(2, len(taken) + 3))
-        name = label if label not in taken else next(one for one in names if one not in taken)
+        taken = {furniture.description for furniture in self.memory.layout.furniture.values()}
+        numbered = (f"{label} {number}" for number in range(2, len(taken) + 3))
+        name = next(name for name in (label, *numbered) if name not in taken)
         room = self._changes.find_room(box.center)
         sketch.furniture = self.memory.add_furniture(label, room, name, box=box)
         self._by_id[sketch.furniture] = sketch
@@ -293,20 +294,20 @@ class FurnitureMapper:
     def _update(self, sketch: Sketch) -> bool:
         """Draw furniture of the memory anew, if it differs by enough; return whether it did."""
         furniture, new = sketch.furniture, sketch.box
-        row = self.memory.layout.furniture.get(furniture) if furniture is not None else None
-        if row is None or row.box is None or new is None or furniture is None:
+        known = self.memory.layout.furniture.get(furniture) if furniture is not None else None
+        if known is None or known.box is None or new is None or furniture is None:
             return False
-        new = replace(new, interior=row.box.interior)
-        moved = math.dist(new.center, row.box.center)
-        change = max(moved, *(abs(a - b) for a, b in zip(new.size, row.box.size, strict=True)))
-        if change < self.rules.least_change and row.label == sketch.label:
+        new = replace(new, interior=known.box.interior)
+        moved = math.dist(new.center, known.box.center)
+        change = max(moved, *(abs(a - b) for a, b in zip(new.size, known.box.size, strict=True)))
+        if change < self.rules.least_change and known.label == sketch.label:
             return False
-        if moved > self.rules.most_change + max(row.box.size[:2]) / 2:
-            both, _ = compute_overlap(row.box, new)
-            if both <= _GROWN * get_area(row.box):  # else what was drawn is a part of it
+        if moved > self.rules.most_change + max(known.box.size[:2]) / 2:
+            both, _ = compute_overlap(known.box, new)
+            if both <= _GROWN * get_area(known.box):  # else what was drawn is a part of it
                 self._counts["furniture that jumped"] += 1
                 return False
-        if row.label != sketch.label:
+        if known.label != sketch.label:
             self.memory.name_furniture(furniture, sketch.label)
         if change >= self.rules.least_change:
             self.memory.move_furniture(furniture, box=new)
@@ -327,13 +328,13 @@ class FurnitureMapper:
         """
         return self._spots.find(center, bottom)
 
-    def list_around(self, at: np.ndarray) -> list[int]:
+    def list_around(self, point: np.ndarray) -> list[int]:
         """Return the furniture that was found, and whose box a point (3,) lies in."""
         boxes = self.memory.boxes
         return [
             number
             for number in self._by_id
-            if number in boxes and boxes[number].holds(at[None], _INSIDE).all()
+            if number in boxes and boxes[number].holds(point[None], _INSIDE).all()
         ]
 
     def tell_interior(self, furniture: int, interior: str) -> None:
@@ -350,12 +351,12 @@ class FurnitureMapper:
 
     def note_inside(self, furniture: int, centers: Iterable[np.ndarray]) -> bool:
         """Note things that were seen inside furniture; return whether it has an inside since."""
-        row = self.memory.layout.furniture.get(furniture)
-        if row is None or row.box is None or row.box.interior != "none":
+        known = self.memory.layout.furniture.get(furniture)
+        if known is None or known.box is None or known.box.interior != "none":
             return False
         if furniture not in self._by_id:
             return False
-        if not any(row.box.holds(at[None], _INSIDE).all() for at in centers):
+        if not any(known.box.holds(center[None], _INSIDE).all() for center in centers):
             return False
         self.tell_interior(furniture, "open")
         return True

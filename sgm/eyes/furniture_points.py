@@ -35,26 +35,27 @@ def measure_furniture(
         others: of things: what they show before furniture is not furniture.
         ground: height of the floor.
     """
-    found = [_NONE if one.box is not None else _fill(one) for one in detections]
-    rows = [row for row, one in enumerate(detections) if one.box is not None]
-    if not rows or not view.has_depth:
+    found = [_NONE if detection.box is not None else _fill(detection) for detection in detections]
+    numbers = [number for number, detection in enumerate(detections) if detection.box is not None]
+    if not numbers or not view.has_depth:
         return found
-    boxes = [one.box for one in (*detections, *others) if one.box is not None]
+    boxes = [detection.box for detection in (*detections, *others) if detection.box is not None]
     near = np.array(boxes).reshape(-1, 4)
-    own = near[: len(rows)]
-    middle, sides = (own[:, :2] + own[:, 2:]) / 2, own[:, 2:] - own[:, :2]
+    of_furniture = near[: len(numbers)]
+    low, high = of_furniture[:, :2], of_furniture[:, 2:]
+    middle, sides = (low + high) / 2, high - low
     pixels = middle[:, None] + sides[:, None] * _GRID  # (k, g, 2)
     flat = pixels.reshape(-1, 2)
-    is_kept = view.intrinsics.contains(flat).reshape(len(rows), -1)
-    is_kept[:, _IS_WITHIN] &= ~_find_covered(pixels[:, _IS_WITHIN], own, near)
+    is_kept = view.intrinsics.contains(flat).reshape(len(numbers), -1)
+    is_kept[:, _IS_WITHIN] &= ~_find_covered(pixels[:, _IS_WITHIN], of_furniture, near)
     points, is_known, is_beyond = view.measure_pixels(flat)
     is_known &= points[:, 2] > ground + _ABOVE_FLOOR
     away = np.linalg.norm(points - view.pose.position, axis=1).reshape(is_kept.shape)
     is_known, is_beyond = is_known.reshape(is_kept.shape), is_beyond.reshape(is_kept.shape)
     is_chosen = is_kept & is_known & (away < _find_ends(is_kept, is_known, is_beyond, away))
     points = points.reshape(*is_kept.shape, 3)
-    for row, own, chosen in zip(rows, points, is_chosen, strict=True):
-        found[row] = own[chosen], _IS_WITHIN[chosen]
+    for number, shown, chosen in zip(numbers, points, is_chosen, strict=True):
+        found[number] = shown[chosen], _IS_WITHIN[chosen]
     return found
 
 
@@ -72,29 +73,29 @@ def _find_ends(
     is_known = is_known & is_kept
     num_known = is_known.sum(axis=1)
     ordered = np.sort(np.where(is_known, away, np.inf), axis=1)
-    at = _NEAREST * np.maximum(num_known - 1, 0)  # a quantile
-    low, row = at.astype(np.int64), np.arange(len(away))
+    quantile = _NEAREST * np.maximum(num_known - 1, 0)
+    low, row = quantile.astype(np.int64), np.arange(len(away))
     first = ordered[row, low]
     second = ordered[row, np.minimum(low + 1, np.maximum(num_known - 1, 0))]
     is_some = (num_known > 0) & ~is_far
     first, second = np.where(is_some, first, 0), np.where(is_some, second, 0)
-    nearest = first + (at - low) * (second - first)
+    nearest = first + (quantile - low) * (second - first)
     return np.where(is_some, nearest + _MOST_BEHIND, 0)[:, None]
 
 
-def _find_covered(pixels: np.ndarray, own: np.ndarray, near: np.ndarray) -> np.ndarray:
+def _find_covered(pixels: np.ndarray, boxes: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Tell which pixels (k, g, 2) of boxes (k, 4) lie in smaller ones of (m, 4), bool (k, g).
 
     What is smaller is before furniture, or on it.
     """
     area = np.prod(near[:, 2:] - near[:, :2], axis=1)
-    is_over = area < area[: len(own), None]
-    is_over &= (near[:, :2] < own[:, None, 2:]).all(axis=2)
-    is_over &= (near[:, 2:] > own[:, None, :2]).all(axis=2)
+    is_over = area < area[: len(boxes), None]
+    is_over &= (near[:, :2] < boxes[:, None, 2:]).all(axis=2)
+    is_over &= (near[:, 2:] > boxes[:, None, :2]).all(axis=2)
     covered = np.zeros(pixels.shape[:2], dtype=bool)
     for row in np.flatnonzero(is_over.any(axis=1)).tolist():
-        other, at = near[is_over[row]], pixels[row][:, None]
-        covered[row] = ((at > other[:, :2]) & (at < other[:, 2:])).all(axis=2).any(axis=1)
+        other, pixel = near[is_over[row]], pixels[row][:, None]
+        covered[row] = ((pixel > other[:, :2]) & (pixel < other[:, 2:])).all(axis=2).any(axis=1)
     return covered
 
 

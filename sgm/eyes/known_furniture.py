@@ -36,15 +36,19 @@ class KnownFurniture:
         `dilation` is in metres.
         """
         found: list[int | None] = [None] * len(detections)
-        rows = [row for row, one in enumerate(detections) if len(self._get_places(one.name))]
-        places = [self._get_places(detections[row].name) for row in rows]
-        own = [detections[row] for row in rows]
-        for row, at, share in zip(
-            rows, places, compute_shares(view, self._scene, own, places, dilation), strict=True
+        numbers = [
+            number
+            for number, detection in enumerate(detections)
+            if len(self._get_places(detection.name))
+        ]
+        places = [self._get_places(detections[number].name) for number in numbers]
+        asked = [detections[number] for number in numbers]
+        for number, candidates, share in zip(
+            numbers, places, compute_shares(view, self._scene, asked, places, dilation), strict=True
         ):
             best = int(share.argmax())
             if share[best] >= _LEAST_SHARE:
-                found[row] = self._scene.ids[int(at[best])]
+                found[number] = self._scene.ids[int(candidates[best])]
         return found
 
     def _get_places(self, name: str) -> np.ndarray:
@@ -58,7 +62,7 @@ class KnownFurniture:
             [
                 place
                 for place, names in enumerate(self._scene.names)
-                if any(self._labels.are_same(name, own) for own in names)
+                if any(self._labels.are_same(name, called) for called in names)
             ],
             dtype=np.int64,
         )
@@ -78,22 +82,25 @@ def compute_shares(
     """
     if not detections:
         return []
-    if not view.has_depth and all(one.center is None for one in detections):
-        return [_meet(view, scene, one, own) for one, own in zip(detections, places, strict=True)]
+    if not view.has_depth and all(detection.center is None for detection in detections):
+        return [
+            _meet(view, scene, detection, candidates)
+            for detection, candidates in zip(detections, places, strict=True)
+        ]
     points, is_known = _locate(view, detections)  # (n, p, 3), (n, p)
     away = np.linalg.norm(points - view.pose.position, axis=2)
     allowed = dilation + 2 * view.pose.compute_sd(away)
-    number = np.repeat(np.arange(len(places)), [len(own) for own in places])
+    number = np.repeat(np.arange(len(places)), [len(candidates) for candidates in places])
     place = np.concatenate(places)  # of each pair (q,)
     offset = points[number] - scene.center[place][:, None]
-    own = np.abs(offset @ scene.rotation[place]) - scene.half[place][:, None]  # (q, p, 3)
-    is_in = (np.maximum(own, 0) ** 2).sum(axis=2) <= allowed[number] ** 2
+    beyond = np.abs(offset @ scene.rotation[place]) - scene.half[place][:, None]  # (q, p, 3)
+    is_in = (np.maximum(beyond, 0) ** 2).sum(axis=2) <= allowed[number] ** 2
     count = (is_in & is_known[number]).sum(axis=1)
     share = count / np.maximum(is_known.sum(axis=1), 1)[number]
-    shares = np.split(share, np.cumsum([len(own) for own in places])[:-1])
-    for row, one in enumerate(detections):
-        if one.center is None and not view.has_depth:
-            shares[row] = _meet(view, scene, one, places[row])
+    shares = np.split(share, np.cumsum([len(candidates) for candidates in places])[:-1])
+    for index, detection in enumerate(detections):
+        if detection.center is None and not view.has_depth:
+            shares[index] = _meet(view, scene, detection, places[index])
     return shares
 
 
@@ -110,15 +117,18 @@ def _locate(view: CameraView, detections: Sequence[Detection]) -> tuple[np.ndarr
     A detection with a center is at that alone.
     """
     pixels = np.stack(
-        [np.zeros((len(_GRID) ** 2, 2)) if one.center else list_pixels(one) for one in detections]
+        [
+            np.zeros((len(_GRID) ** 2, 2)) if detection.center else list_pixels(detection)
+            for detection in detections
+        ]
     )
     flat = pixels.reshape(-1, 2)
     points, is_known, _ = view.measure_pixels(flat)
     is_known &= view.intrinsics.contains(flat)
     points, is_known = points.reshape(*pixels.shape[:2], 3), is_known.reshape(pixels.shape[:2])
-    for row, one in enumerate(detections):
-        if one.center is not None:
-            points[row], is_known[row] = one.center, True
+    for number, detection in enumerate(detections):
+        if detection.center is not None:
+            points[number], is_known[number] = detection.center, True
     return points, is_known
 
 

@@ -203,12 +203,12 @@ class LookBuilder:
         known = self._visits.list_known(volumes)
         volumes, share = view.find_seen_points(volumes, self._rules.margin, known)
         shown = self._visits.note_points(time, volumes, share, view)
-        for detection, volume, at in self._placing.place(self._scene, time, view, things):
+        for detection, volume, measured in self._placing.place(self._scene, time, view, things):
             if volume != NOWHERE:
-                self._tracks.add(detection, self._frame, volume, at)
+                self._tracks.add(detection, self._frame, volume, measured)
                 shown.add(PlaceCode.furniture(volume))
-            elif self._mapper is not None and np.isfinite(at.center).all():
-                self._loose.add(detection, self._frame, volume, at)
+            elif self._mapper is not None and np.isfinite(measured.center).all():
+                self._loose.add(detection, self._frame, volume, measured)
         self._loose.note_view(view, self._frame, self._rules.through_margin)
         self._tracks.note_view(view, self._frame, self._rules.through_margin)
         self._spots.note_rays(view, shown, self._rules.through_margin)
@@ -220,18 +220,24 @@ class LookBuilder:
     ) -> tuple[list[Detection], bool]:
         """Return the detections that are not of furniture, and whether the pose is believed."""
         known = self._known.find(view, detections, self._rules.dilation)
-        of_furniture = [one is not None for one in known]
+        of_furniture = [furniture is not None for furniture in known]
         if self._mapper is not None:
-            for row, one in enumerate(detections):
-                of_furniture[row] |= self._labels.find_label(one.name) is not None
-        things = [one for one, is_it in zip(detections, of_furniture, strict=True) if not is_it]
+            for number, detection in enumerate(detections):
+                of_furniture[number] |= self._labels.find_label(detection.name) is not None
+        things = [
+            detection
+            for detection, is_furniture in zip(detections, of_furniture, strict=True)
+            if not is_furniture
+        ]
         if len(things) < len(detections):
             self._counts["detections of furniture"] += len(detections) - len(things)
         if self._mapper is None:
             return things, True
-        rows = [row for row, is_it in enumerate(of_furniture) if is_it]
-        found = [detections[row] for row in rows]
-        return things, self._mapper.see(time, view, found, [known[row] for row in rows], things)
+        numbers = [number for number, is_furniture in enumerate(of_furniture) if is_furniture]
+        found = [detections[number] for number in numbers]
+        return things, self._mapper.see(
+            time, view, found, [known[number] for number in numbers], things
+        )
 
     def looks(self) -> Iterator[BuiltLook]:
         """Take the looks that are ready, in order; without `on_look`."""
@@ -342,15 +348,18 @@ class LookBuilder:
         tracks = self._tracks.take(visit.place)
         confidence = [track.compute_confidence() for track in tracks]
         found = list(zip(tracks, confidence, strict=True))
-        sure = [row for row in found if row[1] >= self._rules.least_confidence]
+        least = self._rules.least_confidence
+        sure = [(track, sureness) for track, sureness in found if sureness >= least]
         certain = [track for track, sureness in sure if sureness >= _SURE]
         top = self._scene.boxes[visit.place].top
         hidden = self._spots.renew(visit.place, top, [track for track, _ in sure], certain)
         if not sure and max(coverage.values()) < self._rules.least_coverage:
             return None
         seen = tuple(make_sighting(track, sureness) for track, sureness in sure)
-        for one in seen:  # what showed a thing showed something of the place
-            coverage[one.relation] = max(coverage[one.relation], 1 / self._rules.num_points)
+        for sighting in seen:  # what showed a thing showed something of the place
+            coverage[sighting.relation] = max(
+                coverage[sighting.relation], 1 / self._rules.num_points
+            )
         return BuiltLook(
             furniture=self._scene.ids[visit.place],
             seen=seen,

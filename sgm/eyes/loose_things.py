@@ -28,12 +28,12 @@ def settle_things(
         if furniture == NOWHERE:
             for number in mapper.list_around(track.center):
                 inside[number].append(track.center)
-    if any([mapper.note_inside(number, at) for number, at in inside.items()]):
+    if any([mapper.note_inside(number, centers) for number, centers in inside.items()]):
         volumes = _assign(mapper, tracks, dilation)
-    for row, track in enumerate(tracks):
-        if volumes[row][0] == NOWHERE:
+    for index, track in enumerate(tracks):
+        if volumes[index][0] == NOWHERE:
             bottom = float(track.center[2]) - track.height / 2
-            volumes[row] = mapper.find_spot(track.center, bottom), ON_TOP
+            volumes[index] = mapper.find_spot(track.center, bottom), ON_TOP
     return volumes
 
 

@@ -34,9 +34,9 @@ class MapChanges:
         self.merged[other] = furniture
         self.counts["furniture merged"] += 1
 
-    def find_room(self, at: Sequence[float]) -> int:
+    def find_room(self, position: Sequence[float]) -> int:
         """Return the id of the room at a position, which is added if the memory has none."""
-        name = self.areas.find(at)
+        name = self.areas.find(position)
         for number, room in self.memory.layout.rooms.items():
             if str(room) == name:
                 return number

@@ -43,8 +43,8 @@ class MapSpots:
             box = self._get_box(number)
             if abs(box.top - top) < 0.1 and math.dist(box.center[:2], center[:2]) < _SPOT_REACH:
                 size = [
-                    min(max(side, 2 * abs(float(at) - mid) + 0.2), _WIDEST_SPOT)
-                    for side, at, mid in zip(box.size[:2], center, box.center, strict=False)
+                    min(max(side, 2 * abs(float(coordinate) - mid) + 0.2), _WIDEST_SPOT)
+                    for side, coordinate, mid in zip(box.size[:2], center, box.center, strict=False)
                 ]
                 wider = replace(box, size=(size[0], size[1], box.size[2]))
                 self._memory.move_furniture(number, box=wider)
@@ -62,9 +62,9 @@ class MapSpots:
     def take(self, furniture: int, box: Box) -> None:
         """Let furniture have what was seen at spots that turn out to be it."""
         for spot in sorted(self.ids):
-            own = self._get_box(spot)
-            is_at = box.bottom + 0.05 <= own.top <= box.top + 0.15
-            flat = np.array([own.center[0], own.center[1], box.center[2]])
+            spot_box = self._get_box(spot)
+            is_at = box.bottom + 0.05 <= spot_box.top <= box.top + 0.15
+            flat = np.array([spot_box.center[0], spot_box.center[1], box.center[2]])
             if is_at and box.contains(flat, 0.1):
                 self._changes.merge(furniture, spot)
                 self.ids.discard(spot)
@@ -104,13 +104,13 @@ class MapSpots:
         """Return what people call a spot: by the furniture that is nearest."""
         furniture = self._memory.layout.furniture
         near = [
-            (float(row.box.compute_distance(np.array(box.center))), row.description)
-            for number, row in furniture.items()
-            if row.box is not None and number not in self.ids
+            (float(neighbour.box.compute_distance(np.array(box.center))), neighbour.description)
+            for number, neighbour in furniture.items()
+            if neighbour.box is not None and number not in self.ids
         ]
         away, name = min(near, default=(math.inf, ""))
-        what = "floor" if is_low else _SPOT
-        base = f"{what} by the {name}" if away < _NEAR else what
-        taken = {row.description for row in furniture.values()}
+        label = "floor" if is_low else _SPOT
+        base = f"{label} by the {name}" if away < _NEAR else label
+        taken = {neighbour.description for neighbour in furniture.values()}
         names = (base if number == 1 else f"{base} {number}" for number in range(1, len(taken) + 2))
         return next(name for name in names if name not in taken)

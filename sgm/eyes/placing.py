@@ -72,9 +72,9 @@ class Placing:
     def select(self, detections: Sequence[Detection]) -> list[Detection]:
         """Return the detections of a frame that count: not ignored, and of no low score."""
         self._counts["detections"] += len(detections)
-        wanted = [one for one in detections if one.name not in self._ignored]
+        wanted = [detection for detection in detections if detection.name not in self._ignored]
         self._count("detections ignored", len(detections) - len(wanted))
-        sure = [one for one in wanted if one.score >= self._gate.least_score]
+        sure = [detection for detection in wanted if detection.score >= self._gate.least_score]
         self._counts["detections of low score"] += len(wanted) - len(sure)
         return sure
 
@@ -82,7 +82,7 @@ class Placing:
         self, scene: Scene, time: float, view: CameraView, things: Sequence[Detection]
     ) -> Iterator[tuple[Detection, int, Measured]]:
         """Yield detections of things in reach, their volumes, `NOWHERE` for none, and where."""
-        for detection, volume, at in self._assign(scene, view, things):
+        for detection, volume, measured in self._assign(scene, view, things):
             is_known = volume != NOWHERE
             if self._on_detection is not None:
                 self._on_detection(
@@ -92,13 +92,15 @@ class Placing:
                 )
             if not is_known:
                 self._counts["detections at no place"] += 1
-                center = tuple(at.center.tolist()) if np.isfinite(at.center).all() else None
+                center = (
+                    tuple(measured.center.tolist()) if np.isfinite(measured.center).all() else None
+                )
                 self.unassigned.append(Unassigned(detection, time, center))
-            yield detection, volume, at
+            yield detection, volume, measured
 
-    def _count(self, what: str, number: int) -> None:
+    def _count(self, name: str, number: int) -> None:
         if number:
-            self._counts[what] += number
+            self._counts[name] += number
 
     def _assign(
         self, scene: Scene, view: CameraView, detections: Sequence[Detection]
@@ -117,8 +119,8 @@ class Placing:
             if view.has_depth:
                 self._counts["detections without depth"] += 1
                 continue
-            volume, at = assign_by_ray(scene, view, detection, self._dilation, gate.farthest)
-            yield detection, volume, at
+            volume, measured = assign_by_ray(scene, view, detection, self._dilation, gate.farthest)
+            yield detection, volume, measured
 
 
 def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
@@ -135,12 +137,12 @@ def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:
     places, relations = PlaceCode.split(volumes)
     is_borne = IS_BORNE[relations]
     offset = located.center[:, None] - scene.volume_center[volumes]
-    own = np.einsum("kvi,vij->kvj", offset, scene.rotation[places])
-    outside = np.maximum(np.abs(own) - scene.volume_half[volumes], 0)
+    local = np.einsum("kvi,vij->kvj", offset, scene.rotation[places])
+    outside = np.maximum(np.abs(local) - scene.volume_half[volumes], 0)
     beside = np.hypot(outside[..., 0], outside[..., 1])  # (k, v)
     for column, place in enumerate(places.tolist()):
         if place in scene.outlines:
-            flat = own[:, column, :2]
+            flat = local[:, column, :2]
             beside[:, column] = compute_outline_distance(scene.outlines[place], flat)
     allowed = dilation + _IN_SIGHT * located.sd[:, None]
     bottom, height = located.bottom[:, None], located.height[:, None]
@@ -176,7 +178,7 @@ def assign_by_ray(
     ray /= np.linalg.norm(ray)
     places = np.arange(len(scene.ids))
     entry, leave, axis = (
-        rows[0] for rows in compute_entries(scene, view.pose.position, ray, places)
+        values[0] for values in compute_entries(scene, view.pose.position, ray, places)
     )
     meets = (entry < leave) & (entry > 0) & (entry <= farthest)
     if not meets.any():
@@ -186,13 +188,13 @@ def assign_by_ray(
     height = max((bottom - top) * away / view.intrinsics.fy, _LEAST_HEIGHT)
     radius = (right - left) * away / view.intrinsics.fx / 2
     foot, sd = view.pose.position + ray[0] * away, float(view.pose.compute_sd(entry[place]))
-    at = Measured(foot + np.array([0.0, 0.0, height / 2]), radius, height, sd)
+    measured = Measured(foot + np.array([0.0, 0.0, height / 2]), radius, height, sd)
 
     upper = scene.center[place, 2] + scene.half[place, 2]
     if foot[2] > upper - BELOW_TOP - dilation - _IN_SIGHT * sd:
-        return PlaceCode.of(place, ON_TOP), at
+        return PlaceCode.of(place, ON_TOP), measured
     start = scene.to_own(view.pose.position[None], np.array([place]))[0, 0, 0]
     is_front = axis[place] == 0 and start > scene.half[place, 0]
     if scene.has_inside[place] and scene.is_open[place] and is_front:
-        return PlaceCode.of(place, INSIDE), at
-    return NOWHERE, at
+        return PlaceCode.of(place, INSIDE), measured
+    return NOWHERE, measured

@@ -47,23 +47,23 @@ class Scene:
                 f"furniture must be a mapping, got {shorten(furniture)}. Give furniture by id."
             )
         known = {
-            number: one.box if isinstance(one, Furniture) else read_box(one)
-            for number, one in furniture.items()
+            number: piece.box if isinstance(piece, Furniture) else read_box(piece)
+            for number, piece in furniture.items()
         }
-        rows = [box for box in known.values() if box is not None]
-        self.boxes = rows
+        boxes = [box for box in known.values() if box is not None]
+        self.boxes = boxes
         self.ids = [number for number, box in known.items() if box is not None]
         self.names = [_list_names(furniture[number]) for number in self.ids]
         self.index = {number: place for place, number in enumerate(self.ids)}
-        self.center = np.array([box.center for box in rows]).reshape(-1, 3)
-        self.half = np.array([box.size for box in rows]).reshape(-1, 3) / 2
-        self.rotation = make_upright_turn(np.array([box.yaw for box in rows]))
+        self.center = np.array([box.center for box in boxes]).reshape(-1, 3)
+        self.half = np.array([box.size for box in boxes]).reshape(-1, 3) / 2
+        self.rotation = make_upright_turn(np.array([box.yaw for box in boxes]))
         self.radius = np.linalg.norm(self.half, axis=1)
-        self.has_inside = np.array([box.interior != "none" for box in rows], dtype=bool)
-        self.has_door = np.array([box.has_door for box in rows], dtype=bool)
+        self.has_inside = np.array([box.interior != "none" for box in boxes], dtype=bool)
+        self.has_door = np.array([box.has_door for box in boxes], dtype=bool)
         self.is_open = ~self.has_door
         self.outlines = {
-            place: box.outline for place, box in enumerate(rows) if box.outline is not None
+            place: box.outline for place, box in enumerate(boxes) if box.outline is not None
         }
         self._sample(num_points)
 

@@ -20,39 +20,39 @@ class Silhouettes:
 
     def __init__(self) -> None:
         self._num_seen, self._stride = 0, 1
-        self._rows: list[np.ndarray] = []
+        self._frames: list[np.ndarray] = []
 
     def add(self, view: CameraView, box: tuple[float, float, float, float]) -> None:
         """Note the box in pixels of a frame."""
         if self._num_seen % self._stride == 0:
-            self._rows.append(make_row(view, np.array(box)))
-            if len(self._rows) > _MOST:
-                self._rows = self._rows[::2]
+            self._frames.append(make_row(view, np.array(box)))
+            if len(self._frames) > _MOST:
+                self._frames = self._frames[::2]
                 self._stride *= 2
         self._num_seen += 1
 
     def join(self, other: Silhouettes) -> None:
         """Take in those of the same furniture."""
-        self._rows += other._rows
+        self._frames += other._frames
         self._num_seen += other._num_seen
-        while len(self._rows) > _MOST:
-            self._rows = self._rows[::2]
+        while len(self._frames) > _MOST:
+            self._frames = self._frames[::2]
             self._stride *= 2
 
     def move(self, turn: np.ndarray, shift: np.ndarray) -> None:
         """Turn the cameras by a rotation (3, 3) around the origin, and shift them (3,)."""
-        for number, row in enumerate(self._rows):
-            axes = turn @ row[LENS].reshape(3, 3)
-            at = row[AT] + shift @ axes
-            self._rows[number] = np.concatenate([axes.ravel(), at, row[ENDS], row[SEEN]])
+        for number, frame in enumerate(self._frames):
+            axes = turn @ frame[LENS].reshape(3, 3)
+            origin = frame[AT] + shift @ axes
+            self._frames[number] = np.concatenate([axes.ravel(), origin, frame[ENDS], frame[SEEN]])
 
     def __len__(self) -> int:
         """Return the number of frames that are kept."""
-        return len(self._rows)
+        return len(self._frames)
 
-    def fill(self, rows: np.ndarray) -> None:
+    def fill(self, frames: np.ndarray) -> None:
         """Write what is kept of each frame into the first of some rows (v, 20)."""
-        rows[: len(self._rows)] = self._rows
+        frames[: len(self._frames)] = self._frames
 
 
 def make_row(view: CameraView, box: np.ndarray) -> np.ndarray:
@@ -61,7 +61,7 @@ def make_row(view: CameraView, box: np.ndarray) -> np.ndarray:
     axes = pose.rotation * (camera.fx, camera.fy, 1.0)
     middle = np.array([camera.cx, camera.cy, camera.cx, camera.cy])
     ends = np.array([-0.5, -0.5, camera.width - 0.5, camera.height - 0.5]) - middle
-    row = np.empty((*box.shape[:-1], 20))
-    row[..., LENS], row[..., AT], row[..., ENDS] = axes.ravel(), pose.position @ axes, ends
-    row[..., SEEN] = box - middle
-    return row
+    kept = np.empty((*box.shape[:-1], 20))
+    kept[..., LENS], kept[..., AT], kept[..., ENDS] = axes.ravel(), pose.position @ axes, ends
+    kept[..., SEEN] = box - middle
+    return kept

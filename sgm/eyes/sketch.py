@@ -97,17 +97,23 @@ class Sketch:
 
 def draw_sketches(sketches: Iterable[Sketch], ground: float) -> None:
     """Draw the boxes of sketches anew, where frames came since; `ground` is the floor's height."""
-    due = [one for one in sketches if one.num_drawn != one.num_frames]
+    due = [sketch for sketch in sketches if sketch.num_drawn != sketch.num_frames]
     cells = [
-        one.cells.fit(one.sum_eye / one.num_frames, ground, one.sum_sd / one.num_frames)
-        for one in due
+        sketch.cells.fit(
+            sketch.sum_eye / sketch.num_frames, ground, sketch.sum_sd / sketch.num_frames
+        )
+        for sketch in due
     ]
-    drawn = [(one, box) for one, box in zip(due, cells, strict=True) if box is not None]
-    fitted = fit_boxes([one.silhouettes for one, _ in drawn], [box for _, box in drawn], ground)
+    drawn = [(sketch, box) for sketch, box in zip(due, cells, strict=True) if box is not None]
+    fitted = fit_boxes(
+        [sketch.silhouettes for sketch, _ in drawn], [box for _, box in drawn], ground
+    )
     # Of the new box and the one before, that counts which explains better what was seen.
-    boxes = [(one, box) for (one, _), box in zip(drawn, fitted, strict=True)]
-    boxes += [(one, one.box) for one in due if one.box is not None]
-    likeness = compute_likeness([one.silhouettes for one, _ in boxes], [box for _, box in boxes])
+    boxes = [(sketch, box) for (sketch, _), box in zip(drawn, fitted, strict=True)]
+    boxes += [(sketch, sketch.box) for sketch in due if sketch.box is not None]
+    likeness = compute_likeness(
+        [sketch.silhouettes for sketch, _ in boxes], [box for _, box in boxes]
+    )
     best: set[int] = set()
     for number in np.argsort(-likeness, kind="stable").tolist():
         sketch, box = boxes[number]

@@ -34,11 +34,16 @@ class SketchJoins:
         """
         least = self._rules.least_likeness
         ordered = sorted(
-            sketches, key=lambda one: (one.furniture is None, one.likeness < least, -one.num_frames)
+            sketches,
+            key=lambda sketch: (
+                sketch.furniture is None,
+                sketch.likeness < least,
+                -sketch.num_frames,
+            ),
         )
         kept: list[Sketch] = []
         for sketch in ordered:
-            into = next((one for one in kept if self._are_one(one, sketch)), None)
+            into = next((other for other in kept if self._are_one(other, sketch)), None)
             if into is None:
                 kept.append(sketch)
                 continue

@@ -36,10 +36,10 @@ class SketchMatches:
     ) -> None:
         """Take the furniture that has a box, as it was before the frame."""
         self._view, self._labels = view, labels
-        drawn = [(one, one.box) for one in sketches if one.box is not None]
-        self._sketches = [one for one, _ in drawn]
+        drawn = [(sketch, sketch.box) for sketch in sketches if sketch.box is not None]
+        self._sketches = [sketch for sketch, _ in drawn]
         self._boxes: list[Box] = [box for _, box in drawn]
-        self._names = [tuple(one.names) for one in self._sketches]
+        self._names = [tuple(sketch.names) for sketch in self._sketches]
         self._center = np.array([box.center for box in self._boxes]).reshape(-1, 3)
         self._half = np.array([box.size for box in self._boxes]).reshape(-1, 3) / 2
         self._yaw = np.array([box.yaw for box in self._boxes])
@@ -52,7 +52,7 @@ class SketchMatches:
         detections: Sequence[Detection],
         labels: Sequence[str | None],
         shown: Sequence[Points],
-        rows: Sequence[int],
+        asked: Sequence[int],
     ) -> None:
         """Find what some detections may be of.
 
@@ -60,26 +60,26 @@ class SketchMatches:
             detections: of the frame.
             labels: of furniture, of each of them.
             shown: what each shows.
-            rows: numbers of those that are asked about.
+            asked: numbers of those that are asked about.
         """
         reach = REACH + 2 * float(self._view.pose.compute_sd(np.array(2.0)))
-        self._found |= {row: [] for row in rows}
-        own = [shown[row][0][shown[row][1]] for row in rows]
-        if not rows or not self._sketches:
+        self._found |= {index: [] for index in asked}
+        seen_points = [shown[index][0][shown[index][1]] for index in asked]
+        if not asked or not self._sketches:
             return
-        middle = np.array([points.mean(axis=0) for points in own])
-        is_same = np.array([self._list_same(labels[row]) for row in rows])
+        middle = np.array([points.mean(axis=0) for points in seen_points])
+        is_same = np.array([self._list_same(labels[index]) for index in asked])
         is_near = np.linalg.norm(middle[:, None] - self._center, axis=2) <= self._radius + _FAR
         number, sketch = np.nonzero(is_same & is_near)
-        share = self._compute_shares(own, number, sketch, reach)
+        share = self._compute_shares(seen_points, number, sketch, reach)
         is_found = share >= _LEAST_SHARE
         found = (part[is_found].tolist() for part in (number, sketch, share))
-        pairs = [(rows[one], other, part) for one, other, part in zip(*found, strict=True)]
+        pairs = [(asked[index], other, part) for index, other, part in zip(*found, strict=True)]
         self._order(detections, pairs)
 
-    def find(self, row: int, taken: Container[int]) -> Sketch | None:
+    def find(self, number: int, taken: Container[int]) -> Sketch | None:
         """Return what a detection is of, of what was not taken by another one, by its number."""
-        return next((one for one in self._found[row] if one.number not in taken), None)
+        return next((sketch for sketch in self._found[number] if sketch.number not in taken), None)
 
     def _list_same(self, label: str | None) -> np.ndarray:
         """Tell which sketches may be of a label, (S,)."""
@@ -108,10 +108,10 @@ class SketchMatches:
         Returns:
             Of each pair, (p,).
         """
-        num_points = np.array([len(one) for one in points])
+        num_points = np.array([len(shown) for shown in points])
         flat = np.full((len(points), num_points.max(), 3), _NOWHERE)
-        for row, one in zip(flat, points, strict=True):
-            row[: len(one)] = one
+        for padded, shown in zip(flat, points, strict=True):
+            padded[: len(shown)] = shown
         x, y, z = flat.transpose(2, 0, 1)[:, number] - self._center[sketch].T[..., None]  # (p, n)
         cos, sin = np.cos(self._yaw[sketch])[:, None], np.sin(self._yaw[sketch])[:, None]
         half = self._half[sketch].T[..., None]
@@ -126,7 +126,7 @@ class SketchMatches:
     ) -> None:
         """Put what each detection may be of in order, of pairs with what it may be."""
         alike = np.array([share for *_, share in pairs])
-        seen = [detections[row].box for row, *_ in pairs]
+        seen = [detections[index].box for index, *_ in pairs]
         is_seen = np.array([box is not None for box in seen], dtype=bool)
         if is_seen.any():
             boxes = [self._boxes[pairs[number][1]] for number in np.flatnonzero(is_seen).tolist()]
@@ -134,5 +134,5 @@ class SketchMatches:
             alike[is_seen] *= 0.1 + compute_overlaps(self._view, boxes, pixels)
         for number in np.argsort(-alike, kind="stable").tolist():
             if alike[number] > _LEAST_ALIKE:
-                row, sketch, _ = pairs[number]
-                self._found[row].append(self._sketches[sketch])
+                index, sketch, _ = pairs[number]
+                self._found[index].append(self._sketches[sketch])

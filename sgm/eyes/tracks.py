@@ -89,7 +89,7 @@ class Track:
         """Standard deviation of the center by that of the depth in all frames, metres."""
         return 1 / math.sqrt(self.weight)
 
-    def add(self, detection: Detection, frame: int, volume: int, at: Measured) -> None:
+    def add(self, detection: Detection, frame: int, volume: int, measured: Measured) -> None:
         """Note one more detection, and take its measurement into the means."""
         self.names[detection.name] += 1
         self.votes[volume] = self.votes.get(volume, 0) + 1
@@ -99,13 +99,13 @@ class Track:
         logit = math.log(score / (1 - score))
         self.sum_logit += min(max(logit, -_MOST_LOGIT), _MOST_LOGIT)
 
-        weight = 1 / (at.depth_sd**2 + _LEAST_SD**2)
+        weight = 1 / (measured.depth_sd**2 + _LEAST_SD**2)
         self.weight += weight
         share = weight / self.weight
-        self.center = self.center + share * (at.center - self.center)
-        self.radius += share * (at.radius - self.radius)
-        self.height += share * (at.height - self.height)
-        self.sd += (at.sd - self.sd) / len(self.frames)
+        self.center = self.center + share * (measured.center - self.center)
+        self.radius += share * (measured.radius - self.radius)
+        self.height += share * (measured.height - self.height)
+        self.sd += (measured.sd - self.sd) / len(self.frames)
 
 
 class Tracks:
@@ -129,7 +129,7 @@ class Tracks:
         for track, shown in zip(self._tracks, is_in_view, strict=True):
             track.num_in_view += bool(shown or track.frames[-1] == frame)
 
-    def add(self, detection: Detection, frame: int, volume: int, at: Measured) -> None:
+    def add(self, detection: Detection, frame: int, volume: int, measured: Measured) -> None:
         """Add a detection to the thing that it is of, or begin a new one.
 
         It is of the same thing if the detector gives it the same number; without a number, if it
@@ -142,12 +142,12 @@ class Tracks:
             self._begin(frame)
         if key not in self._candidates:
             self._candidates[key] = _Candidates(self._of_key.get(key, []))
-        sd = None if detection.track is not None else at.sd
-        track = self._candidates[key].take(at.center, sd)
+        sd = None if detection.track is not None else measured.sd
+        track = self._candidates[key].take(measured.center, sd)
         if track is None:
-            track = Track(key, at.center, at.radius, at.height, at.sd)
+            track = Track(key, measured.center, measured.radius, measured.height, measured.sd)
             self._tracks.append(track)
-        track.add(detection, frame, volume, at)
+        track.add(detection, frame, volume, measured)
 
     def _begin(self, frame: int) -> None:
         """Group what was seen before by its key."""
@@ -165,7 +165,7 @@ class Tracks:
 
         `frame` is the number of the present one.
         """
-        found, rest = [], []
+        found, kept = [], []
         for track in self._tracks:
             is_sure = len(track.frames) >= least_frames
             is_sure &= track.depth_sd <= _WELL_PLACED
@@ -173,27 +173,27 @@ class Tracks:
             if is_sure:
                 found.append(track)
             elif frame - track.frames[-1] < _MOST_AGE:
-                rest.append(track)
-        self._tracks = rest
+                kept.append(track)
+        self._tracks = kept
         return found
 
     def take(self, place: int) -> list[Track]:
         """Take out the things at a place; of two names for one thing the more frequent is kept."""
-        here = [track for track in self._tracks if PlaceCode.furniture(track.volume) == place]
+        tracks = [track for track in self._tracks if PlaceCode.furniture(track.volume) == place]
         self._tracks = [
             track for track in self._tracks if PlaceCode.furniture(track.volume) != place
         ]
-        here.sort(key=lambda track: -len(track.frames))
-        center = np.array([track.center for track in here]).reshape(-1, 3)
-        sd = np.array([track.sd for track in here])
+        tracks.sort(key=lambda track: -len(track.frames))
+        center = np.array([track.center for track in tracks]).reshape(-1, 3)
+        sd = np.array([track.sd for track in tracks])
         kept: list[int] = []
-        for row, track in enumerate(here):
+        for row, track in enumerate(tracks):
             away = np.linalg.norm(center[kept] - center[row], axis=1)
             is_near = away <= _SAME_SPOT + _IN_SIGHT * np.hypot(sd[kept], sd[row])
-            near = [here[kept[column]] for column in np.flatnonzero(is_near)]
+            near = [tracks[kept[column]] for column in np.flatnonzero(is_near)]
             if not any(set(track.frames).isdisjoint(other.frames) for other in near):
                 kept.append(row)
-        return [here[row] for row in kept]
+        return [tracks[row] for row in kept]
 
 
 class _Candidates:

@@ -29,19 +29,19 @@ class SeenPoints:
         is_sure: which points a frame had in view by all pixels around them, bool (R, n).
     """
 
-    def __init__(self, num_points: int, at: np.ndarray) -> None:
+    def __init__(self, num_points: int, eye: np.ndarray) -> None:
         """Begin where the camera is, (3,)."""
         shape = NUM_RELATIONS, num_points
         self.is_sure = np.zeros(shape, dtype=bool)
-        self._stand = at
+        self._stand = eye
         self._share, self._sum_mean, self._best = np.zeros((3, *shape))  # share: of this stand
         self._num_frames, self._num_stands = np.zeros((2, *shape), dtype=np.int64)
 
-    def move(self, at: np.ndarray, position_sd: float) -> None:
+    def move(self, eye: np.ndarray, position_sd: float) -> None:
         """Note where the camera is now, (3,), and how uncertain that is, metres."""
-        if np.linalg.norm(at - self._stand) > _ONE_STAND + 2 * position_sd:
+        if np.linalg.norm(eye - self._stand) > _ONE_STAND + 2 * position_sd:
             self._leave_stand()
-            self._stand = at
+            self._stand = eye
 
     def add(self, side: int, share: np.ndarray) -> None:
         """Take in how far the points of one volume are in view of a frame, 0 to 1, (n,)."""
@@ -181,9 +181,9 @@ class Visits:
 
     def _continue(self, place: int, time: float, view: CameraView) -> Visit:
         """Return the visit to a place, which begins or goes on with a frame."""
-        visit, at = self._open.get(place), view.pose.position
+        visit, eye = self._open.get(place), view.pose.position
         if visit is None:
-            points = SeenPoints(self._scene.points.shape[1], at)
+            points = SeenPoints(self._scene.points.shape[1], eye)
             visit = self._open[place] = Visit(place, time, time, points)
-        visit.points.move(at, view.pose.position_sd)
+        visit.points.move(eye, view.pose.position_sd)
         return visit

@@ -53,8 +53,8 @@ class Areas:
                 if isinstance(data.get(name), (Mapping, list)):
                     data = data[name]
                     break
-        if isinstance(data, list) and all(isinstance(row, Mapping) for row in data):
-            data = {row.get("name"): row for row in data}
+        if isinstance(data, list) and all(isinstance(entry, Mapping) for entry in data):
+            data = {entry.get("name"): entry for entry in data}
         if not isinstance(data, Mapping) or not 0 < len(data) <= _MOST_AREAS:
             raise ValueError(
                 f"areas must be corners by name, got {shorten(data)} in {where}. Write "
@@ -72,8 +72,8 @@ class Areas:
         """
         if not self.names:
             return "home"
-        at = np.asarray(point, dtype=float)[:2]
-        away = [float(compute_outline_distance(outline, at)) for outline in self.outlines]
+        position = np.asarray(point, dtype=float)[:2]
+        away = [float(compute_outline_distance(outline, position)) for outline in self.outlines]
         nearest = int(np.argmin(away))
         return self.names[nearest] if away[nearest] <= _NEAR else "home"
 
@@ -84,4 +84,7 @@ def _read_corners(value: Any) -> Any:
         value = next((value[name] for name in _POINTS if name in value), None)
     if not isinstance(value, list):
         return value
-    return [[row.get("x"), row.get("y")] if isinstance(row, Mapping) else row for row in value]
+    return [
+        [corner.get("x"), corner.get("y")] if isinstance(corner, Mapping) else corner
+        for corner in value
+    ]

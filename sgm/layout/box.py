@@ -114,11 +114,11 @@ class Box:
         outline = np.array(read_outline("polygon", corners))
         low, high, turn = read_numbers("bottom, top and yaw", (bottom, top, yaw), (3,)).tolist()
         axes = make_turn(turn)
-        own = outline @ axes
-        middle, size = (own.min(axis=0) + own.max(axis=0)) / 2, np.ptp(own, axis=0)
+        local = outline @ axes
+        middle, size = (local.min(axis=0) + local.max(axis=0)) / 2, np.ptp(local, axis=0)
         x, y = (axes @ middle).tolist()
         length, width = size.tolist()
-        corners = tuple(map(tuple, (own - middle).tolist()))
+        corners = tuple(map(tuple, (local - middle).tolist()))
         return cls((x, y, (low + high) / 2), (length, width, high - low), turn, outline=corners)
 
     @classmethod
@@ -136,7 +136,7 @@ class Box:
             height: z of the floor.
         """
         (x, y), (to_x, to_y) = (
-            read_numbers("corner", at, (2,)).tolist() for at in (corner, opposite)
+            read_numbers("corner", point, (2,)).tolist() for point in (corner, opposite)
         )
         center = ((x + to_x) / 2, (y + to_y) / 2, height - FLOOR_THICKNESS / 2)
         return cls(center, (abs(to_x - x), abs(to_y - y), FLOOR_THICKNESS))
@@ -153,8 +153,10 @@ class Box:
 
     def to_json(self) -> list[Any]:
         """Return x, y, z, length, width, height, yaw and interior, and the outline, if any."""
-        row: list[Any] = [*self.center, *self.size, self.yaw, self.interior]
-        return row if self.outline is None else [*row, [list(corner) for corner in self.outline]]
+        values: list[Any] = [*self.center, *self.size, self.yaw, self.interior]
+        return (
+            values if self.outline is None else [*values, [list(corner) for corner in self.outline]]
+        )
 
     @property
     def has_door(self) -> bool:
@@ -184,10 +186,10 @@ class Box:
     @property
     def corners(self) -> np.ndarray:
         """The footprint counter-clockwise, of a rectangle from front left on, (4 or more, 2)."""
-        own = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * np.array(self.size[:2]) / 2
+        local = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * np.array(self.size[:2]) / 2
         if self.outline is not None:
-            own = np.array(self.outline)
-        return own @ make_turn(self.yaw).T + self.center[:2]
+            local = np.array(self.outline)
+        return local @ make_turn(self.yaw).T + self.center[:2]
 
     @property
     def on_top(self) -> Box:
@@ -222,16 +224,16 @@ class Box:
         offset = np.asarray(points, dtype=float) - self.center
         return offset @ make_upright_turn(self.yaw)
 
-    def to_map(self, own: np.ndarray) -> np.ndarray:
+    def to_map(self, local: np.ndarray) -> np.ndarray:
         """Turn points in the own axes (..., 3) into the map; the way back from `to_own`."""
-        return own @ make_upright_turn(self.yaw).T + self.center
+        return local @ make_upright_turn(self.yaw).T + self.center
 
     def compute_distance(self, points: np.ndarray) -> np.ndarray:
         """Return how far points (..., 3) are from it, (...,); 0 inside."""
-        own = self.to_own(points)
-        outside = np.maximum(np.abs(own) - np.array(self.size) / 2, 0)
+        local = self.to_own(points)
+        outside = np.maximum(np.abs(local) - np.array(self.size) / 2, 0)
         if self.outline is not None:
-            return np.hypot(compute_outline_distance(self.outline, own[..., :2]), outside[..., 2])
+            return np.hypot(compute_outline_distance(self.outline, local[..., :2]), outside[..., 2])
         return np.linalg.norm(outside, axis=-1)
 
     def compute_reach(self, points: np.ndarray) -> np.ndarray:
@@ -246,11 +248,11 @@ class Box:
 
     def holds(self, points: np.ndarray, depth: float) -> np.ndarray:
         """Tell which points (..., 3) lie inside, `depth` metres or more from every side."""
-        own = self.to_own(points)
-        outside = np.abs(own) - np.array(self.size) / 2
+        local = self.to_own(points)
+        outside = np.abs(local) - np.array(self.size) / 2
         if self.outline is None:
             return outside.max(axis=-1) <= -depth
-        flat = own[..., :2]
+        flat = local[..., :2]
         is_in = contains_points(self.outline, flat) & (outside[..., 2] <= -depth)
         return is_in & (compute_edge_distance(self.outline, flat) >= depth)
 
@@ -285,11 +287,11 @@ def sample_volume(box: Box, relation: str, num_points: int = 128) -> np.ndarray:
     num_tried = num_points
     while True:
         steps = np.arange(1, num_tried + 1)[:, None] * root ** -np.arange(1.0, 4.0)
-        own = ((0.5 + steps) % 1 - 0.5) * volume.size
+        local = ((0.5 + steps) % 1 - 0.5) * volume.size
         if volume.outline is not None:
-            own = own[contains_points(volume.outline, own[:, :2])]
-        if len(own) >= num_points:
-            return volume.to_map(own[:num_points])
+            local = local[contains_points(volume.outline, local[:, :2])]
+        if len(local) >= num_points:
+            return volume.to_map(local[:num_points])
         num_tried *= 2
 
 

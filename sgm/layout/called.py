@@ -12,12 +12,12 @@ from sgm.names.words import MAX_LENGTH
 
 # Ways to call furniture of a room: those before come first.
 _WAYS: tuple[Callable[[Furniture, str], str], ...] = (
-    lambda row, room: f"{row.description} in {room}",
-    lambda row, room: row.description,
-    lambda row, room: row.label,
-    lambda row, room: f"{room} {row.description}",
-    lambda row, room: f"{row.label} in {room}",
-    lambda row, room: f"{room} {row.label}",
+    lambda piece, room: f"{piece.description} in {room}",
+    lambda piece, room: piece.description,
+    lambda piece, room: piece.label,
+    lambda piece, room: f"{room} {piece.description}",
+    lambda piece, room: f"{piece.label} in {room}",
+    lambda piece, room: f"{room} {piece.label}",
 )
 
 
@@ -26,8 +26,10 @@ class CalledFurniture:
 
     def __init__(self, layout: Layout) -> None:
         """Take the furniture of a layout as it is now."""
-        rows = layout.furniture.items()
-        self._rows = [(number, row, str(layout.rooms[row.room])) for number, row in rows]
+        furniture = layout.furniture.items()
+        self._pieces = [
+            (number, piece, str(layout.rooms[piece.room])) for number, piece in furniture
+        ]
         # For each way, ids by `Name.keys`.
         self._tables: list[NumbersByKey] = []
 
@@ -43,13 +45,13 @@ class CalledFurniture:
             table = self._tables[way]
             found = {number for key in name.keys for number in table.find(key)}
             if found:
-                return [number for number, *_ in self._rows if number in found]
+                return [number for number, *_ in self._pieces if number in found]
         return []
 
     def _read(self, call: Callable[[Furniture, str], str]) -> NumbersByKey:
         table = NumbersByKey()
-        for number, row, room in self._rows:
-            words = call(row, room)
+        for number, piece, room in self._pieces:
+            words = call(piece, room)
             if len(words) <= MAX_LENGTH:
                 for key in Name.read(words).keys:
                     table.add(key, number)

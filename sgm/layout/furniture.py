@@ -78,13 +78,13 @@ class Furniture:
 
     def to_row(self) -> list[Any]:
         """Return JSON values, without the last ones that are unknown; names are in no row."""
-        row: list[Any] = [self.label, self.room, self.description]
-        row.append(None if self.position is None else list(self.position))
-        row.append(None if self.box is None else self.box.to_json())
-        row.append(self.open_cost)
-        while row[-1] is None:
-            row.pop()
-        return row
+        values: list[Any] = [self.label, self.room, self.description]
+        values.append(None if self.position is None else list(self.position))
+        values.append(None if self.box is None else self.box.to_json())
+        values.append(self.open_cost)
+        while values[-1] is None:
+            values.pop()
+        return values
 
     @classmethod
     def from_row(
@@ -163,32 +163,32 @@ def compute_positions(
 def compute_position(
     furniture: Mapping[int, Furniture],
     number: int,
-    at: tuple[float, float, float] | None = None,
+    point: tuple[float, float, float] | None = None,
 ) -> tuple[float, float] | None:
     """Return where one stands to look at one furniture node, as `compute_positions` does for all.
 
     Args:
         furniture: by id.
         number: id of the one.
-        at: x, y, z in the map, metres: what is looked at there, so that one stands before that.
+        point: x, y, z in the map, metres: what is looked at there, so that one stands before that.
     """
-    return _find_position(furniture, _get_boxes(furniture), number, at)
+    return _find_position(furniture, _get_boxes(furniture), number, point)
 
 
 def _get_boxes(furniture: Mapping[int, Furniture]) -> dict[int, Box]:
-    return {number: row.box for number, row in furniture.items() if row.box is not None}
+    return {number: piece.box for number, piece in furniture.items() if piece.box is not None}
 
 
 def _find_position(
     furniture: Mapping[int, Furniture],
     boxes: Mapping[int, Box],
     number: int,
-    at: tuple[float, float, float] | None = None,
+    point: tuple[float, float, float] | None = None,
 ) -> tuple[float, float] | None:
-    row = furniture[number]
-    if row.position is not None or row.box is None:
-        return row.position
-    in_room = [other for other in boxes if furniture[other].room == row.room]
+    piece = furniture[number]
+    if piece.position is not None or piece.box is None:
+        return piece.position
+    in_room = [other for other in boxes if furniture[other].room == piece.room]
     floors = [boxes[other] for other in in_room if furniture[other].label == _FLOOR]
     # Of a floor without a box: the lowest side of the furniture of its room.
     ground = floors[0].top if floors else min(boxes[other].bottom for other in in_room)
@@ -198,9 +198,10 @@ def _find_position(
         if furniture[other].label != _FLOOR
         and box.top > ground + _STEP
         and box.bottom < ground + _TALLEST
-        and math.dist(box.center[:2], row.box.center[:2]) < _get_reach(box) + _get_reach(row.box)
+        and math.dist(box.center[:2], piece.box.center[:2])
+        < _get_reach(box) + _get_reach(piece.box)
     ]
-    points = _list_points(row.box, is_floor=row.label == _FLOOR, at=at)
+    points = _list_points(piece.box, is_floor=piece.label == _FLOOR, point=point)
     is_free = np.ones(len(points), dtype=bool)
     flat = np.column_stack([points, np.zeros(len(points))])
     for box in in_the_way:
@@ -221,21 +222,21 @@ def _find_position(
 def compute_pose(
     furniture: Mapping[int, Furniture],
     number: int,
-    at: tuple[float, float, float] | None = None,
+    point: tuple[float, float, float] | None = None,
 ) -> tuple[float, float, float] | None:
     """Return where one stands to look at a furniture node, x, y, and the yaw with which one does.
 
     Args:
         furniture: by id.
         number: id of the one.
-        at: x, y, z in the map, metres: what is looked at there; None for its middle.
+        point: x, y, z in the map, metres: what is looked at there; None for its middle.
 
     Returns:
         Metres and radians; None where it is not known where it stands.
     """
     box = furniture[number].box
-    stand = compute_position(furniture, number, at)
-    target = at if at is not None or box is None else box.center
+    stand = compute_position(furniture, number, point)
+    target = point if point is not None or box is None else box.center
     if stand is None or target is None:
         return None
     return (*stand, math.atan2(target[1] - stand[1], target[0] - stand[0]))
@@ -247,21 +248,21 @@ def _get_reach(box: Box) -> float:
 
 
 def _list_points(
-    box: Box, *, is_floor: bool, at: tuple[float, float, float] | None = None
+    box: Box, *, is_floor: bool, point: tuple[float, float, float] | None = None
 ) -> np.ndarray:
     """Return the points from which one may look at a box, or there, the best first, (n, 2)."""
     half = np.array(box.size) / 2
-    own_at = np.zeros(2) if at is None else box.to_own(np.array(at))[:2]
-    across, along = np.clip(own_at / half[:2], -1, 1).tolist()
+    local_point = np.zeros(2) if point is None else box.to_own(np.array(point))[:2]
+    across, along = np.clip(local_point / half[:2], -1, 1).tolist()
     if is_floor:
         steps = [np.linspace(-side, side, 15)[1:-1] for side in half[:2]]
-        own = np.array([(x, y) for x in steps[0] for y in steps[1]])
-        away_from_it = np.hypot(*(own - own_at).T)
-        if at is not None:  # before it, not on it
+        candidates = np.array([(x, y) for x in steps[0] for y in steps[1]])
+        away_from_it = np.hypot(*(candidates - local_point).T)
+        if point is not None:  # before it, not on it
             away_from_it = np.abs(away_from_it - _DISTANCES[0])
-        own = own[np.argsort(away_from_it, kind="stable")]
+        candidates = candidates[np.argsort(away_from_it, kind="stable")]
     else:
-        own = np.array(
+        candidates = np.array(
             [
                 np.where(side, side * (half[:2] + away), beside * half[:2])
                 for side in np.array([(1, 0), (0, 1), (0, -1), (-1, 0)])  # the front first
@@ -269,4 +270,4 @@ def _list_points(
                 for away in _DISTANCES
             ]
         )
-    return box.to_map(np.column_stack([own, np.zeros(len(own))]))[:, :2]
+    return box.to_map(np.column_stack([candidates, np.zeros(len(candidates))]))[:, :2]

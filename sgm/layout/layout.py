@@ -60,7 +60,9 @@ class Layout:
     def __post_init__(self) -> None:
         """Mark the ids of rooms."""
         rooms = self.rooms.items()
-        self.rooms = {RoomId(own) if type(own) is int else own: room for own, room in rooms}
+        self.rooms = {
+            RoomId(number) if type(number) is int else number: room for number, room in rooms
+        }
 
     @classmethod
     def of(cls, rooms: Iterable[Room], furniture: Iterable[Furniture]) -> Layout:
@@ -76,12 +78,12 @@ class Layout:
     @property
     def furniture_labels(self) -> tuple[str, ...]:
         """Label of every furniture node, (F,)."""
-        return tuple(row.label for row in self.furniture.values())
+        return tuple(piece.label for piece in self.furniture.values())
 
     @property
     def room_sizes(self) -> tuple[int, ...]:
         """Furniture nodes of every room, (R,)."""
-        counts = Counter(row.room for row in self.furniture.values())
+        counts = Counter(piece.room for piece in self.furniture.values())
         return tuple(counts[room] for room in self.rooms)
 
     def to_json(self) -> dict[str, Any]:
@@ -91,7 +93,7 @@ class Layout:
         """
         return {
             "rooms": [[number, room.label] for number, room in self.rooms.items()],
-            "furniture": [[number, *row.to_row()] for number, row in self.furniture.items()],
+            "furniture": [[number, *piece.to_row()] for number, piece in self.furniture.items()],
             "map": self.map_id,
         }
 
@@ -104,15 +106,17 @@ class Layout:
             KeyError, TypeError: if a part is missing, or of another kind.
         """
         rooms = {number: Room(label) for number, label in data["rooms"]}
-        furniture = {number: Furniture.from_row(*row) for number, *row in data["furniture"]}
-        for row in furniture.values():
-            if row.room not in rooms:
-                raise ValueError(f"there is no room {shorten(row.room)}")
+        furniture = {number: Furniture.from_row(*values) for number, *values in data["furniture"]}
+        for piece in furniture.values():
+            if piece.room not in rooms:
+                raise ValueError(f"there is no room {shorten(piece.room)}")
         return cls(rooms, furniture, num_rooms, num_furniture, read_map_id(data["map"]))
 
     def transform(self, angle: float, shift: tuple[float, float], map_id: str = "") -> Layout:
         """Return the layout in the frame of another map; see `SceneGraphMemory.transform`."""
-        furniture = {number: row.transform(angle, shift) for number, row in self.furniture.items()}
+        furniture = {
+            number: piece.transform(angle, shift) for number, piece in self.furniture.items()
+        }
         return replace(self, furniture=furniture, map_id=map_id)
 
     def leave_out(self, rooms: Collection[int] = (), furniture: Collection[int] = ()) -> Layout:
@@ -121,9 +125,9 @@ class Layout:
             self,
             rooms={number: room for number, room in self.rooms.items() if number not in rooms},
             furniture={
-                number: row
-                for number, row in self.furniture.items()
-                if number not in furniture and row.room not in rooms
+                number: piece
+                for number, piece in self.furniture.items()
+                if number not in furniture and piece.room not in rooms
             },
         )
 
@@ -141,8 +145,8 @@ class Layout:
     @property
     def boxes(self) -> dict[int, Box]:
         """Boxes of the furniture that has one, by id."""
-        rows = self.furniture.items()
-        return {number: row.box for number, row in rows if row.box is not None}
+        pieces = self.furniture.items()
+        return {number: piece.box for number, piece in pieces if piece.box is not None}
 
     def compute_positions(self) -> dict[int, tuple[float, float] | None]:
         """Return where one stands to look at each furniture node, given or found, by id."""
@@ -153,10 +157,10 @@ class Layout:
         return compute_position(self.furniture, furniture)
 
     def compute_pose(
-        self, furniture: int, at: tuple[float, float, float] | None = None
+        self, furniture: int, point: tuple[float, float, float] | None = None
     ) -> tuple[float, float, float] | None:
         """Return where one stands to look at a furniture node, or at a point there, and the yaw."""
-        return compute_pose(self.furniture, furniture, at)
+        return compute_pose(self.furniture, furniture, point)
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node; raises KeyError for no such id."""
@@ -227,8 +231,8 @@ class FurnitureNames:
             ids=tuple(layout.furniture),
             names=tuple(map(layout.describe, layout.furniture)),
             open_costs=tuple(
-                (row.open_cost or 0.0) if row.must_open else None
-                for row in layout.furniture.values()
+                (piece.open_cost or 0.0) if piece.must_open else None
+                for piece in layout.furniture.values()
             ),
             position={number: index for index, number in enumerate(layout.furniture)},
         )

@@ -104,14 +104,14 @@ def _list_sides(outline: Outline) -> tuple[np.ndarray, np.ndarray]:
 def _crosses_itself(start: np.ndarray, end: np.ndarray) -> bool:
     """Tell whether two sides that are no neighbours meet."""
 
-    def turn(one: np.ndarray, other: np.ndarray, point: np.ndarray) -> float:
-        ahead, aside = other - one, point - one
+    def turn(origin: np.ndarray, other: np.ndarray, point: np.ndarray) -> float:
+        ahead, aside = other - origin, point - origin
         return float(ahead[0] * aside[1] - ahead[1] * aside[0])
 
-    for one, other in combinations(range(len(start)), 2):
-        if other - one in (1, len(start) - 1):
+    for side, other in combinations(range(len(start)), 2):
+        if other - side in (1, len(start) - 1):
             continue
-        a, b, c, d = start[one], end[one], start[other], end[other]
+        a, b, c, d = start[side], end[side], start[other], end[other]
         sides = turn(a, b, c) * turn(a, b, d), turn(c, d, a) * turn(c, d, b)
         if max(sides) <= 0 and sides != (0.0, 0.0):
             return True

@@ -105,15 +105,15 @@ class CameraFeed:
 
     def take_transforms(self, message: Any, *, is_still: bool = False) -> None:
         """Take a `tf2_msgs/TFMessage`; `is_still` for those of /tf_static."""
-        for one in message.transforms:
-            at, turn = one.transform.translation, one.transform.rotation
+        for stamped in message.transforms:
+            position, turn = stamped.transform.translation, stamped.transform.rotation
             with self._count("transforms"):
-                time = read_time(one.header)
+                time = read_time(stamped.header)
                 self.transforms.add(
-                    str(one.header.frame_id),
-                    str(one.child_frame_id),
+                    str(stamped.header.frame_id),
+                    str(stamped.child_frame_id),
                     time,
-                    (at.x, at.y, at.z),
+                    (position.x, position.y, position.z),
                     (turn.x, turn.y, turn.z, turn.w),
                     is_still=is_still,
                 )
@@ -181,7 +181,7 @@ class CameraFeed:
         return None if found is None else found[0]
 
     def _find_depth(self, time: float) -> np.ndarray | None:
-        nearest = min(self._depths, key=lambda row: abs(row[0] - time), default=None)
+        nearest = min(self._depths, key=lambda stamped: abs(stamped[0] - time), default=None)
         return None if nearest is None or abs(nearest[0] - time) > self._slack else nearest[1]
 
     def _show(self, waiting: _Waiting) -> None:
@@ -215,10 +215,10 @@ class CameraFeed:
         self.counts[why] += 1
 
     @contextmanager
-    def _count(self, what: str, unread: str = "") -> Iterator[None]:
+    def _count(self, name: str, unread: str = "") -> Iterator[None]:
         """Count a message that is read, or as one that cannot be."""
         try:
             yield
-            self.counts[what] += 1
+            self.counts[name] += 1
         except (ValueError, TypeError, AttributeError, OverflowError):
-            self.counts[f"{unread or what} that cannot be read"] += 1
+            self.counts[f"{unread or name} that cannot be read"] += 1

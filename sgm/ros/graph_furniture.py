@@ -95,13 +95,13 @@ class GraphFurniture:
             memory.move_furniture(furniture, box=box)
         for node, kept in merged.items():
             memory.merge_furniture(self._ids[kept], self._ids.pop(node))
-        for what, nodes in (
+        for change, nodes in (
             ("furniture found", taken),
             ("furniture drawn anew", redrawn),
             ("furniture merged", merged),
         ):
             if nodes:
-                self._counts[what] += len(nodes)
+                self._counts[change] += len(nodes)
         if builder is not None:
             builder.set_furniture(memory.layout.furniture)
         return True
@@ -147,33 +147,33 @@ class GraphFurniture:
             return self._areas.find(box.center)
         layer = self._package.DsgLayers.ROOMS
         rooms = graph.get_layer_key(layer).layer
-        here, seen = node, {node.id.value}
-        while here is not None and here.layer.layer != rooms:
-            above = [number for number in here.parents() if number not in seen]
+        ancestor, seen = node, {node.id.value}
+        while ancestor is not None and ancestor.layer.layer != rooms:
+            above = [number for number in ancestor.parents() if number not in seen]
             seen.update(above)
-            here = graph.get_node(above[0]) if above else None
-        label = None if here is None else find_label(graph, here, layer, {})
+            ancestor = graph.get_node(above[0]) if above else None
+        label = None if ancestor is None else find_label(graph, ancestor, layer, {})
         return label or "home"
 
     def _differs(self, node: int, found: Mapping[int, tuple[str, Box, str]]) -> bool:
         """Tell whether the graph draws furniture otherwise than the memory has it."""
-        row = self.memory.layout.furniture.get(self._ids[node])
-        if node not in found or row is None or row.box is None:
+        furniture = self.memory.layout.furniture.get(self._ids[node])
+        if node not in found or furniture is None or furniture.box is None:
             return False
-        new, known = found[node][1], row.box
+        new, known = found[node][1], furniture.box
         sides = zip((*new.center, *new.size), (*known.center, *known.size), strict=True)
         turned = abs(math.remainder(new.yaw - known.yaw, 2 * math.pi)) * max(new.size[:2]) / 2
-        return max(turned, *(abs(one - other) for one, other in sides)) >= _LEAST_CHANGE
+        return max(turned, *(abs(side - other) for side, other in sides)) >= _LEAST_CHANGE
 
     def _find_merged(self, found: Mapping[int, tuple[str, Box, str]]) -> dict[int, int]:
         """Return the nodes that are in the graph no longer, with those that they are part of."""
         merged = {}
         for node, furniture in self._ids.items():
-            row = self.memory.layout.furniture.get(furniture)
-            if node in found or row is None or row.box is None:
+            known = self.memory.layout.furniture.get(furniture)
+            if node in found or known is None or known.box is None:
                 continue
             for other, (label, box, _) in found.items():
-                is_there = self._labels.are_same(row.label, label) and _are_one(row.box, box)
+                is_there = self._labels.are_same(known.label, label) and _are_one(known.box, box)
                 if is_there and other in self._ids:
                     merged[node] = other
                     break
@@ -181,19 +181,21 @@ class GraphFurniture:
 
     def _is_on_map(self, box: Box) -> bool:
         """Tell whether the memory has furniture at a place that is not of the graph."""
-        own = {*self._ids.values()}
+        of_graph = {*self._ids.values()}
         return any(
-            row.box is not None and number not in own and _are_one(row.box, box)
-            for number, row in self.memory.layout.furniture.items()
+            known.box is not None and number not in of_graph and _are_one(known.box, box)
+            for number, known in self.memory.layout.furniture.items()
         )
 
     def _add(self, label: str, box: Box, room: str) -> int:
         memory = self.memory
-        rooms = (number for number, own in memory.layout.rooms.items() if str(own) == room)
+        rooms = (
+            number for number, known_room in memory.layout.rooms.items() if str(known_room) == room
+        )
         number = next(rooms, None)
         if number is None:
             number = memory.add_room(room)
-        count = sum(row.label == label for row in memory.layout.furniture.values()) + 1
+        count = sum(known.label == label for known in memory.layout.furniture.values()) + 1
         name = label if count == 1 else f"{label} {count}"
         return memory.add_furniture(label, number, name, box=box)
 

@@ -91,26 +91,28 @@ class HomeMap:
         furniture: list[MapFurniture] = []
         for number, entry in enumerate(_read_list("rooms", data["rooms"], _MOST_ROOMS, where)):
             spot = f"room {number} in {where}"
-            row = {"name": entry} if isinstance(entry, str) else entry
-            _check_fields(row, _ROOM_FIELDS, ("name",), spot)
-            name = read_words(f"name of {spot}", row["name"])
+            fields = {"name": entry} if isinstance(entry, str) else entry
+            _check_fields(fields, _ROOM_FIELDS, ("name",), spot)
+            name = read_words(f"name of {spot}", fields["name"])
             if name in rooms:
                 raise ValueError(
                     f"rooms must have names of their own, got {shorten(name)} again as {spot}. "
                     'Write {name: "bedroom 2", label: bedroom}.'
                 )
             rooms[name] = number
-            room_ids.append(_read_id(row, spot))
-            labels.append(read_words(f"label of {spot}", row.get("label", _drop_number(name))))
-            if row.get("floor") is not None:
-                box = _read_floor(row["floor"], f"floor of {spot}")
+            room_ids.append(_read_id(fields, spot))
+            labels.append(read_words(f"label of {spot}", fields.get("label", _drop_number(name))))
+            if fields.get("floor") is not None:
+                box = _read_floor(fields["floor"], f"floor of {spot}")
                 furniture.append(MapFurniture("floor", number, f"floor of {name}", box=box))
         entries = _read_list("furniture", data["furniture"], _MOST_FURNITURE, where)
         for number, entry in enumerate(entries):
             furniture.append(_read_furniture(entry, rooms, f"furniture {number} in {where}"))
-        given = [row.id for row in furniture if row.id is not None]
+        given = [piece.id for piece in furniture if piece.id is not None]
         for numbers in (given, [number for number in room_ids if number is not None]):
-            again = next((one for one in numbers if numbers.count(one) > 1), None)
+            again = next(
+                (identifier for identifier in numbers if numbers.count(identifier) > 1), None
+            )
             if again is not None:
                 raise ValueError(
                     f"ids of a map must be there once, got {again} again in {where}. Leave the id "
@@ -122,9 +124,11 @@ class HomeMap:
     def add_to(self, memory: SceneGraphMemory) -> dict[int, Box]:
         """Add all rooms and furniture to a memory, and return its boxes by furniture id."""
         rooms = [memory.add_room(label) for label in self.rooms]
-        for row in self.furniture:
-            room, text = rooms[row.room], row.description
-            memory.add_furniture(row.label, room, text, row.position, row.box, row.open_cost)
+        for piece in self.furniture:
+            room, text = rooms[piece.room], piece.description
+            memory.add_furniture(
+                piece.label, room, text, piece.position, piece.box, piece.open_cost
+            )
         return memory.boxes
 
     def correct(self, memory: SceneGraphMemory) -> Counter[str]:
@@ -138,36 +142,36 @@ class HomeMap:
         """
         counts: Counter[str] = Counter()
         layout = memory.layout
-        for row in self.furniture:
-            if row.id is not None and row.id not in layout.furniture:
+        for piece in self.furniture:
+            if piece.id is not None and piece.id not in layout.furniture:
                 raise ValueError(
-                    f"id of furniture must be one of the memory, got {row.id} for "
-                    f"{shorten(row.description)}. Leave it out to add furniture."
+                    f"id of furniture must be one of the memory, got {piece.id} for "
+                    f"{shorten(piece.description)}. Leave it out to add furniture."
                 )
         rooms = []
         for number, label in zip(self.room_ids, self.rooms, strict=True):
             is_known = number in layout.rooms and layout.rooms[RoomId(number)].label == label
             rooms.append(number if is_known and number is not None else memory.add_room(label))
             counts["rooms added"] += not is_known
-        kept = {row.id for row in self.furniture}
+        kept = {piece.id for piece in self.furniture}
         for number, node in layout.furniture.items():
             if node.box is not None and number not in kept:
                 memory.remove_furniture(number)
                 counts["pieces of furniture removed"] += 1
-        for row in self.furniture:
-            room = rooms[row.room]
-            if row.id is None:
+        for piece in self.furniture:
+            room = rooms[piece.room]
+            if piece.id is None:
                 memory.add_furniture(
-                    row.label, room, row.description, row.position, row.box, row.open_cost
+                    piece.label, room, piece.description, piece.position, piece.box, piece.open_cost
                 )
                 counts["pieces of furniture added"] += 1
                 continue
-            node = layout.furniture[row.id]
-            if (node.label, node.description) != (row.label, row.description):
-                memory.name_furniture(row.id, row.label, row.description)
+            node = layout.furniture[piece.id]
+            if (node.label, node.description) != (piece.label, piece.description):
+                memory.name_furniture(piece.id, piece.label, piece.description)
                 counts["pieces of furniture renamed"] += 1
-            if not _is_same_box(node.box, row.box) or node.room != room:
-                memory.move_furniture(row.id, room, row.position, row.box)
+            if not _is_same_box(node.box, piece.box) or node.room != room:
+                memory.move_furniture(piece.id, room, piece.position, piece.box)
                 counts["pieces of furniture moved"] += 1
         for number in layout.rooms:
             if number not in rooms and not memory.list_furniture(number):
@@ -180,14 +184,14 @@ def _is_same_box(box: Box | None, other: Box | None) -> bool:
     """Tell whether boxes are the same to a millimetre."""
     if box is None or other is None:
         return box is other
-    ones, others = ((*one.center, *one.size, one.yaw) for one in (box, other))
-    is_near = all(abs(a - b) < _SAME for a, b in zip(ones, others, strict=True))
+    sides, others = ((*either.center, *either.size, either.yaw) for either in (box, other))
+    is_near = all(abs(a - b) < _SAME for a, b in zip(sides, others, strict=True))
     return is_near and box.interior == other.interior
 
 
-def _read_id(row: Mapping[str, Any], spot: str) -> int | None:
+def _read_id(entry: Mapping[str, Any], spot: str) -> int | None:
     """Return the id of an entry, a whole number; None where there is none."""
-    value = row.get("id")
+    value = entry.get("id")
     if value is not None and (type(value) is not int or value < 0):
         raise ValueError(
             f"id of {spot} must be a whole number, got {shorten(value)}. Leave it as it was "
@@ -196,14 +200,14 @@ def _read_id(row: Mapping[str, Any], spot: str) -> int | None:
     return value
 
 
-def _read_floor(corners: Any, what: str) -> Box:
+def _read_floor(corners: Any, spot: str) -> Box:
     """Return the floor of a room between two corners, or with a polygon of more of them."""
     if isinstance(corners, list) and len(corners) > 2:
         try:
             return Box.of_polygon(corners, -FLOOR_THICKNESS, 0.0)
         except ValueError as error:
-            raise ValueError(f"{what}: {error}") from None
-    read = read_numbers(what, corners, (2, 2))
+            raise ValueError(f"{spot}: {error}") from None
+    read = read_numbers(spot, corners, (2, 2))
     return Box.of_floor(read[0].tolist(), read[1].tolist())
 
 
@@ -241,8 +245,8 @@ def _read_furniture(entry: Any, rooms: Mapping[str, int], spot: str) -> MapFurni
         )
     label = read_words(f"label of {spot}", entry.get("label", _drop_number(name)))
     cost = None if cost is None else float(read_numbers(f"open_cost of {spot}", cost, ()))
-    own = _read_id(entry, spot)
-    return MapFurniture(label, room, name, "", position, box, cost, is_open, own)
+    furniture_id = _read_id(entry, spot)
+    return MapFurniture(label, room, name, "", position, box, cost, is_open, furniture_id)
 
 
 def _read_list(name: str, values: Any, most: int, where: str) -> list[Any]:

@@ -145,9 +145,9 @@ class LiveMemory:
         """Rank the places where a thing may be."""
         return self._finder.rank(self.memory, description, k=k)
 
-    def find_next(self, description: str, at: tuple[float, float] | None = None) -> NextPose:
+    def find_next(self, description: str, start: tuple[float, float] | None = None) -> NextPose:
         """Return where to look next for a thing, from a position or from anywhere."""
-        search = self._finder.search(self.memory, description, start=at)
+        search = self._finder.search(self.memory, description, start=start)
         look = search.next()
         if look is None:
             return NextPose(-1, "", (0.0, 0.0), 0.0, 0.0, search.outcome)

@@ -24,13 +24,13 @@ def write_map(layout: Layout, frame: str = "map") -> str:
     rooms = dict(zip(layout.rooms, names, strict=True))
     lines = [_HEADING + f"frame: {_quote(frame)}", "rooms:"]
     for number, room in layout.rooms.items():
-        row = {"id": int(number), "name": rooms[number], "label": room.label}
-        lines.append(f"  - {_write_row(row)}")
+        fields = {"id": int(number), "name": rooms[number], "label": room.label}
+        lines.append(f"  - {_write_row(fields)}")
     lines.append("furniture:")
     for number, node in layout.furniture.items():
         if node.box is None:
             continue
-        row = {
+        fields = {
             "id": number,
             "name": node.description,
             "label": node.label,
@@ -38,10 +38,10 @@ def write_map(layout: Layout, frame: str = "map") -> str:
             **_list_extents(node.box),
         }
         if node.position is not None:
-            row["position"] = _round(node.position)
+            fields["position"] = _round(node.position)
         if node.open_cost is not None:
-            row["open_cost"] = node.open_cost
-        lines.append(f"  - {_write_row(row)}")
+            fields["open_cost"] = node.open_cost
+        lines.append(f"  - {_write_row(fields)}")
     return "\n".join(lines) + "\n"
 
 
@@ -66,9 +66,9 @@ def _round(values: Any) -> list[float]:
     return [round(value, 3) for value in values]
 
 
-def _write_row(row: dict[str, Any]) -> str:
+def _write_row(fields: dict[str, Any]) -> str:
     """Return a mapping in the flow style of YAML."""
-    return "{" + ", ".join(f"{name}: {_quote(value)}" for name, value in row.items()) + "}"
+    return "{" + ", ".join(f"{name}: {_quote(value)}" for name, value in fields.items()) + "}"
 
 
 def _quote(value: Any) -> str:

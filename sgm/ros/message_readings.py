@@ -102,22 +102,26 @@ def read_detections(
             f"{len(message.detections)}. Raise the threshold of the detector."
         )
     found = []
-    for one in message.detections:
-        best, (bounds, frame) = _find_best(one, names), _find_bounds_3d(one, message)
+    for detection in message.detections:
+        best, (bounds, frame) = _find_best(detection, names), _find_bounds_3d(detection, message)
         if best is None:
             on_drop("detections without a name or a score")
             continue
-        place = _read_bounds(one.bbox) if bounds is None else _move_bounds(bounds, to_map(frame))
+        place = (
+            _read_bounds(detection.bbox) if bounds is None else _move_bounds(bounds, to_map(frame))
+        )
         if place is None:
             on_drop("detections whose box is unknown")
             continue
-        found.append(Detection(*best, **place, track=_read_track(one)))
+        found.append(Detection(*best, **place, track=_read_track(detection)))
     return found
 
 
 def list_frames(message: Any) -> set[str]:
     """Return the names of the frames in which boxes in space of a message are."""
-    found = (_find_bounds_3d(one, message) for one in message.detections[:MOST_DETECTIONS])
+    found = (
+        _find_bounds_3d(detection, message) for detection in message.detections[:MOST_DETECTIONS]
+    )
     return {frame for bounds, frame in found if bounds is not None}
 
 
@@ -150,8 +154,8 @@ def _move_bounds(bounds: Any, to_map: np.ndarray | None) -> dict[str, Any] | Non
     """Return center and sides in the map of a `BoundingBox3D`; None if they are unknown."""
     if to_map is None:
         return None
-    at, size = bounds.center.position, bounds.size
-    center = to_map @ (float(at.x), float(at.y), float(at.z), 1.0)
+    position, size = bounds.center.position, bounds.size
+    center = to_map @ (float(position.x), float(position.y), float(position.z), 1.0)
     sides = _turn_sides(bounds, to_map)
     if not np.isfinite(center).all() or not np.isfinite(sides).all():
         return None
@@ -181,7 +185,7 @@ def _find_best(detection: Any, names: ClassNames) -> tuple[str, float] | None:
         hypotheses = [result.hypothesis for result in detection.results]
         if not hypotheses:
             return None
-        best = max(hypotheses, key=lambda one: float(one.score))
+        best = max(hypotheses, key=lambda hypothesis: float(hypothesis.score))
         name, score = str(best.class_id), float(best.score)
     if names is not None:
         if isinstance(names, Mapping):
@@ -205,6 +209,6 @@ def _turn_sides(bbox: Any, to_map: np.ndarray) -> np.ndarray:
     turn, size = bbox.center.orientation, bbox.size
     quaternion = np.array([turn.x, turn.y, turn.z, turn.w], dtype=float)
     norm = np.linalg.norm(quaternion)
-    own = make_rotation(quaternion / norm) if norm > 1e-6 else np.eye(3)
+    rotation = make_rotation(quaternion / norm) if norm > 1e-6 else np.eye(3)
     sides = np.array([size.x, size.y, size.z], dtype=float)
-    return np.abs(to_map[:3, :3] @ own) @ np.abs(sides)
+    return np.abs(to_map[:3, :3] @ rotation) @ np.abs(sides)

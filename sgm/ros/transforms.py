@@ -136,10 +136,10 @@ def make_matrix(pose: np.ndarray) -> np.ndarray:
     return matrix
 
 
-def _mix(one: np.ndarray, other: np.ndarray, share: float) -> np.ndarray:
+def _mix(pose: np.ndarray, other: np.ndarray, share: float) -> np.ndarray:
     """Return the pose between two, (7,): positions on a line, quaternions by their mean."""
-    if one[3:] @ other[3:] < 0:  # of two that mean the same turn, the nearer one
+    if pose[3:] @ other[3:] < 0:  # of two that mean the same turn, the nearer one
         other = np.append(other[:3], -other[3:])
-    mixed = (1 - share) * one + share * other
+    mixed = (1 - share) * pose + share * other
     mixed[3:] /= np.linalg.norm(mixed[3:])
     return mixed

@@ -300,7 +300,7 @@ def test_a_live_memory_remembers_and_says_where_to_look():
     live.finish()
     assert memory.time == 2  # 150 s later
     assert memory.last_seen("mug").is_there is False
-    look = live.find_next("mug", at=(0.0, 0.0))
+    look = live.find_next("mug", start=(0.0, 0.0))
     assert (look.furniture, look.name) == (0, "table 1 in kitchen")
     aim = np.array(TABLE.center[:2]) - look.position
     assert np.linalg.norm(aim) > 0.5
