@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from functools import lru_cache
 from graphlib import CycleError, TopologicalSorter
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from sgm.messages import shorten
 from sgm.names.words import OWN_PLURALS, compute_singular, make_key, read_words, split_words
@@ -55,21 +55,13 @@ class AliasTable:
         self.names: list[str] = []
         self.longest = 1
         self.words: set[str] = set()
-        self._things: dict[str, dict[int, None]] = {}  # by a name as it is written
-        self._singular: dict[str, dict[int, None]] = {}
-        self._names_of: list[dict[str, None]] = []
-        self._above: list[dict[int, None]] = []
-        self._below: list[dict[int, None]] = []
-        number_of: dict[str, int] = {}
-        for name, kinds, aliases in self.rows:
-            thing = self._ensure(name, number_of)
-            for alias in aliases:
-                self._call(thing, alias)
-            for kind in kinds:
-                above = self._ensure(kind, number_of)
-                self._above[thing][above] = None
-                self._below[above][thing] = None
-        self._check_cycles()
+        self._things: dict[str, tuple[int, ...]] = {}  # by a name as it is written
+        self._singular: dict[str, tuple[int, ...]] = {}
+        self._names_of: dict[int, tuple[str, ...]] = {}
+        self._above: dict[int, tuple[int, ...]] = {}
+        self._below: dict[int, tuple[int, ...]] = {}
+        self._number_of: dict[str, int] = {}  # by a thing's name as it is written
+        self._add(self.rows)
 
     @classmethod
     def household(cls, extra: Aliases | None = None) -> AliasTable:
@@ -84,18 +76,14 @@ class AliasTable:
         if extra is None:
             return shipped
         own = tuple(read_rows(extra))
-        table = cls([*shipped.rows, *own])
-        table.declared = own
-        return table
+        return shipped._extend(own, declared=own)
 
     def with_names(self, names: Iterable[str]) -> AliasTable:
         """Return a table in which names that nothing is called are things of their own."""
         new = [(name, (), ()) for name in names if not self.find(split_words(name))]
         if not new:
             return self
-        table = AliasTable([*self.rows, *new])
-        table.declared = self.declared
-        return table
+        return self._extend(new, self.declared)
 
     def find(self, words: Sequence[str]) -> tuple[int, ...]:
         """Return the numbers of the things of this name.
@@ -108,7 +96,7 @@ class AliasTable:
         singular = self._things.get(key) or self._singular.get(key)
         if not written or not singular:  # mostly neither
             return tuple(written or singular or ())
-        return tuple(written | singular)
+        return tuple(dict.fromkeys((*written, *singular)))
 
     def list_names(self, thing: int) -> list[str]:
         """List what a thing is called, its own name first."""
@@ -124,40 +112,101 @@ class AliasTable:
 
     def list_siblings(self, thing: int, most: int) -> list[int]:
         """List the other things of its direct kinds, of those that have at most `most` things."""
-        families = [self._below[kind] for kind in self._above[thing]]
+        families = [self._below[kind] for kind in self._above.get(thing, ())]
         return [one for family in families if len(family) <= most for one in family if one != thing]
 
-    def _ensure(self, name: str, number_of: dict[str, int]) -> int:
+    def _extend(self, rows: Sequence[Row], declared: tuple[Row, ...]) -> AliasTable:
+        """Return a table with more rows; what the present ones say is copied, not read again."""
+        table = AliasTable()
+        table.rows = (*self.rows, *rows)
+        table.declared = declared
+        table.names, table.longest, table.words = [*self.names], self.longest, {*self.words}
+        table._things, table._singular = {**self._things}, {**self._singular}
+        table._names_of = {**self._names_of}
+        table._above, table._below = {**self._above}, {**self._below}
+        table._number_of = {**self._number_of}
+        table._add(rows)
+        return table
+
+    def _add(self, rows: Iterable[Row]) -> None:
+        """Enter rows; raises ValueError as the constructor does."""
+        tables = self._things, self._singular, self._names_of, self._above, self._below
+        entered = _Entered(*[_Groups(table) for table in tables])
+        for name, kinds, aliases in rows:
+            thing = self._ensure(name, entered)
+            for alias in aliases:
+                self._call(thing, alias, entered)
+            for kind in kinds:
+                above = self._ensure(kind, entered)
+                entered.above.add(thing, above)
+                entered.below.add(above, thing)
+        for groups in entered:
+            groups.finish()
+        if entered.above.is_changed:
+            self._check_cycles()
+
+    def _ensure(self, name: str, entered: _Entered) -> int:
         words = split_words(read_words("name", name))
         key = "".join(words)
-        if key not in number_of:
-            number_of[key] = len(self.names)
+        if key not in self._number_of:
+            self._number_of[key] = len(self.names)
             self.names.append(read_words("name", name))
-            self._names_of.append({})
-            self._above.append({})
-            self._below.append({})
-            self._call(number_of[key], name)
-        return number_of[key]
+            self._call(self._number_of[key], name, entered)
+        return self._number_of[key]
 
-    def _call(self, thing: int, name: str) -> None:
-        self._names_of[thing][read_words("name", name)] = None
+    def _call(self, thing: int, name: str, entered: _Entered) -> None:
+        entered.names_of.add(thing, read_words("name", name))
         words = split_words(name)
         self.longest = max(self.longest, len(words))
-        self._things.setdefault("".join(words), {})[thing] = None
+        entered.things.add("".join(words), thing)
         if words[-1] not in OWN_PLURALS:  # a "boxer" is no boxers
-            self._singular.setdefault(make_key(words), {})[thing] = None
+            entered.singular.add(make_key(words), thing)
         self.words.update(map(compute_singular, words))
 
     def _check_cycles(self) -> None:
         """Raise ValueError for a thing that is a kind of itself."""
+        above = {thing: self._above.get(thing, ()) for thing in range(len(self.names))}
         try:
-            TopologicalSorter(dict(enumerate(self._above))).prepare()
+            TopologicalSorter(above).prepare()
         except CycleError as error:
             names = [self.names[thing] for thing in sorted(set(error.args[1]))]
             raise ValueError(
                 f"kind must not lead back to the thing, got a circle of {shorten(names)} in the "
                 "aliases. Take one of these kinds out, or make the names aliases of one thing."
             ) from None
+
+
+class _Groups:
+    """Adds to the groups of a table, each of which other tables may have, too."""
+
+    def __init__(self, table: MutableMapping[Any, tuple[Any, ...]]) -> None:
+        self._table = table
+        self._changed: dict[Any, dict[Any, None]] = {}
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether anything was added."""
+        return bool(self._changed)
+
+    def add(self, key: object, member: object) -> None:
+        """Add to a group what is not in it."""
+        if key not in self._changed:
+            self._changed[key] = dict.fromkeys(self._table.get(key, ()))
+        self._changed[key][member] = None
+
+    def finish(self) -> None:
+        """Let the table have what was added."""
+        self._table.update((key, tuple(group)) for key, group in self._changed.items())
+
+
+class _Entered(NamedTuple):
+    """What rows add to each group of a table of aliases."""
+
+    things: _Groups
+    singular: _Groups
+    names_of: _Groups
+    above: _Groups
+    below: _Groups
 
 
 def read_rows(extra: Aliases) -> Iterator[Row]:
@@ -259,12 +308,12 @@ def _check_length(what: str, number: int, most: int, where: str) -> None:
         )
 
 
-def _walk(thing: int, edges: Sequence[Mapping[int, None]]) -> list[int]:
+def _walk(thing: int, edges: Mapping[int, Sequence[int]]) -> list[int]:
     """List what can be reached, the nearest first; the thing itself only by a circle."""
-    found = dict.fromkeys(edges[thing])
+    found = dict.fromkeys(edges.get(thing, ()))
     order = list(found)
     for one in order:
-        new = [other for other in edges[one] if other not in found]
+        new = [other for other in edges.get(one, ()) if other not in found]
         found |= dict.fromkeys(new)
         order += new
     return order

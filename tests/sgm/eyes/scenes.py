@@ -1,5 +1,7 @@
 """Small scenes of boxes, rendered by casting a ray through every pixel."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from sgm.eyes import ABOVE_TOP, Box, Detection, Intrinsics, Pose
@@ -28,23 +30,33 @@ def make_shelf(center, size, yaw=0.0, board=0.02):
 def cast(solid, origin, directions):
     """Distance to the first box along rays (n, 3), in lengths of the directions; inf for none."""
     first = np.full(len(directions), np.inf)
+    columns = np.ascontiguousarray(directions.T)  # (3, n): numpy is slow along axes of three
     for box in solid:
-        start = box.to_own(origin[None])[0]
-        along = box.to_own(directions + box.center)
-        along = np.where(np.abs(along) < 1e-12, 1e-12, along)
-        near, far = (np.array([-0.5, 0.5])[:, None] * box.size - start)[:, None] / along
-        entry, leave = np.minimum(near, far).max(axis=1), np.maximum(near, far).min(axis=1)
+        start = box.to_own(origin[None]).T  # (3, 1)
+        along = box.to_own(np.eye(3) + box.center).T @ columns
+        along[np.abs(along) < 1e-12] = 1e-12
+        half = np.array(box.size)[:, None] / 2
+        near, far = (-half - start) / along, (half - start) / along
+        entry = np.minimum(near, far).max(axis=0)
+        leave = np.maximum(near, far).min(axis=0)
         hits = (entry <= leave) & (leave > 0)
-        first = np.where(hits, np.minimum(first, np.maximum(entry, 0)), first)
+        np.minimum(first, np.maximum(entry, 0), out=first, where=hits)
     return first
+
+
+@lru_cache(maxsize=4)
+def list_rays(camera):
+    """Directions of all pixels in the camera's frame, of depth 1."""
+    column, row = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
+    pixels = np.column_stack([column.ravel(), row.ravel()])
+    rays = camera.unproject(pixels, np.ones(len(pixels)))
+    rays.setflags(write=False)
+    return rays
 
 
 def render(solid, pose, camera=CAMERA):
     """A depth image, inf where no box is."""
-    column, row = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
-    pixels = np.column_stack([column.ravel(), row.ravel()])
-    rays = camera.unproject(pixels, np.ones(len(pixels)))
-    depth = cast(solid, pose.position, pose.to_map(rays) - pose.position)
+    depth = cast(solid, pose.position, list_rays(camera) @ pose.rotation.T)
     return depth.reshape(camera.height, camera.width)
 
 
