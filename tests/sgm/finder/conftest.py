@@ -1,5 +1,9 @@
 """A home with habits, for searches."""
 
+from __future__ import annotations
+
+from copy import copy, deepcopy
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -101,18 +105,29 @@ class Home:
             for furniture in self.choose(3):
                 self.memory.observe(furniture, self.look(furniture))
 
+    def copy(self) -> Home:
+        """Return a home that goes on by itself from here on."""
+        home = copy(self)
+        home.memory = self.memory.copy()
+        home.at, home._rng = {**self.at}, deepcopy(self._rng)
+        return home
+
     def choose(self, count: int) -> list[int]:
         """Choose furniture to look at, at random."""
         return self._rng.choice(self.furniture, count, replace=False).tolist()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_home():
     """What makes a home that was lived in for a fortnight of 252 looks."""
 
-    def make(seed: int = 0, miss_rate: float = 0.0, clock: Clock | None = None) -> Home:
+    @cache  # lived in once, and copied for each test
+    def live(seed: int, miss_rate: float, clock: Clock | None) -> Home:
         home = Home(seed, miss_rate, clock=clock)
         home.live(252)
         return home
+
+    def make(seed: int = 0, miss_rate: float = 0.0, clock: Clock | None = None) -> Home:
+        return live(seed, miss_rate, clock).copy()
 
     return make

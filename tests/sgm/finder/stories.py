@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
+from functools import cache
 
 from sgm.finder.finder import Finder
 from sgm.finder.object_finder import ObjectFinder
@@ -41,6 +43,12 @@ class Flat:
         for room, labels in ROOMS.items():
             number = self.memory.add_room(room)
             self.place |= {label: self.memory.add_furniture(label, number) for label in labels}
+
+    def copy(self) -> Flat:
+        """Return a home that goes on by itself from here on."""
+        flat = copy(self)
+        flat.memory = self.memory.copy()
+        return flat
 
     def look(self, place: str, *things: str, confidence: float = 1.0) -> None:
         """Look at one place."""
@@ -89,7 +97,7 @@ class Story:
 
     def ask(self, finder: Finder) -> dict[str, float]:
         """Return what a finder says of each place, elsewhere and the robot's hand."""
-        flat = self.tell()
+        flat = _tell(self.tell)
         ranking = finder.rank(flat.memory, self.thing)
         name = {number: label for label, number in flat.place.items()}
         places = {name[place.furniture]: place.probability for place in ranking}
@@ -110,6 +118,12 @@ class Story:
                 )
             )
         return ", ".join(wrong)
+
+
+@cache
+def _tell(tell: Callable[[], Flat]) -> Flat:
+    """Return what a story makes; asking reads alone, so all finders are asked of the same."""
+    return tell()
 
 
 def see_fresh(number: int, step_seconds: float = 60, **later: float) -> Flat:
@@ -208,16 +222,21 @@ def resettle() -> Flat:
 
 def leave_on_workdays(hour: int, day: int) -> Flat:
     """Out from 8:30 to 17:30 on workdays, for two weeks; not looked for since 7:00."""
-    flat = Flat(1800)
+    flat = _leave_until(day).copy()
+    clock = flat.memory.clock
+    assert clock is not None
+    flat.memory.step_to(datetime(2026, 1, day, hour))
+    return flat
 
+
+@cache
+def _leave_until(day: int) -> Flat:
     def where(now: datetime) -> str | None:
         is_out = now.weekday() < 5 and 8.5 <= now.hour + now.minute / 60 < 17.5
         return None if is_out else "hook"
 
+    flat = Flat(1800) if day <= 20 else _leave_until(20).copy()
     flat.live(datetime(2026, 1, day, 7, 30), where)
-    clock = flat.memory.clock
-    assert clock is not None
-    flat.memory.step_to(datetime(2026, 1, day, hour))
     return flat
 
 

@@ -146,7 +146,7 @@ def test_asking_is_reading(make_home, finder, tmp_path):
     """300 questions for unknown things stayed in the memory and its file for good."""
     home = make_home()
     home.memory.save(tmp_path / "before.sgm")
-    for number in range(300):
+    for number in range(100):
         finder.rank(home.memory, f"gadget {number}")
         finder.search_plan(home.memory, f"gizmo {number}")
     home.memory.save(tmp_path / "after.sgm")

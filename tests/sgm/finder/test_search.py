@@ -91,13 +91,14 @@ def test_without_ways_no_other_order_finds_it_sooner(detector):
         offered.append(looking.next().place.furniture)
         looking.not_found()
 
+    missed = detector.compute_miss(np.arange(6)).tolist()  # by none to five looks at a place
+
     def find(order):
         """Probability that each look of an order is the first that finds it, in closed form."""
         found = []
         for number, place in enumerate(order):
-            before = np.array(order[:number].count(place))
-            missed, missed_then = (float(detector.compute_miss(n)) for n in (before, before + 1))
-            found.append(places[place] * (missed - missed_then))
+            before = order[:number].count(place)
+            found.append(places[place] * (missed[before] - missed[before + 1]))
         return np.cumsum(found)
 
     best = np.max([find(order) for order in itertools.product(places, repeat=5)], axis=0)

@@ -63,6 +63,39 @@ def test_a_table_of_ones_own_is_added(tmp_path, is_file):
     assert again.resolve("snoopy").matches == ("beagle",)
 
 
+def test_rows_that_are_added_say_what_they_say_in_one_table():
+    """The shipped table is not read again for rows of one's own, and does not change by them."""
+    shipped = AliasTable.household()
+    before = list_all(shipped)
+    extra = {
+        "thermos": ["vacuum flask", "mug"],
+        "beagle": {"kind": ["dog", "hound"], "aliases": ["scissors"]},
+        "dog": {"kind": "companion"},
+    }
+    added = AliasTable.household(extra).with_names(["zorb", "mug"])
+    whole = AliasTable([*shipped.rows, *read_rows(extra), ("zorb", (), ())])
+    assert list_all(added) == list_all(whole)
+    assert list_all(shipped) == before
+    with pytest.raises(ValueError, match=r"circle of .*cell phone"):
+        AliasTable.household({"phone": {"kind": "iphone"}})  # of a row that ships
+
+
+def list_all(table):
+    """Everything that a table answers."""
+    things = range(len(table.names))
+    return (
+        table.rows,
+        table.names,
+        table.longest,
+        table.words,
+        [table.list_names(thing) for thing in things],
+        [table.list_above(thing) for thing in things],
+        [table.list_below(thing) for thing in things],
+        [table.list_siblings(thing, 9) for thing in things],
+        [table.find(split_words(name)) for thing in things for name in table.list_names(thing)],
+    )
+
+
 def test_a_thing_by_another_name_has_the_prior_of_the_thing():
     memory = SceneGraphMemory()
     kitchen = memory.add_room("kitchen")
