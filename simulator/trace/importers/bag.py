@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -313,15 +314,22 @@ def _choose_topic(wanted: _Wanted, type_of: Mapping[str, str]) -> str | None:
     return fits[0] if len(fits) == 1 else None
 
 
-def _list_messages(
-    reader: Any, path: Path, topics: Mapping[str, str], counts: Counter[str]
-) -> Iterator[tuple[str, Any, float]]:
-    """Yield topic, message and seconds of what can be read, in order."""
+@cache  # it compiles what reads a type when it meets the first message of it
+def _load_messages() -> Any:
+    """Return what reads messages: those of ROS 2, and those of `DEFINITIONS`."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS2_JAZZY)
     for name, text in DEFINITIONS.items():
         store.register(get_types_from_msg(text, name))
+    return store
+
+
+def _list_messages(
+    reader: Any, path: Path, topics: Mapping[str, str], counts: Counter[str]
+) -> Iterator[tuple[str, Any, float]]:
+    """Yield topic, message and seconds of what can be read, in order."""
+    store = _load_messages()
     wanted = [connection for connection in reader.connections if connection.topic in topics]
     messages = reader.messages(connections=wanted)
     while True:

@@ -1,5 +1,6 @@
 import re
 import shutil
+from functools import cache
 from types import SimpleNamespace as Message
 
 import numpy as np
@@ -50,6 +51,7 @@ TOPICS = {
 }
 
 
+@cache
 def _make_store():
     store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
     for name, text in DEFINITIONS.items():
@@ -78,63 +80,73 @@ def _fill(store, kind, value):
     return store.types[kind](**fields)
 
 
+@pytest.fixture(scope="module")
+def write_once(tmp_path_factory):
+    """What writes a bag as `_write` does, of each kind once."""
+    return cache(lambda *kind: _write(tmp_path_factory.mktemp("bags") / "bag", *kind))
+
+
 @pytest.fixture
-def write_bag(tmp_path):
+def write_bag(tmp_path, write_once):
     """Write a bag of a robot that looks at a table twice; the second time it is empty."""
 
     def write(storage="SQLITE3", leaves_out=(), cut=None):
-        store, folder = _make_store(), tmp_path / "bag"
-        plugin = getattr(rosbag2.StoragePlugin, storage)
-        poses = look_around(TABLE.center)[:10]
-        mug = put_on(TABLE, 0.1, 0.3)
-        with rosbag2.Writer(folder, version=9, storage_plugin=plugin) as writer:
-            lines = {
-                topic: writer.add_connection(topic, kind, typestore=store)
-                for topic, kind in TOPICS.items()
-                if topic not in leaves_out
-            }
-
-            def put(topic, time, message):
-                if topic in lines:
-                    data = store.serialize_cdr(_fill(store, TOPICS[topic], message), TOPICS[topic])
-                    if cut is not None and topic == cut:
-                        data = data[: len(data) // 2]
-                    writer.write(lines[topic], round(time * 1e9), data)
-
-            still = make_transform(START, "map", "odom", (0, 0, 0))
-            put("/tf_static", START, Message(transforms=[still]))
-            put("/camera/camera_info", START, make_camera_info(CAMERA))
-            for visit, things in enumerate(([("mug", mug)], [])):
-                for number, pose in enumerate(poses):
-                    time = START + 700 * visit + 0.2 * number
-                    turn = make_quaternion(pose.rotation)
-                    bodies = [body for _, body in things]
-                    put(
-                        "/tf",
-                        time,
-                        Message(
-                            transforms=[make_transform(time, "odom", "camera", pose.position, turn)]
-                        ),
-                    )
-                    depth = render([TABLE, FLOOR, *bodies], pose)
-                    put("/camera/depth/image_raw", time, make_depth(time, depth))
-                    put("/depth/compressedDepth", time, make_compressed_depth(time, depth))
-                    rows = [(name, 0.9, find_box(body, pose)) for name, body in things]
-                    put("/detections", time, make_detections(time, rows))
-                    put("/yolo", time, make_yolo(time, rows))
-                    named = [("dining_table", 0.9, find_box(TABLE, pose))]
-                    put("/all", time, make_detections(time, [*rows, *named]))
-                    rows = [(name, 0.9, body.center) for name, body in things]
-                    put("/in_map", time, make_detections_3d(time, rows, frame="map"))
-                    rows = [
-                        (name, 0.9, pose.to_camera(np.array([body.center]))[0])
-                        for name, body in things
-                    ]
-                    put("/boxes", time, make_detections_3d(time, rows))
+        folder = shutil.copytree(write_once(storage, tuple(leaves_out), cut), tmp_path / "bag")
         (tmp_path / "map.yaml").write_text(MAP)
         return folder
 
     return write
+
+
+def _write(folder, storage, leaves_out, cut):
+    store = _make_store()
+    plugin = getattr(rosbag2.StoragePlugin, storage)
+    poses = look_around(TABLE.center)[:10]
+    mug = put_on(TABLE, 0.1, 0.3)
+    with rosbag2.Writer(folder, version=9, storage_plugin=plugin) as writer:
+        lines = {
+            topic: writer.add_connection(topic, kind, typestore=store)
+            for topic, kind in TOPICS.items()
+            if topic not in leaves_out
+        }
+
+        def put(topic, time, message):
+            if topic in lines:
+                data = store.serialize_cdr(_fill(store, TOPICS[topic], message), TOPICS[topic])
+                if cut is not None and topic == cut:
+                    data = data[: len(data) // 2]
+                writer.write(lines[topic], round(time * 1e9), data)
+
+        still = make_transform(START, "map", "odom", (0, 0, 0))
+        put("/tf_static", START, Message(transforms=[still]))
+        put("/camera/camera_info", START, make_camera_info(CAMERA))
+        for visit, things in enumerate(([("mug", mug)], [])):
+            for number, pose in enumerate(poses):
+                time = START + 700 * visit + 0.2 * number
+                turn = make_quaternion(pose.rotation)
+                bodies = [body for _, body in things]
+                put(
+                    "/tf",
+                    time,
+                    Message(
+                        transforms=[make_transform(time, "odom", "camera", pose.position, turn)]
+                    ),
+                )
+                depth = render([TABLE, FLOOR, *bodies], pose)
+                put("/camera/depth/image_raw", time, make_depth(time, depth))
+                put("/depth/compressedDepth", time, make_compressed_depth(time, depth))
+                rows = [(name, 0.9, find_box(body, pose)) for name, body in things]
+                put("/detections", time, make_detections(time, rows))
+                put("/yolo", time, make_yolo(time, rows))
+                named = [("dining_table", 0.9, find_box(TABLE, pose))]
+                put("/all", time, make_detections(time, [*rows, *named]))
+                rows = [(name, 0.9, body.center) for name, body in things]
+                put("/in_map", time, make_detections_3d(time, rows, frame="map"))
+                rows = [
+                    (name, 0.9, pose.to_camera(np.array([body.center]))[0]) for name, body in things
+                ]
+                put("/boxes", time, make_detections_3d(time, rows))
+    return folder
 
 
 def test_a_bag_is_read_as_in_the_guide(write_bag, tmp_path, capsys):
