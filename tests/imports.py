@@ -5,9 +5,11 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Mapping
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from importlib.util import resolve_name
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("sgm", "simulator", "datamodules", "nep", "tools")  # a package imports those before it
@@ -29,21 +31,25 @@ def find_imports(source: str, package: str = "") -> set[str]:
         package: that the module is in, for its relative imports.
     """
     names: set[str] = set()
-    for node in ast.walk(ast.parse(source)):
+    for node in _read(source).imports:
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             module = resolve_name("." * node.level + (node.module or ""), package)
             names |= {f"{module}.{alias.name}" for alias in node.names}
-        elif isinstance(node, ast.Call) and _get_name(node.func) in ("import_module", "__import__"):
+        else:
             names |= {arg.value for arg in node.args[:1] if _is_text(arg)}
     return names
 
 
+def list_classes(source: str) -> list[str]:
+    """Names of all classes of a module."""
+    return _read(source).classes
+
+
 def find_named(source: str, modules: Mapping[str, Path]) -> set[str]:
     """The modules of all strings "module.Class" and "module:function": registries import them."""
-    texts = {node.value for node in ast.walk(ast.parse(source)) if _is_text(node)}
-    parts = [NAMED.fullmatch(text) for text in texts]
+    parts = [NAMED.fullmatch(text) for text in _read(source).texts]
     return {part[1] for part in parts if part is not None and part[1] in modules}
 
 
@@ -98,6 +104,30 @@ def count_floors(graph: Mapping[str, set[str]], folder: str) -> int:
     for name in TopologicalSorter({name: graph[name] & own for name in own}).static_order():
         floors[name] = 1 + max((floors[below] for below in graph[name] & own), default=0)
     return max(floors.values())
+
+
+class _Read(NamedTuple):
+    """What is asked of the source of a module: its imports, classes and strings."""
+
+    imports: list[ast.Import | ast.ImportFrom | ast.Call]
+    classes: list[str]
+    texts: set[str]
+
+
+@cache  # parsing and walking 350 files takes seconds
+def _read(source: str) -> _Read:
+    read = _Read([], [], set())
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            read.imports.append(node)
+        elif isinstance(node, ast.Call):
+            if _get_name(node.func) in ("import_module", "__import__"):
+                read.imports.append(node)
+        elif isinstance(node, ast.ClassDef):
+            read.classes.append(node.name)
+        elif _is_text(node):
+            read.texts.add(node.value)
+    return read
 
 
 def _get_name(function: ast.expr) -> str:

@@ -1,6 +1,5 @@
 """Import directions: the order of packages and folders, no circles, and no heavy packages."""
 
-import ast
 import itertools
 import json
 import re
@@ -20,6 +19,7 @@ from tests.imports import (
     find_module,
     find_named,
     find_part,
+    list_classes,
     list_module_imports,
     list_modules,
 )
@@ -225,9 +225,8 @@ def find_external(package: str) -> dict[str, set[str]]:
 def test_names_of_classes_are_unique_over_all_packages():
     defined: dict[str, list[str]] = {}
     for module, file in list_modules().items():
-        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-            if isinstance(node, ast.ClassDef):
-                defined.setdefault(node.name, []).append(module)
+        for name in list_classes(file.read_text("utf-8")):
+            defined.setdefault(name, []).append(module)
     assert len(defined) > 300, "classes must have been found"
     assert {name: modules for name, modules in defined.items() if len(modules) > 1} == {}
 
