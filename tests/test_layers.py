@@ -1,5 +1,6 @@
 """Import directions: the order of packages and folders, no circles, and no heavy packages."""
 
+import ast
 import itertools
 import json
 import re
