@@ -128,10 +128,10 @@ def compute_miss(
     hidden = repeated_share * miss_rate
     anew = (miss_rate - hidden) / (1 - hidden)
     whole = np.floor(num_looks)
-    here, next_one = (
+    before, after = (
         np.where(n > 0, hidden + (1 - hidden) * anew**n, 1.0) for n in (whole, whole + 1)
     )
-    missed: np.ndarray = here + (num_looks - whole) * (next_one - here)
+    missed: np.ndarray = before + (num_looks - whole) * (after - before)
     return missed
 
 

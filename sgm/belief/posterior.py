@@ -51,10 +51,10 @@ class Belief:
         """
         total = places.sum(axis=1)
         is_some = total > 0
-        rest = np.where(is_some, 1 - np.asarray(elsewhere), 0.0)
+        in_places = np.where(is_some, 1 - np.asarray(elsewhere), 0.0)
         weights = np.empty((len(places), places.shape[1] + 1))
-        weights[:, :-1] = places * (rest / np.where(is_some, total, 1.0))[:, None]
-        weights[:, -1] = 1 - rest
+        weights[:, :-1] = places * (in_places / np.where(is_some, total, 1.0))[:, None]
+        weights[:, -1] = 1 - in_places
         with np.errstate(divide="ignore"):
             return cls(np.log(weights))
 
@@ -154,10 +154,10 @@ def weigh_last_word(belief: Belief, asked: Asked) -> Belief:
     memory, now = asked.batch, asked.current.time
     last, confidence = find_last_word(asked)
     factor = np.ones(belief.places.shape)
-    for row, said in enumerate(asked.said):
+    for number, said in enumerate(asked.said):
         if said is not None and said.furniture is not None and said.time < now:
             was_there = np.isin(asked.furniture_ids, said.was_at)
-            factor[row, was_there] = 1 - compute_stay(memory, np.array(now - said.time))
+            factor[number, was_there] = 1 - compute_stay(memory, np.array(now - said.time))
     is_doubted = (confidence < 1) & (last >= 0)
     if not is_doubted.any() and (factor == 1).all():
         return belief
@@ -213,18 +213,18 @@ def list_copies(belief: Belief, asked: Asked) -> tuple[Belief, Looks, np.ndarray
     rows: list[int] = []
     moved_to: list[int] = []  # where a copy was last seen, -1 where it is as the policy has it
     is_another: list[bool] = []
-    for row, num_things in enumerate(asked.num_instances.tolist()):
+    for number, num_things in enumerate(asked.num_instances.tolist()):
         others: list[int] = []
         if num_things > 1:
-            num_seen = int(looks.num_seen[row].sum())
+            num_seen = int(looks.num_seen[number].sum())
             num_others = num_things - max(num_seen, 1)
-            is_seen = looks.num_seen[row] > 0
-            held = [place for place in _list_held(asked, row) if not is_seen[place]]
-            if num_seen == 0 and not carried[row]:
+            is_seen = looks.num_seen[number] > 0
+            held = [place for place in _list_held(asked, number) if not is_seen[place]]
+            if num_seen == 0 and not carried[number]:
                 others = held[1:][:num_others]
             else:
                 others = (held + [-1] * num_others)[: max(num_others, 0)]
-        rows += [row] * (1 + len(others))
+        rows += [number] * (1 + len(others))
         moved_to += [-1, *others]
         is_another += [False] + [True] * len(others)
     if len(rows) == len(carried):
@@ -239,14 +239,14 @@ def list_copies(belief: Belief, asked: Asked) -> tuple[Belief, Looks, np.ndarray
     return Belief(log_weights), looks, np.where(is_another, 0.0, carried[rows])
 
 
-def _list_held(asked: Asked, row: int) -> list[int]:
+def _list_held(asked: Asked, number: int) -> list[int]:
     """List the places where a thing was before this step's looks, the one seen last first."""
     edges = asked.batch.edges
-    _, own = asked.batch.edges_of(asked.queries.take(np.array([row])))
-    own = own[edges["is_true"][own]]
-    own = own[np.argsort(-edges["last_true"][own], kind="stable")]
-    last = int(asked.batch.objects["last_furniture"][asked.queries.object[row]])
-    places = edges["furniture"][own].tolist()
+    _, held = asked.batch.edges_of(asked.queries.take(np.array([number])))
+    held = held[edges["is_true"][held]]
+    held = held[np.argsort(-edges["last_true"][held], kind="stable")]
+    last = int(asked.batch.objects["last_furniture"][asked.queries.object[number]])
+    places = edges["furniture"][held].tolist()
     return list(dict.fromkeys(([last] if last in places else []) + places))
 
 
@@ -278,11 +278,11 @@ def see(belief: Belief, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if not seen.any():
         return places, elsewhere
     missing = np.prod(1 - seen, axis=1)  # no sighting was right
-    rest = np.where(seen > 0, 0.0, places)
-    left = rest.sum(axis=1) + elsewhere
+    others = np.where(seen > 0, 0.0, places)
+    left = others.sum(axis=1) + elsewhere
     share = np.divide(missing, left, out=np.zeros(len(left)), where=left > 0)
     is_seen = np.any(seen > 0, axis=1)
-    shown = np.where(seen > 0, seen, rest * share[:, None])
+    shown = np.where(seen > 0, seen, others * share[:, None])
     nowhere_else = np.where(left > 0, elsewhere * share, missing)
     return (
         np.where(is_seen[:, None], shown, places),

@@ -29,27 +29,27 @@ def compute_same(asked: Asked) -> np.ndarray:
     table, edges, objects = memory.positions, memory.edges, memory.objects
     if not table.num_rows:
         return same
-    own = asked.edges[edges["num_true"][asked.edges] > 0]
-    at = np.array(find_positions(memory, own))
-    own, at = own[at >= 0], at[at >= 0]
-    thing, time = edges["object"][own], table["time"][at]
+    edge = asked.edges[edges["num_true"][asked.edges] > 0]
+    position = np.array(find_positions(memory, edge))
+    edge, position = edge[position >= 0], position[position >= 0]
+    thing, time = edges["object"][edge], table["time"][position]
     last, first = objects["last_observed"][thing], objects["first_observed"][thing]
-    is_there = edges["is_true"][own]
+    is_there = edges["is_true"][edge]
     has_left = ~is_there & (time == last) & (objects["carried_since"][thing] == NEVER)
-    gone, there = np.flatnonzero(has_left), np.flatnonzero(is_there & (time != NEVER))
-    if not len(gone) or not len(there):
+    gone, present = np.flatnonzero(has_left), np.flatnonzero(is_there & (time != NEVER))
+    if not len(gone) or not len(present):
         return same
     words = [read_name(asked.descriptions[row]) for row in thing.tolist()]
-    name = np.array([words.index(one) for one in words])
-    place = PlaceCode.of(edges["furniture"][own], edges["relation"][own])
-    point = np.column_stack([table[axis][at] for axis in ("x", "y", "z")])
-    is_one = np.linalg.norm(point[gone, None] - point[there], axis=2) <= _SAME_SPOT
+    name = np.array([words.index(thing_words) for thing_words in words])
+    place = PlaceCode.of(edges["furniture"][edge], edges["relation"][edge])
+    point = np.column_stack([table[axis][position] for axis in ("x", "y", "z")])
+    is_one = np.linalg.norm(point[gone, None] - point[present], axis=2) <= _SAME_SPOT
     for column in (name, place):
-        is_one &= column[gone, None] == column[there]
-    is_one &= last[gone, None] < first[there]
+        is_one &= column[gone, None] == column[present]
+    is_one &= last[gone, None] < first[present]
     for left, came in zip(*np.nonzero(is_one), strict=True):
-        stay = float(compute_stay(memory, first[there[came]] - last[gone[left]]))
+        stay = float(compute_stay(memory, first[present[came]] - last[gone[left]]))
         likely = _LOST * stay / (_LOST * stay + _BY_CHANCE * (1 - stay))
-        row = rows == thing[gone[left]]
-        same[row] = np.maximum(same[row], likely)
+        is_lost = rows == thing[gone[left]]
+        same[is_lost] = np.maximum(same[is_lost], likely)
     return same

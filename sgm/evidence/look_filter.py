@@ -63,20 +63,22 @@ class Destinations(NamedTuple):
         """
         place = np.ascontiguousarray(place)[..., None]
         room = np.where(room >= 0, room, num_rooms)
-        row = room * room.shape[1] + np.arange(room.shape[1])
-        total = _sum_rooms(place, row, num_rooms + 1)
-        share = place / np.maximum(_take_rows(total, row), _TINY)
-        return cls(place=place, room=room, room_row=row, room_total=total, share=share)
+        room_row = room * room.shape[1] + np.arange(room.shape[1])
+        total = _sum_rooms(place, room_row, num_rooms + 1)
+        share = place / np.maximum(_take_rows(total, room_row), _TINY)
+        return cls(place=place, room=room, room_row=room_row, room_total=total, share=share)
 
     def take(self, chosen: slice) -> Destinations:
         """Take some of the things."""
         room = self.room[:, chosen]
-        row = room * room.shape[1] + np.arange(room.shape[1])
+        room_row = room * room.shape[1] + np.arange(room.shape[1])
         place, total, share = (
             np.ascontiguousarray(each[:, chosen])
             for each in (self.place, self.room_total, self.share)
         )
-        return Destinations(place=place, room=room, room_row=row, room_total=total, share=share)
+        return Destinations(
+            place=place, room=room, room_row=room_row, room_total=total, share=share
+        )
 
     def sum_rooms(self, values: np.ndarray) -> np.ndarray:
         """Sum over the places of each room, (P, Q, K) -> (R, Q, K)."""
@@ -87,16 +89,16 @@ class Destinations(NamedTuple):
         return _take_rows(values, self.room_row)
 
 
-def _sum_rooms(values: np.ndarray, row: np.ndarray, num_rooms: int) -> np.ndarray:
+def _sum_rooms(values: np.ndarray, room_row: np.ndarray, num_rooms: int) -> np.ndarray:
     _, num_queries, num_filters = values.shape
-    number = row[..., None] * num_filters + np.arange(num_filters)
+    number = room_row[..., None] * num_filters + np.arange(num_filters)
     size = num_rooms * num_queries * num_filters
     summed = np.bincount(number.ravel(), values.ravel(), minlength=size)
     return summed.reshape(num_rooms, num_queries, num_filters)
 
 
-def _take_rows(values: np.ndarray, row: np.ndarray) -> np.ndarray:
-    return values.reshape(-1, values.shape[2]).take(row, axis=0)
+def _take_rows(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    return values.reshape(-1, values.shape[2]).take(rows, axis=0)
 
 
 def follow(
@@ -262,9 +264,9 @@ def _weigh_looks(
 
     Both (n, 5, Q, K), the latter as a share of what is missed; see the table of `_State`.
     """
-    row = where * where.shape[1] + np.arange(where.shape[1])
+    look_row = where * where.shape[1] + np.arange(where.shape[1])
     place, share = (
-        values.reshape(-1, values.shape[2]).take(row, axis=0) * detection
+        values.reshape(-1, values.shape[2]).take(look_row, axis=0) * detection
         for values in (goes.place, goes.share)
     )
     z_decay, y_decay = decay.z[:-1], decay.y[:-1]

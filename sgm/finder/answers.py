@@ -397,8 +397,8 @@ def to_json(answer: Any) -> Any:
         return {key: to_json(value) for key, value in answer.items()}
     return {
         name: to_json(value)
-        for name, own in kind.__dataclass_fields__.items()
-        if (value := getattr(answer, name)) is not None or not own.metadata
+        for name, field in kind.__dataclass_fields__.items()
+        if (value := getattr(answer, name)) is not None or not field.metadata
     }
 
 

@@ -90,12 +90,12 @@ class JudgedBeliefs:
             return []
         objects, labels = asked.batch.objects, asked.batch.labels
 
-        def is_known(row: int, label: str, kind: int) -> bool:
+        def is_known(thing: int, label: str, kind: int) -> bool:
             """Whether it is a thing of this memory, still."""
             return (
-                row < objects.num_rows
-                and objects["type"][row] == kind
-                and labels[objects["label"][row]] == label
+                thing < objects.num_rows
+                and objects["type"][thing] == kind
+                and labels[objects["label"][thing]] == label
             )
 
         known = max(sum(map(len, self._beliefs)), self._least_together)
@@ -120,8 +120,8 @@ def _list_seen(asked: Asked) -> Iterator[_Things]:
         return
     rows = np.flatnonzero((objects["num_observed"] > 0) & (objects["same_as"] < 0))
     rows = rows[np.argsort(-objects["last_observed"][rows], kind="stable")]
-    for row in rows.tolist():
-        yield ((row, batch.labels[objects["label"][row]], int(objects["type"][row])),)
+    for thing in rows.tolist():
+        yield ((thing, batch.labels[objects["label"][thing]], int(objects["type"][thing])),)
 
 
 def _list_things(asked: Asked) -> _Things:

@@ -65,14 +65,14 @@ def find_place(
     numbered = _NUMBERED.fullmatch(words)
     if numbered and int(numbered[1]) in names:
         return int(numbered[1])
-    found = [one for one in memory.find_called(Name.read(place, "place")) if one in names]
+    found = [called for called in memory.find_called(Name.read(place, "place")) if called in names]
     if found:
         return _choose(found, names, thing)
     likely = list(memory.find_furniture(place))
     if not likely and " in " in words:
-        what, _, room = words.rpartition(" in ")
+        furniture_words, _, room = words.rpartition(" in ")
         rooms = find_rooms(memory, room)
-        among = memory.find_furniture(what)
+        among = memory.find_furniture(furniture_words)
         likely = [number for number in among if layout.furniture[number].room in rooms]
     if likely and not acts:
         return _choose(likely, names, thing)
@@ -81,9 +81,9 @@ def find_place(
     if within and not likely:
         ask = f"{shorten(place, _MOST_NAME)} is a room. {_ask(within)}"
         raise Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]), thing)
-    own = {names[number]: node.description for number, node in layout.furniture.items()}
-    resolution = memory.resolve_exact(place, among=list(own.values()))
-    spelled = [name for name, described in own.items() if described in resolution.doubtful]
+    full_names = {names[number]: node.description for number, node in layout.furniture.items()}
+    resolution = memory.resolve_exact(place, among=list(full_names.values()))
+    spelled = [name for name, described in full_names.items() if described in resolution.doubtful]
     candidates = tuple(dict.fromkeys([*(names[number] for number in likely), *spelled]))
     if candidates:
         told = candidates[:MOST_CANDIDATES]
@@ -98,12 +98,12 @@ def find_rooms(memory: SceneGraphMemory, room: str, *, acts: bool = False) -> li
     Raises:
         ValueError: if the name is none (`read_words`).
     """
-    rooms = {number: str(own) for number, own in memory.layout.rooms.items()}
+    rooms = {number: str(label) for number, label in memory.layout.rooms.items()}
     name = Name.read(room, "room")
-    found = [number for number, own in rooms.items() if Name.read(own).is_same(name)]
+    found = [number for number, label in rooms.items() if Name.read(label).is_same(name)]
     if not found and not acts:
         matches = memory.resolve(room, among=list(dict.fromkeys(rooms.values()))).matches
-        found = [number for number, own in rooms.items() if own in matches]
+        found = [number for number, label in rooms.items() if label in matches]
     return found
 
 
@@ -133,12 +133,12 @@ def find_thing(memory: SceneGraphMemory, thing: str, may_be_new: MayBeNew = "nev
         raise Unclear("unknown", _ask_unknown(thing, near, "list_things"), near, thing)
     if len(found.matches) > 1:
         raise Unclear("ambiguous", _ask(found.matches), found.matches[:MOST_CANDIDATES], thing)
-    own = found.matches[0]
-    ids = memory.list_ids(own)
+    match = found.matches[0]
+    ids = memory.list_ids(match)
     if len(ids) > 1:
-        told = [f"{own} {number}" for number in ids]
+        told = [f"{match} {number}" for number in ids]
         raise Unclear("ambiguous", _ask(told), ids[:MOST_CANDIDATES], thing)
-    return own
+    return match
 
 
 def doubt(resolution: Resolution) -> Unclear | None:
@@ -182,10 +182,10 @@ def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Uncle
 def _choose(found: Sequence[int], names: dict[int, str], thing: str) -> int:
     if len(found) == 1:
         return found[0]
-    own = [names[number] for number in found]
+    chosen = [names[number] for number in found]
     told = [
-        name if own.count(name) == 1 else f"{name} (place {number})"
-        for number, name in zip(found, own, strict=True)
+        name if chosen.count(name) == 1 else f"{name} (place {number})"
+        for number, name in zip(found, chosen, strict=True)
     ]
     raise Unclear("ambiguous", _ask(told), tuple(told[:MOST_CANDIDATES]), thing)
 

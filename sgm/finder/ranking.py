@@ -251,8 +251,8 @@ def tell_time(time: datetime, now: datetime) -> str:
     return f"on {time.day} {_MONTHS[time.month - 1]}{year} {hour}"
 
 
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def gather_evidence(
@@ -273,10 +273,10 @@ def gather_evidence(
     seen_at: dict[int | None, SeenAt] = {}
     for sighting in asked.sightings:  # the latest first
         seen_at.setdefault(sighting.furniture, sighting)
-    own = asked.edges
+    asked_edges = asked.edges
     num_observed, num_true = np.zeros((2, len(ids)), dtype=np.int64)
-    np.maximum.at(num_observed, edges["furniture"][own], edges["num_observed"][own])
-    np.add.at(num_true, edges["furniture"][own], edges["num_true"][own])
+    np.maximum.at(num_observed, edges["furniture"][asked_edges], edges["num_observed"][asked_edges])
+    np.add.at(num_true, edges["furniture"][asked_edges], edges["num_true"][asked_edges])
     # What was never seen at a place was missed by every look at it, and by every search for it.
     negative, sought = np.ceil(asked.looks.negative), asked.looks.sought
     num_sought = np.ceil(asked.looks.negative + sought).max(axis=0).tolist()
@@ -292,8 +292,8 @@ def gather_evidence(
         seen = seen_at.get(ids[place])
         ended, missed, was_missed = None, NEVER, False
         if seen is not None and not seen.is_there:
-            here = own[edges["furniture"][own] == place]
-            ended, missed, was_missed = _find_end(asked, here, seen)
+            place_edges = asked_edges[edges["furniture"][asked_edges] == place]
+            ended, missed, was_missed = _find_end(asked, place_edges, seen)
         clock = None if seen is None else asked.clock
         found.append(
             Evidence(
@@ -329,15 +329,15 @@ def _find_end(asked: Asked, edges: np.ndarray, seen: SeenAt) -> tuple[Statement 
         since, or from which on it is false, `NEVER` without one. Whether that was a look.
     """
     table = asked.current.edges
-    own = edges[(table["last_true"][edges] == seen.time) & ~table["is_true"][edges]]
-    place, thing = int(table["furniture"][own[0]]), int(table["object"][own[0]])
+    ended = edges[(table["last_true"][edges] == seen.time) & ~table["is_true"][edges]]
+    place, thing = int(table["furniture"][ended[0]]), int(table["object"][ended[0]])
     last_look = int(asked.current.furniture_last_observed[0, place])
     number = asked.rows.tolist().index(thing)
     for said in reversed(asked.statements[number]):
         if said.time >= seen.time and seen.furniture in said.was_at:
             is_later = last_look > said.time
             return said, last_look if is_later else NEVER, is_later
-    changed = int(table["last_changed"][own].max())
+    changed = int(table["last_changed"][ended].max())
     return None, max(last_look, changed), last_look >= changed
 
 

@@ -193,16 +193,16 @@ class ReadCalls:
         rows = [
             ThingRow(
                 thing=thing,
-                place=at.furniture,
-                name=self._tell_name(at.furniture),
-                relation=at.relation or "",
-                is_there=at.is_there,
-                times_seen=at.times_seen,
-                times_looked=at.times_looked,
-                last_seen=self._tell_time(at.time, now),
-                position=at.position,
+                place=seen_at.furniture,
+                name=self._tell_name(seen_at.furniture),
+                relation=seen_at.relation or "",
+                is_there=seen_at.is_there,
+                times_seen=seen_at.times_seen,
+                times_looked=seen_at.times_looked,
+                last_seen=self._tell_time(seen_at.time, now),
+                position=seen_at.position,
             )
-            for thing, at in seen
+            for thing, seen_at in seen
         ]
         return self._cut(ThingList, rows, k, now, num_all=num_all)
 
@@ -237,7 +237,7 @@ class ReadCalls:
             for match in matches
             for event in self.memory.history(match)
         ]
-        rows.sort(key=lambda row: -row.at.step)
+        rows.sort(key=lambda event_row: -event_row.at.step)
         return self._cut(EventList, rows, k, now, unclear)
 
     def changes(self, since: datetime | int, k: int = DEFAULT_ROWS) -> ChangeList:
@@ -313,8 +313,12 @@ def _choose_last_seen(ranking: Ranking) -> SeenAt | None:
     last = ranking.last_seen
     if last is None or last.is_there:
         return last
-    own = (place.last_seen for place in ranking)
-    still = (one for one in own if one is not None and one.is_there and one.time == last.time)
+    sightings = (place.last_seen for place in ranking)
+    still = (
+        sighting
+        for sighting in sightings
+        if sighting is not None and sighting.is_there and sighting.time == last.time
+    )
     return next(still, last)
 
 

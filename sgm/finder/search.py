@@ -243,7 +243,8 @@ class ObjectSearch:
             if resolution.is_sure:
                 meant |= {read_name(name) for name in resolution.matches}
         is_found = any(
-            read_name(one.description) in meant or one.id == self.description for one in sightings
+            read_name(sighting.description) in meant or sighting.id == self.description
+            for sighting in sightings
         )
         self.offered = ()
         if not is_found and names:  # what was known of another thing before, too
@@ -296,8 +297,8 @@ class ObjectSearch:
 
     def _tell_too_small(self, places: Sequence[Place], within: Sequence[Place]) -> str:
         """Say which place the budget does not allow, and how little it allows."""
-        budget, there = self._rules.budget or 0.0, {place.furniture for place in within}
-        beyond = [place for place in places if place.furniture not in there]
+        budget, in_reach = self._rules.budget or 0.0, {place.furniture for place in within}
+        beyond = [place for place in places if place.furniture not in in_reach]
         best = max(beyond, key=lambda place: place.probability)
         return (
             f"budget of {budget:g} too small for {best.name} ({best.probability:.0%}, cost "

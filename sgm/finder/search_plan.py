@@ -56,10 +56,10 @@ class Look:
         """
         if self.must_open:
             return f"open the {self.place.name}"
-        at = "" if self.place.position is None else f", at {tell_point(self.place.position)}"
+        position = "" if self.place.position is None else f", at {tell_point(self.place.position)}"
         usual = RELATION_TABLE[USUAL_RELATION]  # where the place itself was asked for
         relation = RELATION_TABLE.get(self.place.relation, usual)
-        return f"look {relation.preposition} the {self.place.name}{at}"
+        return f"look {relation.preposition} the {self.place.name}{position}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,15 +155,15 @@ def plan_search(
     rounds = 1 if miss_again is None else MOST_ROUNDS
     legs = _Legs(_choose_places(places, start, ways, rounds), start, ways, look_cost, opened)
     places = legs.places
-    turn, at = (part.ravel() for part in np.indices((rounds, len(places))))  # (K,), K looks
-    prob = np.array([place.probability * place.detection for place in places])[at]
+    turn, stop = (part.ravel() for part in np.indices((rounds, len(places))))  # (K,), K looks
+    prob = np.array([place.probability * place.detection for place in places])[stop]
     prob *= np.power(0.0 if miss_again is None else miss_again, turn)
     # Who may look again and again gives up some time: the cost is that of finding it.
     weight = prob if miss_again is None else prob / max(float(prob.sum()), 1e-300)
-    order = _order_looks(legs, at, prob, weight, most)
-    cost, own = legs.compute_costs(at[order]), prob[order]
-    prob_needed = compute_prob_needed(own)
-    before = [opened, *(places[place].furniture for place in at[order])]
+    order = _order_looks(legs, stop, prob, weight, most)
+    cost, chance = legs.compute_costs(stop[order]), prob[order]
+    prob_needed = compute_prob_needed(chance)
+    before = [opened, *(places[place].furniture for place in stop[order])]
     looks = [
         Look(
             places[place],
@@ -171,9 +171,9 @@ def plan_search(
             float(needed),
             places[place].open_cost is not None and places[place].furniture != last,
         )
-        for place, leg, needed, last in zip(at[order], cost, prob_needed, before, strict=False)
+        for place, leg, needed, last in zip(stop[order], cost, prob_needed, before, strict=False)
     ]
-    return SearchPlan(description, tuple(looks), float(cost @ prob_needed), float(own.sum()))
+    return SearchPlan(description, tuple(looks), float(cost @ prob_needed), float(chance.sum()))
 
 
 def check_look_cost(look_cost: object) -> None:
@@ -232,47 +232,47 @@ class _Legs:
         is_shut = np.array(self._ids, dtype=object) != opened
         self.first = self._from_start + look_cost + self._opening * is_shut
 
-    def compute_row(self, at: int, to: np.ndarray) -> np.ndarray:
+    def compute_row(self, origin: int, to: np.ndarray) -> np.ndarray:
         """Return the costs from one place to n others, or to look again, (n,)."""
-        way = self._ways.compute_row(self._ids[at], [self._ids[place] for place in to.tolist()])
+        way = self._ways.compute_row(self._ids[origin], [self._ids[place] for place in to.tolist()])
         # Where there is no direct way: by the start.
-        way = np.where(np.isfinite(way), way, self._from_start[at] + self._from_start[to])
-        cost: np.ndarray = way + self._look_cost + self._opening[to] * (to != at)
+        way = np.where(np.isfinite(way), way, self._from_start[origin] + self._from_start[to])
+        cost: np.ndarray = way + self._look_cost + self._opening[to] * (to != origin)
         return cost
 
     def compute_all(self, places: np.ndarray) -> np.ndarray:
         """Return the costs between n looks at places, (n,) -> (n, n)."""
-        own, which = np.unique(places, return_inverse=True)
-        legs = np.array([self.compute_row(place, own) for place in own.tolist()])
-        return legs.reshape(len(own), len(own))[np.ix_(which, which)]
+        origins, origin_of = np.unique(places, return_inverse=True)
+        legs = np.array([self.compute_row(place, origins) for place in origins.tolist()])
+        return legs.reshape(len(origins), len(origins))[np.ix_(origin_of, origin_of)]
 
     def compute_costs(self, order: np.ndarray) -> np.ndarray:
         """Return the cost of each leg of looks at places in order, (n,) -> (n,)."""
         pairs = zip(order[:-1].tolist(), order[1:], strict=True)
-        further = [self.compute_row(at, np.array([to])) for at, to in pairs]
+        further = [self.compute_row(origin, np.array([to])) for origin, to in pairs]
         return np.concatenate([self.first[order[:1]], *further])
 
 
 def _order_looks(
-    legs: _Legs, at: np.ndarray, prob: np.ndarray, weight: np.ndarray, most: int | None
+    legs: _Legs, place: np.ndarray, prob: np.ndarray, weight: np.ndarray, most: int | None
 ) -> np.ndarray:
-    """Order looks at places `at` (K,), which find it first with `prob`; the first ones, (n,)."""
-    left = np.arange(len(at))
+    """Order looks at places (K,), which find it first with `prob`; the first ones, (n,)."""
+    left = np.arange(len(place))
     order = np.zeros(0, dtype=np.int64)
     while len(left) and (most is None or len(order) < most):
         if len(order):
-            here = int(at[order[-1]])
-            own, which = np.unique(at[left], return_inverse=True)
-            first = legs.compute_row(here, own)[which]
+            last = int(place[order[-1]])
+            left_places, place_of = np.unique(place[left], return_inverse=True)
+            first = legs.compute_row(last, left_places)[place_of]
         else:
-            first = legs.first[at[left]]
+            first = legs.first[place[left]]
         together = np.arange(len(left))
         if len(left) > MOST_PLANNED:
-            nearest = first if len(order) else _find_nearest(legs, at, prob, first)
+            nearest = first if len(order) else _find_nearest(legs, place, prob, first)
             promise = prob[left] / np.maximum(nearest, 1e-9)
             together = np.sort(np.argsort(-promise, kind="stable")[:MOST_PLANNED])
         next_ones = left[together]
-        between = legs.compute_all(at[next_ones])
+        between = legs.compute_all(place[next_ones])
         part = prob[next_ones], weight[next_ones], first[together], between
         if len(order) or not legs.has_ways:
             found = order_greedily(part[0], part[2], part[3])
@@ -283,14 +283,16 @@ def _order_looks(
     return order[:most]
 
 
-def _find_nearest(legs: _Legs, at: np.ndarray, prob: np.ndarray, first: np.ndarray) -> np.ndarray:
+def _find_nearest(
+    legs: _Legs, place: np.ndarray, prob: np.ndarray, first: np.ndarray
+) -> np.ndarray:
     """Return what each of K looks costs from here or from the likely stop that is nearest, (K,)."""
     if not legs.has_ways:
         return first
-    own, which = np.unique(at, return_inverse=True)
+    targets, target_of = np.unique(place, return_inverse=True)
     likely = np.argsort(-prob / np.maximum(first, 1e-9), kind="stable")
-    stops = list(dict.fromkeys(at[likely].tolist()))[:_MOST_STOPS]
-    costs = [legs.compute_row(stop, own)[which] for stop in stops]
+    stops = list(dict.fromkeys(place[likely].tolist()))[:_MOST_STOPS]
+    costs = [legs.compute_row(stop, targets)[target_of] for stop in stops]
     nearest: np.ndarray = np.minimum.reduce([first, *costs])
     return nearest
 

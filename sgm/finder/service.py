@@ -71,10 +71,10 @@ def _write(method: _Method) -> _Method:
             try:
                 return method(self, *args, **kwargs)
             except Unclear as unclear:
-                at = self._tell_time(self.memory.time, self.memory.time)
+                now = self._tell_time(self.memory.time, self.memory.time)
                 told = tell_doubt(unclear)
                 return Noted(
-                    thing=unclear.thing, place=None, said="nothing was noted", at=at, **told
+                    thing=unclear.thing, place=None, said="nothing was noted", at=now, **told
                 )
 
     return cast("_Method", write)
@@ -272,12 +272,14 @@ class MemoryService(ReadCalls):
             KeyError: if there is no place of that id.
             ValueError: if a name is none, or the coverage is out of range.
         """
-        here = find_place(self.memory, place, acts=True)
+        furniture = find_place(self.memory, place, acts=True)
         self.let_time_pass()
-        seen = [one for one in seen if one.description not in self._ignored]
-        self.memory.observe(here, seen, coverage)
+        seen = [sighting for sighting in seen if sighting.description not in self._ignored]
+        self.memory.observe(furniture, seen, coverage)
         things = "1 thing" if len(seen) == 1 else f"{len(seen)} things"
-        return self._note("observe", "", here, f"{things} seen at {self._tell_name(here)}")
+        return self._note(
+            "observe", "", furniture, f"{things} seen at {self._tell_name(furniture)}"
+        )
 
     @_write
     def note_moved(
@@ -303,13 +305,13 @@ class MemoryService(ReadCalls):
             KeyError: if there is no place of an id.
             ValueError: if a name is none, or a value is out of range.
         """
-        here = find_place(self.memory, place, thing, acts=True)
+        furniture = find_place(self.memory, place, thing, acts=True)
         before = self._find_any(was_at, thing)
-        own = find_thing(self.memory, thing, "always")
+        known = find_thing(self.memory, thing, "always")
         self.let_time_pass()
-        self.memory.note_moved(own, here, by, relation, confidence, before)
-        said = f"{by} said that {own} is at {self._tell_name(here)}"
-        return self._note("note_moved", own, here, said)
+        self.memory.note_moved(known, furniture, by, relation, confidence, before)
+        said = f"{by} said that {known} is at {self._tell_name(furniture)}"
+        return self._note("note_moved", known, furniture, said)
 
     @_write
     def picked_up(self, thing: str, was_at: int | str | None = None) -> Noted:
@@ -324,10 +326,10 @@ class MemoryService(ReadCalls):
             ValueError: if a name is none.
         """
         before = self._find_any(was_at, thing)
-        own = find_thing(self.memory, thing, "if_unlike")
+        known = find_thing(self.memory, thing, "if_unlike")
         self.let_time_pass()
-        self.memory.picked_up(own, before)
-        return self._note("picked_up", own, before, f"the robot carries {own}")
+        self.memory.picked_up(known, before)
+        return self._note("picked_up", known, before, f"the robot carries {known}")
 
     @_write
     def put_down(self, thing: str, place: int | str, relation: str = "onTop") -> Noted:
@@ -342,14 +344,14 @@ class MemoryService(ReadCalls):
             KeyError: if there is no place of that id.
             ValueError: if a name is none, or the robot carries no such thing.
         """
-        here = find_place(self.memory, place, thing, acts=True)
-        own = self.memory.find_carried(thing) or thing
+        furniture = find_place(self.memory, place, thing, acts=True)
+        held = self.memory.find_carried(thing) or thing
         if self.memory.carried:  # else the memory says that nothing is
-            own = find_thing(self.memory, own, "if_unlike")
+            held = find_thing(self.memory, held, "if_unlike")
         self.let_time_pass()
-        self.memory.put_down(own, here, relation)
-        said = f"the robot put {own} at {self._tell_name(here)}"
-        return self._note("put_down", own, here, said)
+        self.memory.put_down(held, furniture, relation)
+        said = f"the robot put {held} at {self._tell_name(furniture)}"
+        return self._note("put_down", held, furniture, said)
 
     @_write
     def forget(
@@ -374,16 +376,16 @@ class MemoryService(ReadCalls):
                 f"{'none of them' if thing is None else 'both'}. Give one."
             )
         if thing is not None:
-            own = find_thing(self.memory, thing)
+            known = find_thing(self.memory, thing)
             self.let_time_pass()
-            self.memory.forget(own, by)
-            return self._note("forget", own, None, f"{by} said that there is no {own}")
+            self.memory.forget(known, by)
+            return self._note("forget", known, None, f"{by} said that there is no {known}")
         assert place is not None
-        here = find_place(self.memory, place, acts=True)
-        name = self._tell_name(here)
+        furniture = find_place(self.memory, place, acts=True)
+        name = self._tell_name(furniture)
         self.let_time_pass()
-        self.memory.forget(here, by)
-        return self._note("forget", "", here, f"{by} said that there is no {name}")
+        self.memory.forget(furniture, by)
+        return self._note("forget", "", furniture, f"{by} said that there is no {name}")
 
     @_write
     def rename(self, thing: str, name: str, by: str = ROBOT) -> Noted:
@@ -397,10 +399,10 @@ class MemoryService(ReadCalls):
         Raises:
             ValueError: if a name is none, or another thing has the new one.
         """
-        own = find_thing(self.memory, thing)
+        known = find_thing(self.memory, thing)
         self.let_time_pass()
-        self.memory.rename(own, name, by)
-        return self._note("rename", name, None, f"{by} said that {own} is called {name}")
+        self.memory.rename(known, name, by)
+        return self._note("rename", name, None, f"{by} said that {known} is called {name}")
 
     @_write
     def merge(self, thing: str, other: str, by: str = ROBOT) -> Noted:
@@ -414,10 +416,10 @@ class MemoryService(ReadCalls):
         Raises:
             ValueError: if a name is none, both are one already, or one is carried.
         """
-        own, second = (find_thing(self.memory, one) for one in (thing, other))
+        first, second = (find_thing(self.memory, name) for name in (thing, other))
         self.let_time_pass()
-        self.memory.merge(own, second, by)
-        return self._note("merge", own, None, f"{by} said that {own} and {second} are one")
+        self.memory.merge(first, second, by)
+        return self._note("merge", first, None, f"{by} said that {first} and {second} are one")
 
     @_write
     def split(
@@ -441,10 +443,10 @@ class MemoryService(ReadCalls):
             ValueError: if a name is none, nothing was merged, or the thing was seen at no other
                 place.
         """
-        here, own = self._find_any(place, thing), find_thing(self.memory, thing)
+        furniture, known = self._find_any(place, thing), find_thing(self.memory, thing)
         self.let_time_pass()
-        self.memory.split(own, here, name or "", by)
-        return self._note("split", own, here, f"{by} said that {own} is two things")
+        self.memory.split(known, furniture, name or "", by)
+        return self._note("split", known, furniture, f"{by} said that {known} is two things")
 
     def _find_any(self, place: int | str | None, thing: str) -> int | None:
         return None if place is None else find_place(self.memory, place, thing, acts=True)
@@ -481,20 +483,20 @@ class MemoryService(ReadCalls):
         rooms = find_rooms(self.memory, room, acts=True)
         if len(rooms) != 1:
             raise ask_room(self.memory, room, rooms)
-        at: Any = None if position is None else tuple(position)
-        place = self.memory.add_furniture(label, rooms[0], name, at)
+        point: Any = None if position is None else tuple(position)
+        place = self.memory.add_furniture(label, rooms[0], name, point)
         return self._note("add_place", "", place, f"there is a {self._tell_name(place)}")
 
     def _note(self, call: str, thing: str, place: int | None, said: str) -> Noted:
         """Tell all who listen what was written, and return it."""
-        at = self._tell_time(self.memory.time, self.memory.time)
+        now = self._tell_time(self.memory.time, self.memory.time)
         self._num_happened += 1
         if self._listeners:
             changes = self._find_new_changes()
-            happened = Happened(self._num_happened, call, thing, place, said, at, changes)
+            happened = Happened(self._num_happened, call, thing, place, said, now, changes)
             for listener in tuple(self._listeners):
                 listener(happened)
-        return Noted("ok", thing, place, said, at)
+        return Noted("ok", thing, place, said, now)
 
     def _find_new_changes(self) -> tuple[ChangeRow, ...]:
         """Return the changes of this time step that were not found before."""
@@ -502,7 +504,7 @@ class MemoryService(ReadCalls):
         rows = self.changes(now, MOST_ROWS).rows
         known = self._found[1] if self._found[0] == now else frozenset()
         self._found = now, frozenset(rows)
-        return tuple(row for row in rows if row not in known)
+        return tuple(change for change in rows if change not in known)
 
 
 def _tell_look(memory: SceneGraphMemory, look: Look) -> NextLook:

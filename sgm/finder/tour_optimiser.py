@@ -123,9 +123,9 @@ def improve_begin(
         best = int((costs <= costs.min() + _ALIKE).argmax())  # of equal ones, the first
         turned, run = divmod(best, len(begin))
         i, j, k = int(begin[run]), int(middle[run]), int(end[run])
-        one, two = order[i:j], order[j:k]
-        one, two = one[:: -1 if turned & 1 else 1], two[:: -1 if turned & 2 else 1]
-        order[i:k] = np.concatenate([two, one])
+        first, second = order[i:j], order[j:k]
+        first, second = first[:: -1 if turned & 1 else 1], second[:: -1 if turned & 2 else 1]
+        order[i:k] = np.concatenate([second, first])
 
 
 def _compute_changes(tour: _Begin) -> np.ndarray:
@@ -134,13 +134,13 @@ def _compute_changes(tour: _Begin) -> np.ndarray:
     Neither, the first one, the second one, both.
     """
     begin, middle, end = _list_runs(tour.num)
-    one, turned_one = (tour.get_runs(begin, middle, turned) for turned in (False, True))
-    two, turned_two = (tour.get_runs(middle, end, turned) for turned in (False, True))
+    first_runs, turned_first = (tour.get_runs(begin, middle, turned) for turned in (False, True))
+    second_runs, turned_second = (tour.get_runs(middle, end, turned) for turned in (False, True))
 
     def compute(first: _Runs, second: _Runs) -> np.ndarray:
         """Cost of two runs and of the ways to, between and from them; one may be empty."""
         missing = 1 - tour.held[begin]
-        rest = missing - first.held
+        others = missing - first.held
         come_from, go_to = np.append(_HERE, tour.looks)[begin], tour.looks[end]
         legs, is_first, is_second = tour.legs, first.is_any, second.is_any
         to = legs[come_from, np.where(is_first, first.first, second.first)]
@@ -149,14 +149,19 @@ def _compute_changes(tour: _Begin) -> np.ndarray:
         cost: np.ndarray = (
             missing * (to + first.way)
             - first.saved
-            + rest * (between + second.way)
+            + others * (between + second.way)
             - second.saved
-            + (rest - second.held) * onward
+            + (others - second.held) * onward
         )
         return cost
 
-    now = compute(one, two)
-    pairs = ((two, one), (two, turned_one), (turned_two, one), (turned_two, turned_one))
+    now = compute(first_runs, second_runs)
+    pairs = (
+        (second_runs, first_runs),
+        (second_runs, turned_first),
+        (turned_second, first_runs),
+        (turned_second, turned_first),
+    )
     return np.stack([compute(*pair) - now for pair in pairs])
 
 

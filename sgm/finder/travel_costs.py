@@ -35,9 +35,9 @@ class StraightLines:
         if furniture not in self.positions:  # added since
             self.positions.update(self._memory.layout.compute_positions())
         is_id = isinstance(origin, (int, np.integer))
-        here: Any = self.positions.get(origin) if is_id else origin
-        there = self.positions.get(furniture)
-        return math.inf if here is None or there is None else math.dist(here, there)
+        start: Any = self.positions.get(origin) if is_id else origin
+        end = self.positions.get(furniture)
+        return math.inf if start is None or end is None else math.dist(start, end)
 
 
 class TravelCosts:
@@ -77,7 +77,7 @@ class TravelCosts:
         """Return the costs of the ways from one place to n places, (n,); errors as of `compute`."""
         if self.distance is None:
             return np.zeros(len(to))
-        return np.array([self.compute(start, one) for one in to], dtype=float)
+        return np.array([self.compute(start, target) for target in to], dtype=float)
 
 
 def compute_way(distance: Distance, start: Any, to: int) -> float:

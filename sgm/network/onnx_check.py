@@ -121,43 +121,43 @@ def _int(value: _Value) -> int:
     return value
 
 
-def _read(content: bytes, names: dict[str, int], what: str) -> dict[str, list[_Value]]:
+def _read(content: bytes, names: dict[str, int], message: str) -> dict[str, list[_Value]]:
     """Return the values of each field of a message, in the order of the file."""
     name_of = {number: name for name, number in names.items()}
     found: dict[str, list[_Value]] = {}
     for number, value in _list_fields(content):
         if number not in name_of:
-            raise ValueError(f"field {number} of the {what}")
+            raise ValueError(f"field {number} of the {message}")
         found.setdefault(name_of[number], []).append(value)
     return found
 
 
 def _list_fields(content: bytes) -> Iterator[tuple[int, _Value]]:
     """List number and value of every field of a protocol buffer message."""
-    at = 0
-    while at < len(content):
-        key, at = _read_varint(content, at)
+    offset = 0
+    while offset < len(content):
+        key, offset = _read_varint(content, offset)
         number, wire = key >> 3, key & 7
         if wire == 0:
-            value, at = _read_varint(content, at)
+            value, offset = _read_varint(content, offset)
             yield number, value
             continue
-        size, at = (4, at) if wire == 5 else _read_varint(content, at)
-        if wire not in (2, 5) or at + size > len(content):
+        size, offset = (4, offset) if wire == 5 else _read_varint(content, offset)
+        if wire not in (2, 5) or offset + size > len(content):
             raise ValueError("a message that is cut short")
-        yield number, content[at : at + size]
-        at += size
+        yield number, content[offset : offset + size]
+        offset += size
 
 
-def _read_varint(content: bytes, at: int) -> tuple[int, int]:
+def _read_varint(content: bytes, offset: int) -> tuple[int, int]:
     """Return a number of seven bits a byte, the least first, and where it ends."""
     value = 0
     for shift in range(0, 70, 7):
-        if at >= len(content):
+        if offset >= len(content):
             break
-        byte = content[at]
-        at += 1
+        byte = content[offset]
+        offset += 1
         value |= (byte & 0x7F) << shift
         if byte < 0x80:
-            return value, at
+            return value, offset
     raise ValueError("a message that is cut short")

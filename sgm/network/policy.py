@@ -166,15 +166,15 @@ class StepAnswers:
         """Return logits, (Q, F + 1), of what is known, and of what `ask` says of the others."""
         if self._state != self._read_state():
             self._clear()
-        row = np.full(self.memory.objects.num_rows, -1)
-        row[self._objects] = np.arange(len(self._objects))
-        new = np.flatnonzero(row[queries.object] < 0)
+        answer_of = np.full(self.memory.objects.num_rows, -1)
+        answer_of[self._objects] = np.arange(len(self._objects))
+        new = np.flatnonzero(answer_of[queries.object] < 0)
         if len(new):
             objects, first = np.unique(queries.object[new], return_index=True)  # each once
-            row[objects] = np.arange(len(objects)) + len(self._objects)
+            answer_of[objects] = np.arange(len(objects)) + len(self._objects)
             self._objects = np.append(self._objects, objects)
             self._logits = np.concatenate([self._logits, ask(queries.take(new[first]))])
-        return self._logits[row[queries.object]]
+        return self._logits[answer_of[queries.object]]
 
     def note_look(self, change: Change) -> None:
         """Use a look that the memory has just folded in."""
@@ -183,8 +183,8 @@ class StepAnswers:
             self._clear()
             return
         seen = memory.edges["object"][change.edges[change.is_seen]]
-        rest = ~mark_rows(seen, memory.objects.num_rows)[self._objects]
-        self._objects, self._logits = self._objects[rest], self._logits[rest]
+        is_kept = ~mark_rows(seen, memory.objects.num_rows)[self._objects]
+        self._objects, self._logits = self._objects[is_kept], self._logits[is_kept]
         place, missed = np.full(memory.num_homes, -1), np.ones(memory.num_homes)
         place[change.home] = change.furniture
         before = self._looked[change.home, change.furniture]
