@@ -132,12 +132,8 @@ class FurnitureMapper:
             others: detections of things in the same frame: what they show is not furniture.
         """
         self._follow()
-        if self._doubt is not None:
-            self._doubt.extend(furniture is not None for furniture in known)
-            is_over = time - self._jumped >= self.rules.longest_doubt
-            if sum(self._doubt) < _SURE_AGAIN and not is_over:
-                return False
-            self._doubt = None
+        if not self._is_steady(time, known):
+            return False
         if len(detections) > _MOST_SEEN:
             self._counts["detections of furniture beyond what is read"] += (
                 len(detections) - _MOST_SEEN
@@ -169,12 +165,9 @@ class FurnitureMapper:
                     matches.prepare(detections, labels, shown, [number])
                 sketch = matches.find(number, taken)
             if sketch is None:
-                if len(self._sketches) >= _MOST_SKETCHES:
-                    self._counts["furniture beyond what is kept"] += 1
-                    continue
-                sketch = Sketch(self._num_sketches)
-                self._num_sketches += 1
-                self._sketches.append(sketch)
+                sketch = self._begin_sketch()
+            if sketch is None:
+                continue
             sketch.beside.update(taken)
             taken.add(sketch.number)
             if sketch.num_frames < self.rules.most_frames:
@@ -182,11 +175,31 @@ class FurnitureMapper:
                 sketch.add(label, pose.position, pose.position_sd, points, is_within)
                 if detection.box is not None:
                     sketch.silhouettes.add(view, detection.box)
-                if sketch.num_frames >= 2 * max(sketch.num_drawn, 1) or not sketch.num_drawn:
+                if sketch.is_due:
                     due.append(sketch)
         draw_sketches(due, self._ground)
         self._note_shown(view, taken)
         return True
+
+    def _is_steady(self, time: float, known: Sequence[int | None]) -> bool:
+        """Tell whether the pose of a frame is believed, which shows furniture that is `known`."""
+        if self._doubt is not None:
+            self._doubt.extend(furniture is not None for furniture in known)
+            is_over = time - self._jumped >= self.rules.longest_doubt
+            if sum(self._doubt) < _SURE_AGAIN and not is_over:
+                return False
+            self._doubt = None
+        return True
+
+    def _begin_sketch(self) -> Sketch | None:
+        """Return a new sketch; None if there are as many as are kept."""
+        if len(self._sketches) >= _MOST_SKETCHES:
+            self._counts["furniture beyond what is kept"] += 1
+            return None
+        sketch = Sketch(self._num_sketches)
+        self._num_sketches += 1
+        self._sketches.append(sketch)
+        return sketch
 
     def _note_shown(self, view: CameraView, taken: Container[int]) -> None:
         """Count for furniture that was found whether a frame shows it, and whether it was seen."""

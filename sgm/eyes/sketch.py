@@ -59,6 +59,11 @@ class Sketch:
         """What it was called most often."""
         return self.names.most_common(1)[0][0]
 
+    @property
+    def is_due(self) -> bool:
+        """Whether it has enough frames since it was drawn last to be drawn anew."""
+        return not self.num_drawn or self.num_frames >= 2 * max(self.num_drawn, 1)
+
     def add(
         self, label: str, eye: np.ndarray, sd: float, points: np.ndarray, is_within: np.ndarray
     ) -> None:

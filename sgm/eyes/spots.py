@@ -152,10 +152,7 @@ def _is_taken(spot: Spot, tracks: list[Track]) -> bool:
 def _note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> None:
     """Count for each spot whether a ray of this frame went through it.
 
-    A ray went through if it was measured to go on behind the thing, by `through_margin` and the
-    uncertainty of both poses. Where what bears a thing is nearer behind it than that, the ray must
-    have come more than half of the way from the front of the thing to it. Where that is less than
-    the uncertainty, as behind a plate, it is enough that nothing was measured in front of it.
+    A ray went through if it was measured to go on behind the thing (`_compute_least_behind`).
 
     A spot may be beside or before where it was measured, by the uncertainty of both poses and of
     its depth. Rays that a thing there would meet must have gone through as well. Of a thing that
@@ -172,30 +169,61 @@ def _note_rays(view: CameraView, spots: list[Spot], through_margin: float) -> No
     ray = ray / np.maximum(distance, 1e-9)[:, None]
     half = compute_half_chord(ray, radius, height)
     sd = np.hypot([spot.sd for spot in spots], view.pose.compute_sd(distance))
-    # The upper part is measured: behind it the bearing surface is farther away. Middle and foot
-    # must not be hidden: a thing that lies along the ray is lower than its box says.
-    heights = np.outer((0.25, 0.0, -0.45), height)  # (3, n)
-    points = center + heights[..., None] * np.array([0.0, 0.0, 1.0])
-    ahead = ray * (1.0, 1.0, 0.0)
-    ahead /= np.maximum(np.linalg.norm(ahead, axis=1), 1e-9)[:, None]
-    left = np.cross((0.0, 0.0, 1.0), ahead)
     far = np.maximum(_IN_SIGHT * sd - radius, 0)
-    offsets = _LEFT[:, None, None] * left - _TOWARDS[:, None, None] * ahead  # (r, n, 3)
-    points = points + (far[:, None] * offsets)[:, None]  # (r, 3, n, 3)
+    points = _list_aims(center, ray, height, far)  # (r, 3, n, 3)
     measured = view.measure_behind(points.reshape(-1, 3), np.tile(volumes, points[..., 0, 0].size))
     measured = measured.reshape(points.shape[:3])
     is_in_front = np.fmin.reduce(measured[0]) < -half - through_margin
     behind, middle, foot = measured.min(axis=0)  # nan if one of them is
     below = np.minimum(middle, foot)
-    # Where it lay on a surface, a ray through its upper part meets that 3/4 of its height deeper.
-    expected = 0.75 * height / np.maximum(-ray[:, 2], 1e-3)
-    is_flat = expected < half + through_margin + _SUPPORT
-    is_flat |= expected + half < 4 * sd
-    least = np.minimum(half + through_margin + 2 * sd, (expected - half) / 2)
-    least = np.where(is_flat, -half - through_margin + 2 * sd, least)
+    least = _compute_least_behind(ray, half, height, sd, through_margin)
     is_known = np.maximum(2 * radius, height) >= _LEAST_SIZE
     is_known &= _APART * far <= 2 * radius  # it does not fit between the rays
     is_through = is_known & (behind > least) & (below >= -half - through_margin)
     for spot, through, front in zip(spots, is_through, is_in_front, strict=True):
         spot.num_through += bool(through)
         spot.num_in_front += bool(front)
+
+
+def _list_aims(
+    center: np.ndarray, ray: np.ndarray, height: np.ndarray, far: np.ndarray
+) -> np.ndarray:
+    """Return the points of things whose rays are measured, wherever the things may be.
+
+    The upper part is measured: behind it the bearing surface is farther away. Middle and foot must
+    not be hidden: a thing that lies along the ray is lower than its box says.
+
+    Args:
+        center: of the things, (n, 3).
+        ray: directions from the camera to them, (n, 3).
+        height: of the things, metres, (n,).
+        far: by which they may be elsewhere, metres, (n,).
+
+    Returns:
+        Upper part, middle and foot at each of r places, (r, 3, n, 3).
+    """
+    heights = np.outer((0.25, 0.0, -0.45), height)  # (3, n)
+    points = center + heights[..., None] * np.array([0.0, 0.0, 1.0])
+    ahead = ray * (1.0, 1.0, 0.0)
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1), 1e-9)[:, None]
+    left = np.cross((0.0, 0.0, 1.0), ahead)
+    offsets = _LEFT[:, None, None] * left - _TOWARDS[:, None, None] * ahead  # (r, n, 3)
+    return points + (far[:, None] * offsets)[:, None]
+
+
+def _compute_least_behind(
+    ray: np.ndarray, half: np.ndarray, height: np.ndarray, sd: np.ndarray, through_margin: float
+) -> np.ndarray:
+    """Return how far behind the middle of things a ray must go on to have gone through, (n,).
+
+    That is behind the thing, by `through_margin` and the uncertainty of both poses, `sd`. Where
+    what bears a thing is nearer behind it than that, it is half of the way from the front of the
+    thing to it. Where that is less than the uncertainty, as behind a plate, it is enough that
+    nothing was measured in front of it. All are in metres, `half` is of the thing along the ray.
+    """
+    # Where it lay on a surface, a ray through its upper part meets that 3/4 of its height deeper.
+    expected = 0.75 * height / np.maximum(-ray[:, 2], 1e-3)
+    is_flat = expected < half + through_margin + _SUPPORT
+    is_flat |= expected + half < 4 * sd
+    least = np.minimum(half + through_margin + 2 * sd, (expected - half) / 2)
+    return np.where(is_flat, -half - through_margin + 2 * sd, least)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -108,16 +108,8 @@ class HomeMap:
         entries = _read_list("furniture", data["furniture"], _MOST_FURNITURE, where)
         for number, entry in enumerate(entries):
             furniture.append(_read_furniture(entry, rooms, f"furniture {number} in {where}"))
-        given = [piece.id for piece in furniture if piece.id is not None]
-        for numbers in (given, [number for number in room_ids if number is not None]):
-            again = next(
-                (identifier for identifier in numbers if numbers.count(identifier) > 1), None
-            )
-            if again is not None:
-                raise ValueError(
-                    f"ids of a map must be there once, got {again} again in {where}. Leave the id "
-                    "of what was added out."
-                )
+        _check_unique([piece.id for piece in furniture], where)
+        _check_unique(room_ids, where)
         frame = str(data.get("frame", "map"))
         return cls(frame, tuple(labels), tuple(furniture), tuple(room_ids))
 
@@ -187,6 +179,17 @@ def _is_same_box(box: Box | None, other: Box | None) -> bool:
     sides, others = ((*either.center, *either.size, either.yaw) for either in (box, other))
     is_near = all(abs(a - b) < _SAME for a, b in zip(sides, others, strict=True))
     return is_near and box.interior == other.interior
+
+
+def _check_unique(ids: Sequence[int | None], where: str) -> None:
+    """Raise ValueError for an id that is there twice."""
+    counts = Counter(identifier for identifier in ids if identifier is not None)
+    again = next((identifier for identifier, count in counts.items() if count > 1), None)
+    if again is not None:
+        raise ValueError(
+            f"ids of a map must be there once, got {again} again in {where}. Leave the id of what "
+            "was added out."
+        )
 
 
 def _read_id(entry: Mapping[str, Any], spot: str) -> int | None:
