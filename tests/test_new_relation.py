@@ -103,6 +103,22 @@ print(memory.last_seen("ball").position is not None)  # it is in the volume stil
 points = sample_cells(table, "nextTo", 100, rng=np.random.default_rng(0))
 assert table.volume("nextTo").contains(points).all()
 """
+WORLD = """
+from sgm.schema import RELATIONS, PlaceCode
+from simulator.box_world.world import BoxWorld
+from simulator.world.config import HomeConfig
+from simulator.world.source import SampledSource
+from simulator.world.streams import Streams
+
+source = SampledSource(home=HomeConfig(furniture_per_room=2, objects_per_furniture=2))
+homes = source.make(Streams(1, "test", [0]))
+world = BoxWorld(homes)
+homes.object_place[0, 0] = PlaceCode.of(3, RELATIONS.index("nextTo"))
+world.things.update()
+print([RELATIONS[relation] for slot, relation in world.list_there(3) if slot == 0])
+volume = world.floor.furniture[3].volume("nextTo")
+print(bool(volume.contains(world.things.center[0])), world.things.get_box(0)[0][2] < 0.2)
+"""
 PAGES = """
 import nep.view.answers, nep.players.onnx_export
 from nep.view.texts import _tell_look
@@ -141,6 +157,12 @@ def test_cameras_see_a_declared_relation():
     assert believed == str({"mug": ("onTop", True), "ball": ("nextTo", True)})
     assert blind == str([("mug", "onTop")])  # without depth the ball is on some floor
     assert is_placed == "True"
+
+
+def test_homes_of_boxes_have_a_declared_relation():
+    there, spot = _run(DECLARED + WORLD)
+    assert there == str(["nextTo"])
+    assert spot == "True True"  # in the volume, on the ground
 
 
 @pytest.mark.slow

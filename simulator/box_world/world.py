@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.layout.box import ABOVE_TOP, Box
-from sgm.schema import IS_INSIDE, ON_TOP, PlaceCode
+from sgm.schema import IS_BORNE, IS_INSIDE, ON_TOP, RELATIONS, PlaceCode
 from simulator.box_world.floor import BoxFloor, sample_floor
 from simulator.box_world.ray_kernel import Solids
 from simulator.box_world.sizes import find_thing_size, list_levels, list_parts
@@ -81,7 +81,7 @@ class ThingBoxes:
         """Give a thing a spot at a place."""
         furniture, relation = PlaceCode.split(place)
         box, shape = self._floor.furniture[furniture], self._floor.shapes[furniture]
-        low, high, levels, headroom = _list_surfaces(box.size, shape, relation)
+        low, high, levels, headroom = _list_surfaces(box, shape, relation)
         object_type = int(self._homes.object_type[0, slot])
         width, depth, height = find_thing_size(self._homes.type_labels[0, object_type])
         others = np.flatnonzero(self.place == place)
@@ -117,12 +117,21 @@ class ThingBoxes:
 
 
 def _list_surfaces(
-    size: tuple[float, float, float], shape: str, relation: int
+    box: Box, shape: str, relation: int
 ) -> tuple[np.ndarray, np.ndarray, list[float], float]:
-    """Return where things lie: low and high x, y, heights from the middle, and room above each."""
-    length, width, height = size
+    """Return where things lie: low and high x, y, heights from the middle, and room above each.
+
+    On top they lie on the upper side, inside on boards, else on the ground of their volume.
+    """
+    if not (IS_BORNE[relation] or IS_INSIDE[relation]):
+        volume = box.volume(RELATIONS[relation])
+        assert volume is not None
+        middle, half = box.to_own(np.array(volume.center)), np.array(volume.size) / 2
+        low, high = middle - half, middle + half
+        return low[:2], high[:2], [float(low[2])], volume.size[2]
+    length, width, height = box.size
     high = np.array([length / 2 - _EDGE, width / 2 - _EDGE])
-    if relation == ON_TOP:
+    if IS_BORNE[relation]:
         return -high, high, [height / 2], _HIGHEST
     high -= 0.03  # walls, and the door
     if shape == "basin":
