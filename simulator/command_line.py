@@ -27,13 +27,12 @@ if TYPE_CHECKING:  # half a second, which only commands take
 # What a command ends with in one line.
 BAD_INPUT = (ValueError, OSError, OverflowError, MemoryError, ModuleNotFoundError)
 _YAML = "plain yaml"
-# Short for parts of the rules, and the names of what they take.
-_RULES: Mapping[str, Mapping[str, str]] = {"dynamics": DYNAMICS, "sensing": SENSING}
-# What the options take that may be named, by the full name of the option.
+# What options take that may be named, by option.
 _NAMED: Mapping[str, Mapping[str, str]] = {
     "homes": SOURCES,
     "val_homes": SOURCES,
-    **{f"home.{part}": names for part, names in _RULES.items()},
+    "home.dynamics": DYNAMICS,
+    "home.sensing": SENSING,
 }
 _MOST_CHARACTERS = 2000  # of a message; some repeat a whole file
 
@@ -93,8 +92,8 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
     """Write options as jsonargparse reads them.
 
     `--step-seconds` becomes `--step_seconds`, `--belief` becomes `--belief=true`, `--no_belief`
-    becomes `--belief=false`, `--trace a b` becomes `--trace=["a", "b"]`; rules of the homes and
-    what has a name get their full one: `--dynamics paper` becomes
+    becomes `--belief=false`, `--trace a b` becomes `--trace=["a", "b"]`; what is called by a name
+    gets its import path: `--home.dynamics paper` becomes
     `--home.dynamics=simulator.world.paper_dynamics.PaperDynamics`.
 
     Args:
@@ -118,9 +117,7 @@ def normalise(parser: ArgumentParser, arguments: Sequence[str], prefix: str = ""
         name, has_value, value = argument[2:].partition("=")
         name = name.replace("-", "_")
         head, dot, last = name.rpartition(".")
-        switched_off = _spell(f"{head}{dot}{last.removeprefix('no_')}", prefix)
-        if name not in kinds:  # a command may have such an option of its own
-            name = _spell(name, prefix)
+        switched_off = f"{head}{dot}{last.removeprefix('no_')}"
         if last.startswith("no_") and kinds.get(switched_off) == "flag" and not has_value:
             found.append(f"--{switched_off}=false")
             continue
@@ -254,15 +251,6 @@ def _check_config(text: str) -> None:
             f"--config must be a YAML file in UTF-8, got {shorten_text(str(error))} in {text}. "
             "Mend it."
         ) from error
-
-
-def _spell(name: str, prefix: str) -> str:
-    """Return the full name of an option of the homes."""
-    if not name.startswith(prefix):
-        return name
-    short = name[len(prefix) :]
-    is_of_home = short in ("rooms", "dynamic_nodes", "looks", "looks_per_step")
-    return f"{prefix}home.{short}" if is_of_home or short.partition(".")[0] in _RULES else name
 
 
 def _find_class(name: str, value: str, prefix: str) -> str:

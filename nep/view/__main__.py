@@ -37,17 +37,17 @@ LOG_ENDING = ".jsonl"
 
 # What the week is short for; options of the command line come after.
 _WEEK_OPTIONS = (
-    "--dynamics",
+    "--home.dynamics",
     "routine",
-    "--dynamics.step_seconds",
+    "--home.dynamics.step_seconds",
     "1800",
     "--home.furniture_per_room",
     "6",
     "--home.objects_per_furniture",
     "3",
-    "--looks",
+    "--home.looks",
     "patrol",
-    "--looks_per_step",
+    "--home.looks_per_step",
     "2",
 )
 

@@ -94,7 +94,7 @@ def test_it_is_compared_with_another_persons_run(folder, tmp_path, capsys):
     printed = capsys.readouterr().out
     assert re.search(r"\| bayesian \| bayesian .* \[\+0\.00, \+0\.00\]", printed)
     assert "| my_package:MyPolicy | bayesian |" in printed
-    evaluate([*theirs, "--out", str(tmp_path / "others"), "--no_dynamic_nodes"])
+    evaluate([*theirs, "--out", str(tmp_path / "others"), "--home.no_dynamic_nodes"])
     with pytest.raises(SystemExit):
         compare([str(tmp_path / "others" / "results.json"), mine])
     assert "results must be of the same homes and rules, got" in capsys.readouterr().err

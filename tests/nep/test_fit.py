@@ -346,9 +346,9 @@ def test_rules_of_the_homes_are_options_and_are_recorded(folder):
             *SMALL,
             "--data.home.furniture_per_room",
             "3",
-            "--data.sensing",
+            "--data.home.sensing",
             "partial_views",
-            "--data.no-dynamic-nodes",
+            "--data.home.no-dynamic-nodes",
         ]
     )
     home = cli.datamodule.hparams["training"]["homes"]["home"]

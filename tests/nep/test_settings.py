@@ -28,7 +28,7 @@ def test_the_command_line_changes_a_config(folder):
             "--data.batch_size=3",
             "--model.dropout=0.2",
             "--model.schedule=cosine",
-            "--data.dynamics",
+            "--data.home.dynamics",
             "paper",
             "--data.home.max_looks=4",
             "--data.no_relevance",

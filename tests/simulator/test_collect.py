@@ -209,7 +209,7 @@ def fail(tmp_path, capsys, *arguments: str) -> str:
         (["--policy", "clever"], "got 'clever'. Choose one of these, or"),
         (["--task", "dance"], "relative_likelihood, find_object, got 'dance'. Choose one"),
         (["--split", "all"], "error: split must be one of train, val, test, got 'all'. Choose"),
-        (["--rooms", "kitchen", "garage"], "got none for 'garage' in the prior"),
+        (["--home.rooms", "kitchen", "garage"], "got none for 'garage' in the prior"),
         (["--prior", "no/such/file.json"], "'No such file or directory' for no/such/file.json."),
     ],
 )
@@ -290,7 +290,7 @@ def test_the_module_runs_as_documented(tmp_path):
         "predict_location",
         "--workers",
         "1",
-        "--no-dynamic-nodes",
+        "--home.no-dynamic-nodes",
     ]
     done = subprocess.run(
         [sys.executable, "-m", "simulator.collect", "--out", str(tmp_path / "data"), *command],

@@ -40,15 +40,21 @@ def make(prefix=""):
         (["--by-day"], ["--by_day=true"]),
         (["--by_day", "--workers", "2"], ["--by_day=true", "--workers=2"]),
         (["--by_day", "false"], ["--by_day=false"]),
-        (["--no-dynamic-nodes"], ["--home.dynamic_nodes=false"]),
+        (["--home.no-dynamic-nodes"], ["--home.dynamic_nodes=false"]),
         (["--trace", "a", "b c"], ['--trace=["a", "b c"]']),
         (["--trace=[a, b]"], ["--trace=[a, b]"]),
         (["--trace=[a]b"], ['--trace=["[a]b"]']),  # a name, not a list
         (["--policies", "x", "--policies", "y:Z"], ['--policies=["x", "y:Z"]']),
-        (["--rooms", "kitchen"], ['--home.rooms=["kitchen"]']),
-        (["--dynamics", "paper"], ["--home.dynamics=simulator.world.paper_dynamics.PaperDynamics"]),
+        (["--home.rooms", "kitchen"], ['--home.rooms=["kitchen"]']),
+        (
+            ["--home.dynamics", "paper"],
+            ["--home.dynamics=simulator.world.paper_dynamics.PaperDynamics"],
+        ),
         (["--homes", "recorded"], ["--homes=simulator.trace.source.RecordedSource"]),
-        (["--dynamics", "PaperDynamics"], ["--home.dynamics=PaperDynamics"]),  # a class's own name
+        (
+            ["--home.dynamics", "PaperDynamics"],
+            ["--home.dynamics=PaperDynamics"],
+        ),  # a class's own name
         (["--homes", "own.Homes", "--homes.size", "3"], ["--homes=own.Homes", "--homes.size", "3"]),
         (["--out", "-1", "file"], ["--out", "-1", "file"]),
     ],
@@ -64,11 +70,11 @@ def test_every_rule_of_a_home_is_an_option():
             "--home.furniture_per_room",
             "6",
             "--home.detection_error=0.1",
-            "--rooms",
+            "--home.rooms",
             "kitchen",
-            "--sensing",
+            "--home.sensing",
             "misses_per_type",
-            "--sensing.rates.mug",
+            "--home.sensing.rates.mug",
             "0.5",
         ],
     )
@@ -93,7 +99,7 @@ def test_every_rule_of_a_home_is_an_option():
             1,
             "--homes must be one of sampled, recorded, paper, mixed, lived_in, or",
         ),
-        (["--dynamics=abstrct"], 1, "import path of a class, got 'abstrct'. Choose one."),
+        (["--home.dynamics=abstrct"], 1, "import path of a class, got 'abstrct'. Choose one."),
         (["--homes", "nowhere.Homes"], 2, "No module named 'nowhere'"),
     ],
 )

@@ -11,7 +11,7 @@ SMALL = (
     "2",
     "--home.objects_per_furniture",
     "2",
-    "--dynamics",
+    "--home.dynamics",
     "paper",
     "--quiet",
 )
