@@ -21,8 +21,7 @@ import numpy as np
 
 from sgm.arrays.grouped import join_groups
 from sgm.belief.detector_rates import Detector
-from sgm.belief.same_spot import compute_same
-from sgm.belief.stay import compute_stay
+from sgm.belief.stay import compute_same, compute_stay
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_questions import Asked
 from sgm.memory.seen_places import Looks

@@ -5,7 +5,7 @@ import pytest
 
 from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
 from sgm.belief import compute_stay
-from sgm.belief.same_spot import compute_same
+from sgm.belief.stay import compute_same
 
 AT = (1.9, 3.1, 0.95)
 NEAR, FAR = (1.95, 3.1, 0.95), (1.9, 2.7, 0.95)  # 5 and 40 cm away
