@@ -85,7 +85,7 @@ def main() -> None:
     places = [(10, 50), (50, 500), (200, 2_000), (500, 5_000), (2_000, 20_000)]
     things = [(100, 50), (100, 500), (100, 5_000), (100, 20_000)]
     if options.tiny:
-        places, things = places[:2], things[:2]
+        places, things = [(5, 20), (10, 50)], [(10, 50), (10, 100)]
     table = options.out / "growth.csv"
     found = read_curves(table) if options.only else defaultdict(list)
     for part, points in {

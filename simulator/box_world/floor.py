@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,7 +25,6 @@ _DOOR_DEPTH = 1.2  # metres behind a door where nothing stands
 _TRIES = 200  # places for one piece of furniture
 _ROUNDS = 12  # arrangements of a room before it gets larger
 _GROWTH = 1.1  # how much longer its sides are then
-_OUTWARDS = np.array([[-1.0], [1.0]])  # of the low and the high corner of an area
 _STANDS_FREE = frozenset(("table", "dining table", "coffee table", "kitchen island", "chair"))
 
 
@@ -68,12 +68,18 @@ class BoxFloor:
         return float(x), float(y)
 
 
-@dataclass(slots=True)
-class _Piece:
-    """Furniture in the axes of its room, and free space before it: low and high x, y, (2, 2)."""
+_Point = tuple[float, float]
+_Area = tuple[_Point, _Point]  # low and high x, y
 
-    area: np.ndarray
-    front: np.ndarray
+
+class _Piece(NamedTuple):
+    """Furniture in the axes of its room, and free space before it.
+
+    Plain numbers: most pieces that are drawn do not fit, and numpy is slow with two.
+    """
+
+    area: _Area
+    front: _Area
     yaw: float
 
 
@@ -107,7 +113,7 @@ def sample_floor(
         low, high = (start, min(near, far)), (start + width, max(near, far))
         rooms.append(BoxRoom(low, high, (start + door, sign * (CORRIDOR + WALL) / 2)))
         for number, piece in zip(in_room, pieces, strict=True):
-            size, middle = sizes[number], piece.area.mean(axis=0)
+            size, middle = sizes[number], np.mean(piece.area, axis=0)
             boxes[number] = Box(
                 (start + middle[0], near + sign * middle[1], size.bottom + size.height / 2),
                 (size.depth, size.width, size.height),
@@ -146,16 +152,16 @@ def _arrange(
     rng: np.random.Generator,
 ) -> list[_Piece] | None:
     """Place furniture, the largest first; None if something found no place."""
-    behind_door = np.array([[door - DOOR, 0.0], [door + DOOR, _DOOR_DEPTH]])
-    room = np.array([width, depth])
+    behind_door = ((door - DOOR, 0.0), (door + DOOR, _DOOR_DEPTH))
+    whole = ((0.0, 0.0), (width, depth))
     placed: dict[int, _Piece] = {}
     for number in sorted(range(len(sizes)), key=lambda n: -sizes[n].width * sizes[n].depth):
         for _ in range(_TRIES):
-            piece = _draw_piece(sizes[number], frees[number], room, rng)
-            if any((area < 0).any() or (area > room).any() for area in (piece.area, piece.front)):
+            piece = _draw_piece(sizes[number], frees[number], (width, depth), rng)
+            if not (_is_within(piece.area, whole) and _is_within(piece.front, whole)):
                 continue
             if not _overlaps(piece.area, behind_door) and not any(
-                _overlaps(piece.area + _GAP * _OUTWARDS, other.area)
+                _overlaps(_widen(piece.area, _GAP), other.area)
                 or _overlaps(piece.area, other.front)
                 or _overlaps(piece.front, other.area)
                 for other in placed.values()
@@ -168,29 +174,41 @@ def _arrange(
 
 
 def _draw_piece(
-    size: FurnitureSize, is_free: bool, room: np.ndarray, rng: np.random.Generator
+    size: FurnitureSize, is_free: bool, room: _Point, rng: np.random.Generator
 ) -> _Piece:
     """Draw a place along a wall, or anywhere; it may not fit."""
     side = int(rng.integers(4))
     yaw = (0.0, math.pi / 2, math.pi, -math.pi / 2)[side]  # faces right, up, left, down
-    ahead = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)][side], dtype=float)
-    across = np.abs(ahead[::-1])
-    extent = np.abs(ahead) * size.depth + across * size.width
-    low = rng.random(2) * (room - extent)
+    ahead, across, sign = side % 2, 1 - side % 2, 1 if side < 2 else -1
+    extent = (size.depth, size.width) if ahead == 0 else (size.width, size.depth)
+    x, y = rng.random(2).tolist()
+    low = [x * (room[0] - extent[0]), y * (room[1] - extent[1])]
     if not is_free:  # its back to a wall, a hand's width of 2 cm away
-        at_wall = np.where(ahead > 0, 0.02, room - extent - 0.02)
-        low = np.where(ahead != 0, at_wall, low)
-    high = low + extent
-    middle = (low + high) / 2
-    front = middle + ahead * size.depth / 2
-    half = across * max(size.width, _LEAST_FRONT) / 2
-    ends = np.stack([front - half, front + half + ahead * _FREE_FRONT, front + ahead * _FREE_FRONT])
-    ends[2] -= half
-    return _Piece(np.stack([low, high]), np.stack([ends.min(axis=0), ends.max(axis=0)]), yaw)
+        low[ahead] = 0.02 if sign > 0 else room[ahead] - extent[ahead] - 0.02
+    high = [low[0] + extent[0], low[1] + extent[1]]
+    edge = (low[ahead] + high[ahead]) / 2 + sign * size.depth / 2
+    reach = edge + sign * _FREE_FRONT
+    middle, half = (low[across] + high[across]) / 2, max(size.width, _LEAST_FRONT) / 2
+    along, beside = (min(edge, reach), max(edge, reach)), (middle - half, middle + half)
+    (x0, x1), (y0, y1) = (along, beside) if ahead == 0 else (beside, along)
+    return _Piece(((low[0], low[1]), (high[0], high[1])), ((x0, y0), (x1, y1)), yaw)
 
 
-def _overlaps(area: np.ndarray, other: np.ndarray) -> bool:
-    return bool((area[0] < other[1]).all() and (other[0] < area[1]).all())
+def _widen(area: _Area, margin: float) -> _Area:
+    (x0, y0), (x1, y1) = area
+    return (x0 - margin, y0 - margin), (x1 + margin, y1 + margin)
+
+
+def _is_within(area: _Area, whole: _Area) -> bool:
+    (x0, y0), (x1, y1) = area
+    (left, low), (right, high) = whole
+    return x0 >= left and y0 >= low and x1 <= right and y1 <= high
+
+
+def _overlaps(area: _Area, other: _Area) -> bool:
+    (x0, y0), (x1, y1) = area
+    (left, low), (right, high) = other
+    return x0 < right and y0 < high and left < x1 and low < y1
 
 
 def _is_reachable(pieces: Sequence[_Piece], width: float, depth: float, door: float) -> bool:
@@ -201,7 +219,7 @@ def _is_reachable(pieces: Sequence[_Piece], width: float, depth: float, door: fl
     margin = ROBOT_RADIUS + cell / 2
     is_free = ((y > margin) & (y < depth - margin))[:, None] & ((x > margin) & (x < width - margin))
     for piece in pieces:
-        low, high = piece.area + margin * _OUTWARDS
+        low, high = _widen(piece.area, margin)
         is_free &= ~(((y > low[1]) & (y < high[1]))[:, None] & ((x > low[0]) & (x < high[0])))
     is_free[y <= depth / 2] |= (np.abs(x - door) < cell) & (y[y <= depth / 2, None] <= 2 * margin)
     from scipy.ndimage import label  # only a generator needs it
@@ -210,8 +228,8 @@ def _is_reachable(pieces: Sequence[_Piece], width: float, depth: float, door: fl
     start = region[0, min(int(door / cell), columns - 1)]
     for piece in pieces:
         ahead = np.array([math.cos(piece.yaw), math.sin(piece.yaw)])
-        length = float(np.ptp(piece.area, axis=0) @ np.abs(ahead))
-        stand = piece.area.mean(axis=0) + ahead * (length / 2 + STANDOFF)
+        length = float(np.ptp(np.array(piece.area), axis=0) @ np.abs(ahead))
+        stand = np.mean(piece.area, axis=0) + ahead * (length / 2 + STANDOFF)
         column, row = (stand / cell).astype(int)
         if region[min(row, rows - 1), min(column, columns - 1)] != start or not start:
             return False
