@@ -70,10 +70,10 @@ class Metrics:
                     lines.append(f'sgm_request_seconds_bucket{{call="{call}",le="{name}"}} {total}')
                 lines.append(f'sgm_request_seconds_sum{{call="{call}"}} {self._seconds[call]:.6f}')
                 lines.append(f'sgm_request_seconds_count{{call="{call}"}} {self._counts[call]}')
-        own = {"sgm_process_cpu_seconds_total": time.process_time(), **gauges}
-        for name, value in own.items():
-            kind = "counter" if name.endswith("_total") else "gauge"
-            lines += [f"# TYPE {name} {kind}", f"{name} {value:.10g}"]
+        values = {"sgm_process_cpu_seconds_total": time.process_time(), **gauges}
+        for name, value in values.items():
+            metric_type = "counter" if name.endswith("_total") else "gauge"
+            lines += [f"# TYPE {name} {metric_type}", f"{name} {value:.10g}"]
         return "\n".join(lines) + "\n"
 
 
@@ -278,10 +278,11 @@ class Application:
             return call.read(dict(pairs), is_query=True)
         if method != "POST":
             raise _refuse_method(call.name, method, ["POST"] if call.is_write else ["GET", "POST"])
-        kind = headers.get("content-type", "").partition(";")[0].strip().lower()
-        if kind != _JSON:
+        media_type = headers.get("content-type", "").partition(";")[0].strip().lower()
+        if media_type != _JSON:
             raise Refused(
-                415, f"Content-Type must be {_JSON}, got {shorten_text(kind, 100)!r}. Send JSON."
+                415,
+                f"Content-Type must be {_JSON}, got {shorten_text(media_type, 100)!r}. Send JSON.",
             )
         body = await read_body(headers, receive, self._body_seconds)
         try:
@@ -293,9 +294,9 @@ class Application:
         return call.read(values)
 
 
-def _refuse_method(what: str, method: str, allowed: Sequence[str]) -> Refused:
+def _refuse_method(name: str, method: str, allowed: Sequence[str]) -> Refused:
     methods = " or ".join(allowed)
-    line = f"method of {what} must be {methods}, got {shorten_text(method, 20)}. Use {methods}."
+    line = f"method of {name} must be {methods}, got {shorten_text(method, 20)}. Use {methods}."
     return Refused(405, line, [(b"allow", ", ".join(allowed).encode())])
 
 
@@ -330,10 +331,10 @@ def _write_error(line: str) -> bytes:
 
 
 async def _send(
-    send: Send, status: int, kind: str, body: bytes, more: Sequence[tuple[bytes, bytes]] = ()
+    send: Send, status: int, media_type: str, body: bytes, more: Sequence[tuple[bytes, bytes]] = ()
 ) -> None:
-    own = [(b"content-type", kind.encode()), (b"content-length", b"%d" % len(body))]
-    head = [*own, *_HEADERS, *more]
+    head = [(b"content-type", media_type.encode()), (b"content-length", b"%d" % len(body))]
+    head += [*_HEADERS, *more]
     # A body that is late is not waited for. The rest of one that is too long is read and dropped,
     # for HEAD_SECONDS at most: a reset of the connection would overtake the answer.
     if status == 408:

@@ -81,14 +81,16 @@ class Call:
         """Return the JSON Schema of its arguments."""
         properties = {}
         for argument in self.arguments:
-            own = {**argument.rule.schema, "description": argument.about}
+            described = {**argument.rule.schema, "description": argument.about}
             if argument.default not in (None, REQUIRED):
-                own["default"] = argument.default
-            properties[argument.name] = own
+                described["default"] = argument.default
+            properties[argument.name] = described
         return {
             "type": "object",
             "properties": properties,
-            "required": [one.name for one in self.arguments if one.default is REQUIRED],
+            "required": [
+                argument.name for argument in self.arguments if argument.default is REQUIRED
+            ],
             "additionalProperties": False,
         }
 

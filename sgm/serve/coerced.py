@@ -45,7 +45,7 @@ def _list_candidates(value: Any) -> list[Any]:
             found.append(parse_json(found[-1]))
         except ValueError:
             break
-    whole = [int(one) for one in found if isinstance(one, float) and one.is_integer()]
+    whole = [int(number) for number in found if isinstance(number, float) and number.is_integer()]
     return whole + found
 
 
@@ -59,10 +59,11 @@ def _fits(value: Any, name: str) -> bool:
 
 def _coerce_parts(value: Any, schema: Mapping[str, Any]) -> Any:
     if isinstance(value, list) and "items" in schema:
-        return [coerce(one, schema["items"]) for one in value]
+        return [coerce(part, schema["items"]) for part in value]
     if isinstance(value, dict):
         known = schema["properties"]
         return {
-            name: coerce(one, known[name]) if name in known else one for name, one in value.items()
+            name: coerce(part, known[name]) if name in known else part
+            for name, part in value.items()
         }
     return value

@@ -79,7 +79,7 @@ class Connections:
             False if requests are being answered on all of them.
         """
         if len(self._open) >= self.most:
-            self._open = WeakSet(one for one in self._open if one.fileno() >= 0)
+            self._open = WeakSet(accepted for accepted in self._open if accepted.fileno() >= 0)
         if len(self._open) < self.most:
             return True
         self.tell(
@@ -92,7 +92,7 @@ class Connections:
 
     def _close_idle(self) -> bool:
         """Close the connection that was idle for longest, if there is one."""
-        idle = next((one for one in self._served if one.is_idle()), None)
+        idle = next((connection for connection in self._served if connection.is_idle()), None)
         if idle is not None:
             del self._served[idle]
             idle.abort()

@@ -65,24 +65,24 @@ def _list_parameters(call: Call) -> list[dict[str, Any]]:
 def describe_rule(schema: Any) -> str:
     """Say in a few words what JSON a schema allows, for tables."""
     if "anyOf" in schema:
-        return " or ".join(dict.fromkeys(describe_rule(one) for one in schema["anyOf"]))
-    kind = schema["type"]
+        return " or ".join(dict.fromkeys(describe_rule(allowed) for allowed in schema["anyOf"]))
+    json_type = schema["type"]
     if "enum" in schema:
         return ", ".join(f'"{name}"' for name in schema["enum"])
-    if kind == "array":
+    if json_type == "array":
         if schema.get("minItems", 1) == schema.get("maxItems"):
             return f"[{', '.join([describe_rule(schema['items'])] * schema['minItems'])}]"
         most = f", {schema['maxItems']} at most" if "maxItems" in schema else ""
         return f"list of {describe_rule(schema['items'])}{most}"
-    if kind == "object":
+    if json_type == "object":
         return schema.get("title") or "{" + ", ".join(schema["properties"]) + "}"
-    if kind == "string" and "maxLength" in schema:
+    if json_type == "string" and "maxLength" in schema:
         return f"text of 1 to {schema['maxLength']}"
-    if kind == "integer" and "minimum" in schema:
+    if json_type == "integer" and "minimum" in schema:
         return f"whole number {schema['minimum']} to {schema['maximum']}"
-    if kind == "number" and "maximum" in schema:
+    if json_type == "number" and "maximum" in schema:
         return f"number above {schema['exclusiveMinimum']:g} to {schema['maximum']:g}"
-    return {"string": "text", "integer": "whole number"}.get(kind, kind)
+    return {"string": "text", "integer": "whole number"}.get(json_type, json_type)
 
 
 def make_tables() -> str:
@@ -106,8 +106,8 @@ def make_tables() -> str:
         lines.append("")
     for title, schema in shapes.items():
         lines += [f"### {title}", "", "| field | is | |", "| --- | --- | --- |"]
-        for name, own in schema["properties"].items():
-            lines.append(f"| `{name}` | {describe_rule(own)} | {own['description']} |")
+        for name, field in schema["properties"].items():
+            lines.append(f"| `{name}` | {describe_rule(field)} | {field['description']} |")
         lines.append("")
     return "\n".join(lines)
 
@@ -117,8 +117,8 @@ def _gather(schema: Any, found: dict[str, Any]) -> None:
     if schema.get("title"):
         found.setdefault(schema["title"], schema)
     inner = [*schema.get("properties", {}).values(), *schema.get("anyOf", ())]
-    for own in [*inner, *([schema["items"]] if "items" in schema else [])]:
-        _gather(own, found)
+    for part in [*inner, *([schema["items"]] if "items" in schema else [])]:
+        _gather(part, found)
 
 
 def make_page() -> str:

@@ -19,12 +19,12 @@ class Kind(IntEnum):
     ERROR = 4  # the call has raised something: who asked calls itself, and gets the same
 
 
-def pack(kind: Kind, number: int, body: bytes = b"") -> bytes:
+def pack(frame_kind: Kind, number: int, body: bytes = b"") -> bytes:
     """Return what is sent."""
-    return _HEAD.pack(kind, number, len(body)) + body
+    return _HEAD.pack(frame_kind, number, len(body)) + body
 
 
 async def read_frame(stream: asyncio.StreamReader) -> tuple[Kind, int, bytes]:
     """Read what was sent; raises IncompleteReadError where the other one has ended."""
-    kind, number, size = _HEAD.unpack(await stream.readexactly(_HEAD.size))
-    return Kind(kind), number, await stream.readexactly(size)
+    frame_kind, number, size = _HEAD.unpack(await stream.readexactly(_HEAD.size))
+    return Kind(frame_kind), number, await stream.readexactly(size)

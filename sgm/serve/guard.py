@@ -89,8 +89,8 @@ class Guard:
         host = headers.get("host", "")
         name = host.lower() if host.endswith("]") else host.rpartition(":")[0].lower() or host
         if self._hosts and name.lower() not in self._hosts:
-            got, own = shorten_text(host, 100), min(self._hosts)
-            line = f"Host must be a name of this server, got {got!r}. Ask it as {own}."
+            got, served = shorten_text(host, 100), min(self._hosts)
+            line = f"Host must be a name of this server, got {got!r}. Ask it as {served}."
             raise Refused(403, line)
         origin = headers.get("origin")
         if origin is not None and origin.lower() not in (f"http://{host}", f"https://{host}"):

@@ -45,10 +45,10 @@ class ReadProcess:
         """Answer until the input ends."""
         while True:
             try:
-                kind, number, body = await read_frame(stream)
+                frame_kind, number, body = await read_frame(stream)
             except asyncio.IncompleteReadError:
                 break
-            if kind == Kind.QUESTION:
+            if frame_kind == Kind.QUESTION:
                 task = asyncio.create_task(self._answer(number, body, output))
                 self._answering.add(task)
                 task.add_done_callback(self._answering.discard)

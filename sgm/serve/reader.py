@@ -134,14 +134,14 @@ class Reader:
         """Hand out answers until the process ends."""
         with suppress(asyncio.IncompleteReadError, ConnectionError):
             while True:
-                kind, number, body = await read_frame(stream)
-                if kind == Kind.READY:
+                frame_kind, number, body = await read_frame(stream)
+                if frame_kind == Kind.READY:
                     self.is_ready = True
                     continue
                 ended = self._waiting.get(number)
                 if ended is None or ended.done():  # no one waits for it any longer
                     continue
-                if kind == Kind.ERROR:
+                if frame_kind == Kind.ERROR:
                     ended.set_exception(ReaderFailed())
                 else:
                     (self.processor_seconds,) = SECONDS.unpack_from(body)

@@ -37,11 +37,11 @@ class Rule:
 
     def read(self, name: str, value: Any) -> Any:
         """Return the value for Python of one in JSON; raises ValueError if it breaks the rule."""
-        own = self.convert(name, value)
-        if own is None:
+        converted = self.convert(name, value)
+        if converted is None:
             got = shorten_text(shorten(value).encode("utf-8", "backslashreplace").decode())
             raise ValueError(f"{name} must {self.must}, got {got}. See /openapi.json.")
-        return own
+        return converted
 
     def read_text(self, name: str, text: str) -> Any:
         """Return the value of a text of a query: "3" is a number where a number is meant."""
@@ -130,7 +130,7 @@ def _read_numbers(
 def _read_seen(name: str, value: Any) -> list[Sighting] | None:
     if not isinstance(value, list) or len(value) > MOST_SEEN:
         return None
-    return [_THING.read(f"{name}[{row}]", one) for row, one in enumerate(value)]
+    return [_THING.read(f"{name}[{number}]", seen) for number, seen in enumerate(value)]
 
 
 def _read_sighting(name: str, value: Any) -> Sighting | None:
@@ -138,10 +138,10 @@ def _read_sighting(name: str, value: Any) -> Sighting | None:
         return Sighting(TEXT.read(name, value))
     if not isinstance(value, dict) or not value.keys() <= {*_SIGHTING}:
         return None
-    said = {key: own for key, own in value.items() if own is not None}  # null is left out
+    said = {key: part for key, part in value.items() if part is not None}  # null is left out
     if "thing" not in said:
         return None
-    read = {key: _SIGHTING[key].read(f"{name}.{key}", own) for key, own in said.items()}
+    read = {key: _SIGHTING[key].read(f"{name}.{key}", part) for key, part in said.items()}
     return Sighting(read.pop("thing"), **read)
 
 

@@ -173,8 +173,9 @@ def open_socket(host: str, port: int) -> BoundedSocket:
     try:
         # With the protocol: asyncio sets TCP_NODELAY where a socket names it. Without, the second
         # packet of an answer waits until the client has acknowledged the first, up to 40 ms.
-        family, kind, protocol, *_ = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        listening = BoundedSocket(family, kind, protocol)
+        addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        family, socket_type, protocol, *_ = addresses[0]
+        listening = BoundedSocket(family, socket_type, protocol)
         try:
             # In Windows another server could take an address with it that is in use.
             if IS_POSIX:
