@@ -9,7 +9,7 @@ from typing import Any, TypeGuard, TypeVar
 
 from sgm.messages import shorten
 
-Kind = TypeVar("Kind")
+Value = TypeVar("Value")
 MOST_COST = 1e100  # of a way or a look: sums of many are finite
 
 
@@ -23,26 +23,28 @@ def is_finite(value: object) -> TypeGuard[float]:
     return is_number(value) and -sys.float_info.max <= value <= sys.float_info.max
 
 
-def check_kind(name: str, value: object, kind: type, hint: str) -> None:
-    """Raise TypeError, which ends with a hint, unless a value is of a kind."""
-    if not isinstance(value, kind):
-        raise TypeError(f"{name} must be a {kind.__name__}, got {shorten(value)}. {hint}")
+def check_kind(name: str, value: object, expected: type, hint: str) -> None:
+    """Raise TypeError, which ends with a hint, unless a value is of the type expected."""
+    if not isinstance(value, expected):
+        raise TypeError(f"{name} must be a {expected.__name__}, got {shorten(value)}. {hint}")
 
 
-def read_optional(name: str, value: Any, kind: type[Kind], hint: str) -> Kind | None:
-    """Return a value of a kind, or None; raises TypeError, as `check_kind`, for any other."""
+def read_optional(name: str, value: Any, expected: type[Value], hint: str) -> Value | None:
+    """Return a value of the type expected, or None; else raises TypeError, as `check_kind`."""
     if value is not None:
-        check_kind(name, value, kind, hint)
+        check_kind(name, value, expected, hint)
     return value
 
 
-def read_all(name: str, values: Any, kind: type[Kind], hint: str) -> list[Kind]:
-    """Return values of one kind; raises TypeError, which ends with a hint, for any others."""
+def read_all(name: str, values: Any, expected: type[Value], hint: str) -> list[Value]:
+    """Return values of the type expected; else raises TypeError, which ends with a hint."""
     read = list(values) if isinstance(values, Iterable) else None
-    wrong = [values] if read is None else [one for one in read if not isinstance(one, kind)]
+    wrong = (
+        [values] if read is None else [value for value in read if not isinstance(value, expected)]
+    )
     if read is None or wrong:
         raise TypeError(
-            f"{name} must hold {kind.__name__} objects, got {shorten(wrong[0])}. {hint}"
+            f"{name} must hold {expected.__name__} objects, got {shorten(wrong[0])}. {hint}"
         )
     return read
 

@@ -122,16 +122,16 @@ class Merge:
 
     Attributes:
         how: "own" of the row that stays; "sum", "max" or "min"; "first" for the least that is not
-            `NEVER`; "newest" for that of the row whose columns `by` are the highest, compared in
+            `NEVER`; "newest" for that of the row whose `columns` are the highest, compared in
             turn, of equal ones the last; "known" for the newest that is not the default; "mean" of
-            all, weighted by the column `by`.
-        by: names of columns.
+            all, weighted by that of `columns`.
+        columns: names of columns.
         same_looks: how it is for edges of nodes that are one; empty for the same.
         most: name of a column declared before, which it is no more than.
     """
 
     how: str
-    by: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
     same_looks: str = ""
     most: str = ""
 
@@ -186,10 +186,10 @@ class Column:
         """Whether its numbers are whole."""
         return not np.issubdtype(self.dtype, np.floating)
 
-    def make_guess(self, own: Columns, objects: Columns, num_rows: int) -> np.ndarray:
+    def make_guess(self, columns: Columns, objects: Columns, num_rows: int) -> np.ndarray:
         """Return what stands for it where a file does not have it, (num_rows,)."""
         if self.guess is not None:
-            return self.guess(own, objects)
+            return self.guess(columns, objects)
         return np.full(num_rows, self.default, dtype=np.int64 if self.is_whole else float)
 
 
@@ -198,27 +198,27 @@ _fixed = partial(Column, is_fixed=True)
 _stamp = partial(Column, default=NEVER, low=NEVER, high=NOW)  # a time step, `NEVER` at first
 
 
-def _guess_first_observed(own: Columns, objects: Columns) -> np.ndarray:
+def _guess_first_observed(columns: Columns, objects: Columns) -> np.ndarray:
     """The start stands for the first of several sightings."""
-    return np.where(own["num_observed"] < 2, own["last_observed"], 0)
+    return np.where(columns["num_observed"] < 2, columns["last_observed"], 0)
 
 
-def _guess_true(own: Columns, objects: Columns) -> np.ndarray:
+def _guess_true(columns: Columns, objects: Columns) -> np.ndarray:
     """An edge is true if the last look found it so."""
-    is_last = own["last_observed"] == own["last_true"]
-    return ((own["num_true"] > 0) & is_last).astype(np.int64)
+    is_last = columns["last_observed"] == columns["last_true"]
+    return ((columns["num_true"] > 0) & is_last).astype(np.int64)
 
 
-def _guess_time_true(own: Columns, objects: Columns) -> np.ndarray:
+def _guess_time_true(columns: Columns, objects: Columns) -> np.ndarray:
     """It was true for that share of the time since the first sighting at which looks found it."""
-    known = own["last_observed"] - objects["first_observed"][own["object"]]
-    share = known * own["num_true"] // np.maximum(own["num_observed"], 1)
-    return np.where(own["num_true"], share, 0)
+    known = columns["last_observed"] - objects["first_observed"][columns["object"]]
+    share = known * columns["num_true"] // np.maximum(columns["num_observed"], 1)
+    return np.where(columns["num_true"], share, 0)
 
 
-def _guess_absent(own: Columns, objects: Columns) -> np.ndarray:
+def _guess_absent(columns: Columns, objects: Columns) -> np.ndarray:
     """All looks that did not show it came after those that did."""
-    return np.where(own["is_true"], 0, own["num_observed"] - own["num_true"])
+    return np.where(columns["is_true"], 0, columns["num_observed"] - columns["num_true"])
 
 
 FURNITURE = (
@@ -230,7 +230,7 @@ FURNITURE = (
         merges=MAX,
     ),
 )
-_LAST_SEEN = Merge("newest", by=("last_observed",))
+_LAST_SEEN = Merge("newest", columns=("last_observed",))
 OBJECTS = (
     Column("home", text="number of its home", is_derived=True, merges=OWN, splits="own"),
     _fixed("key", text="number of its description", is_derived=True, merges=OWN, splits="own"),
@@ -290,7 +290,7 @@ OBJECTS = (
     Column(
         "num_at_once",
         text="most of this description that a robot saw in one look or step; 0 in simulated homes",
-        guess=lambda own, _: np.minimum(own["num_observed"], 1),
+        guess=lambda columns, _: np.minimum(columns["num_observed"], 1),
         merges=MAX,
         splits="one",
     ),
@@ -323,7 +323,7 @@ OBJECTS = (
     ),
 )
 _BY_LOOK = ("last_observed", "last_true")
-_SINCE = Merge("newest", by=_BY_LOOK, same_looks="min")  # of looks since it was last true
+_SINCE = Merge("newest", columns=_BY_LOOK, same_looks="min")  # of looks since it was last true
 EDGES = (
     Column("home", text="number of its home", is_derived=True, merges=OWN),
     _fixed("object", text="the thing", refers_to="objects", merges=OWN),
@@ -344,7 +344,7 @@ EDGES = (
         dtype=np.bool_,
         high=1,
         guess=_guess_true,
-        merges=Merge("newest", by=_BY_LOOK, same_looks="max"),
+        merges=Merge("newest", columns=_BY_LOOK, same_looks="max"),
     ),
     Column(
         "num_absent",
@@ -362,7 +362,7 @@ EDGES = (
         "missed",
         np.float32,
         text="looks since the last sighting, partial ones in part",
-        guess=lambda own, _: own["num_absent"].astype(float),
+        guess=lambda columns, _: columns["num_absent"].astype(float),
         merges=_SINCE,
     ),
     Column(  # as guessed if all sightings were sure
@@ -370,8 +370,8 @@ EDGES = (
         np.float32,
         text="confidence of the last sighting, 0 without one",
         high=1,
-        guess=lambda own, _: (own["num_true"] > 0).astype(float),
-        merges=Merge("newest", by=("last_true", "confidence")),
+        guess=lambda columns, _: (columns["num_true"] > 0).astype(float),
+        merges=Merge("newest", columns=("last_true", "confidence")),
     ),
     Column(
         "came_from",
@@ -379,10 +379,10 @@ EDGES = (
         default=NEVER,
         low=NEVER,
         refers_to="furniture",
-        merges=Merge("known", by=("last_true",)),
+        merges=Merge("known", columns=("last_true",)),
     ),
 )
-_LAST_SPOT, _USUAL_SPOT = Merge("newest", by=("time",)), Merge("mean", by=("num_seen",))
+_LAST_SPOT, _USUAL_SPOT = Merge("newest", columns=("time",)), Merge("mean", columns=("num_seen",))
 _metres = partial(Column, dtype=np.float64, low=-MOST_METRES, high=MOST_METRES)
 # Where things were seen, in the frame of the map.
 POSITIONS = (
@@ -455,7 +455,7 @@ def check_columns(tables: Mapping[str, tuple[Column, ...]]) -> None:
                 _refuse(table, column, "have a text", column.text, "Say in a line what it holds")
             if rule is None or {rule.how, rule.same_looks or "own"} - {*MERGE_RULES}:
                 _refuse(table, column, "say how it merges", rule, "Give merges, such as SUM or OWN")
-            elif {*rule.by} - {*names} or (rule.most and rule.most not in before):
+            elif {*rule.columns} - {*names} or (rule.most and rule.most not in before):
                 _refuse(table, column, "merge by columns of its table", rule, "Check their names")
             if table == "objects" and column.splits not in splits:
                 _refuse(table, column, "say how it splits", column.splits, 'Give splits, as "own"')

@@ -107,8 +107,8 @@ def share_rows(values: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.
 def pad_rows(rows: Sequence[Sequence[Any] | np.ndarray], fill: object, dtype: Any) -> np.ndarray:
     """Put H rows of up to W values into one array, (H, W), with `fill` beyond the end of each."""
     padded = np.full((len(rows), max(map(len, rows), default=0)), fill, dtype=dtype)
-    for own, row in zip(padded, rows, strict=True):
-        own[: len(row)] = row
+    for padded_row, values in zip(padded, rows, strict=True):
+        padded_row[: len(values)] = values
     return padded
 
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from sgm.schema import Column
 
-One = TypeVar("One")
+Cloned = TypeVar("Cloned")
 
 
-def clone(one: One) -> One:
+def clone(original: Cloned) -> Cloned:
     """Return another object with the same attributes; `copy.copy` in a tenth of the time."""
-    other = object.__new__(type(one))
-    other.__dict__.update(one.__dict__)
+    other = object.__new__(type(original))
+    other.__dict__.update(original.__dict__)
     return other
 
 
@@ -53,11 +53,16 @@ class Table(dict[str, np.ndarray]):
         for name, dtype in columns.items():
             names.setdefault(np.dtype(dtype), []).append(name)
         self._defaults = {name: value for name, value in (defaults or {}).items() if value}
-        place_of = {name: (key, row) for key, own in names.items() for row, name in enumerate(own)}
+        place_of = {
+            name: (key, index)
+            for key, of_type in names.items()
+            for index, name in enumerate(of_type)
+        }
         self._place_of = {name: place_of[name] for name in columns}
         self._capacity = num_rows or (0 if shape else 16)
         self._blocks = {
-            key: np.zeros((len(own), *shape, self._capacity), key) for key, own in names.items()
+            key: np.zeros((len(of_type), *shape, self._capacity), key)
+            for key, of_type in names.items()
         }
         self.num_rows = 0
         self.append(num_rows)

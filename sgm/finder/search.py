@@ -184,7 +184,7 @@ class ObjectSearch:
         resolution = self._finder.resolve(self.memory, self.description)
         things = self.memory.list_named(*resolution.meant)
         if len(things) > 1:
-            things = self.memory.list_named(*resolution.meant, at=look.place.furniture)
+            things = self.memory.list_named(*resolution.meant, place=look.place.furniture)
         name = strip_question(self.description) or self.description
         found = things[0] if len(things) == 1 else ThingName(name)  # else another of its kind
         sighting = Sighting(found.description, look.place.relation, id=found.id or None)

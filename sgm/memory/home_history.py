@@ -108,42 +108,42 @@ class HomeHistory:
         kept.week = self.week.take(furniture, objects)
         return kept
 
-    def merge_furniture(self, here: int, there: int, num_looks: int, edges: Groups) -> None:
+    def merge_furniture(self, kept: int, gone: int, num_looks: int, edges: Groups) -> None:
         """Count for one furniture node of a home what was counted of another, by position.
 
         The moves between the two were none.
 
         Args:
-            here: the node that stays.
-            there: the other one, of which nothing is left.
+            kept: the node that stays.
+            gone: the other one, of which nothing is left.
             num_looks: at both.
             edges: which edges became one.
         """
-        both = [here, there]
+        both = [kept, gone]
         times = self.look_times[0, both].reshape(-1)
         known = np.flatnonzero(times != NEVER)
         latest = known[np.argsort(times[known], kind="stable")][-NUM_LOOKS_KEPT:]
         # As if noted one after the other: the next look takes the place of the oldest.
         column = (num_looks - len(latest) + np.arange(len(latest))) % NUM_LOOKS_KEPT
         self.look_times[0, both] = NEVER
-        self.look_times[0, here, column] = times[latest]
+        self.look_times[0, kept, column] = times[latest]
         if self.look_relations is not None:
             relations = self.look_relations[0, both].reshape(-1)
             self.look_relations[0, both] = ALL
-            self.look_relations[0, here, column] = relations[latest]
+            self.look_relations[0, kept, column] = relations[latest]
         if self.counts_moves:
             moves = self.moves[0]
-            num_stayed = moves[here, there] + moves[there, here]
+            num_stayed = moves[kept, gone] + moves[gone, kept]
             for counts in (moves, moves.T):
-                counts[here] += counts[there]
-                counts[there] = 0
-            moves[here, here] = 0
+                counts[kept] += counts[gone]
+                counts[gone] = 0
+            moves[kept, kept] = 0
             moved = self.counters["num_moved"]
             moved[0] = max(moved[0] - num_stayed, 0)
         if self.edge_hours.shape[1]:
             hours = self.get_edge_hours(np.arange(len(edges.of_row)))
             self.edge_hours = join_hours(hours, edges)
-        self.week.merge_furniture(here, there)
+        self.week.merge_furniture(kept, gone)
 
     def compute_miss_rate(self) -> np.ndarray:
         """Return the share of looks that miss what is there, (H,).
@@ -208,13 +208,13 @@ class HomeHistory:
             self._note_answers(memory, looked, asked, is_seen[asked.object])
         home = np.flatnonzero((looked >= 0) & is_counted)
         column = memory.furniture["num_observed"][home, looked[home]] % NUM_LOOKS_KEPT
-        at = (home, looked[home], column)
-        self.look_times[at] = time
+        latest = (home, looked[home], column)
+        self.look_times[latest] = time
         in_view = ALL if look.relations is None else look.relations[home]
         if self.look_relations is None and np.any(in_view != ALL):
             self.look_relations = np.full(self.look_times.shape, ALL, dtype=np.uint8)
         if self.look_relations is not None:
-            self.look_relations[at] = in_view
+            self.look_relations[latest] = in_view
 
         rows = np.flatnonzero(is_seen)
         if memory.clock is not None:
@@ -224,12 +224,12 @@ class HomeHistory:
         rows = rows[objects["num_observed"][rows] > 0]
         home, before = objects["home"][rows], objects["last_furniture"][rows]
         self.count("time_followed", home, time - objects["last_observed"][rows])
-        here = looked[home]
-        has_moved = (before >= 0) & (before != here)
-        home, before, here = home[has_moved], before[has_moved], here[has_moved]
+        place = looked[home]
+        has_moved = (before >= 0) & (before != place)
+        home, before, place = home[has_moved], before[has_moved], place[has_moved]
         self.count("num_moved", home)
         if self.counts_moves:
-            np.add.at(self.moves, (home, before, here), 1)
+            np.add.at(self.moves, (home, before, place), 1)
 
         edges = memory.edges
         again = seen_again[edges["num_true"][seen_again] > 0]
@@ -253,10 +253,10 @@ class HomeHistory:
             self.edge_hours = np.pad(self.edge_hours, ((0, 0), (0, added), (0, 0)))
         hour = compute_week_seconds(clock, np.full(len(edges), time)) % DAY_SECONDS / HOUR_SECONDS
         is_known = ~np.isnan(hour)
-        which = np.where(is_seen, 0, 1)[is_known]
-        place = (which, edges[is_known], (hour[is_known] * (NUM_HOURS / 24)).astype(int))
-        count = self.edge_hours[place]
-        self.edge_hours[place] = np.minimum(count, 2**16 - 2) + 1
+        outcome = np.where(is_seen, 0, 1)[is_known]
+        counter = (outcome, edges[is_known], (hour[is_known] * (NUM_HOURS / 24)).astype(int))
+        count = self.edge_hours[counter]
+        self.edge_hours[counter] = np.minimum(count, 2**16 - 2) + 1
 
     def get_edge_hours(self, edges: np.ndarray) -> np.ndarray:
         """Return `edge_hours` of edges, (n,) -> (2, n, NUM_HOURS)."""
@@ -296,11 +296,11 @@ class HomeHistory:
             if not column.low <= value < math.inf:
                 raise ValueError(f"{column.name} must be a number, 0 or more, got {value}")
             history.counters[column.name][0] = value
-        for which, name in enumerate(_EDGE_HOURS):
+        for outcome, name in enumerate(_EDGE_HOURS):
             edge, hour, count = read_sparse(name, data[name], (num_edges, NUM_HOURS, 2**16))
             if len(edge) and history.edge_hours.shape[1] == 0:
                 history.edge_hours = np.zeros((2, num_edges, NUM_HOURS), dtype=np.uint16)
-            history.edge_hours[which, edge, hour] = count
+            history.edge_hours[outcome, edge, hour] = count
         return history
 
     def _note_answers(
@@ -318,18 +318,18 @@ class HomeHistory:
         if not is_found.any():
             return
         found = asked.take(is_found)
-        here = looked[found.home]
+        found_at = looked[found.home]
         self.count("num_found", found.home)
-        is_last = memory.objects["last_furniture"][found.object] == here
+        is_last = memory.objects["last_furniture"][found.object] == found_at
         self.count("num_last_right", found.home, is_last)
         query, edge = join_groups(found.object, memory.edges["object"], objects.num_rows)
-        shape = (len(here), memory.num_furniture)
+        shape = (len(found_at), memory.num_furniture)
         place = np.ravel_multi_index((query, memory.edges["furniture"][edge]), shape)
         num_true = np.bincount(place, memory.edges["num_true"][edge], minlength=np.prod(shape))
         rate = num_true.reshape(shape) / (memory.furniture_num_observed[found.home] + 0.5)
         prior = sum_relations(found.prior)
         for name, score in (("num_common_right", rate), ("num_prior_right", prior)):
-            is_right = (score.argmax(axis=1) == here) & score.any(axis=1)
+            is_right = (score.argmax(axis=1) == found_at) & score.any(axis=1)
             self.count(name, found.home, is_right)
 
 

@@ -22,7 +22,7 @@ ENDING = ".lock"  # of the file beside a log by which it is locked; it stays and
 # Files that were replaced under their name and have another one; each holds a descriptor.
 _MOST_EARLIER = 8
 
-Own = TypeVar("Own", bound="_ProcessLock")
+AnyLock = TypeVar("AnyLock", bound="_ProcessLock")
 
 
 class _Held:
@@ -99,8 +99,8 @@ def _is_held_here(path: Path, but: _Held) -> bool:
         status = os.stat(path)
     except OSError:
         return False
-    held = (one for one in tuple(_LOCKED) if one is not but and one.process == os.getpid())
-    return any(one.has(status) for one in held)
+    held = (other for other in tuple(_LOCKED) if other is not but and other.process == os.getpid())
+    return any(other.has(status) for other in held)
 
 
 class _ProcessLock:
@@ -111,7 +111,7 @@ class _ProcessLock:
         self._held = _Held()
 
     @classmethod
-    def _find(cls: type[Own], key: str, *args: Any) -> Own:
+    def _find(cls: type[AnyLock], key: str, *args: Any) -> AnyLock:
         """Return the lock of a file: that of this process, if it has one, else a new one."""
         with _OPENING:
             known = _HELD.get((cls, key))
@@ -119,7 +119,7 @@ class _ProcessLock:
                 if known is not None:  # of the process before a fork
                     known._close()
                 known = _HELD[cls, key] = cls(*args)
-            return cast("Own", known)
+            return cast("AnyLock", known)
 
     def _close(self) -> None:
         """Let go of the file, where it is this object that holds it."""

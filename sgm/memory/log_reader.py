@@ -147,7 +147,7 @@ def _read_line(data: Any, path: Path) -> LogLine:
             for description, relation, confidence, *about in values["seen"]
         ]
         values["hidden"] = list(data.get("hidden", ()))
-        for name in (*(row[0] for row in values["seen"]), *values["hidden"]):
+        for name in (*(arguments[0] for arguments in values["seen"]), *values["hidden"]):
             read_words("description", name)
         point = data.get("viewpoint")
         values["viewpoint"] = None if point is None else Viewpoint.from_json(point)

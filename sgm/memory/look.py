@@ -49,7 +49,7 @@ class StepLook:
             raise ValueError(f"look at {shorten(furniture)} with coverage {shorten(share)}")
         (texts,) = hidden or [()]
         names = tuple(Name.read(text) for text in texts)
-        return cls(furniture, tuple(Sighting(*one) for one in seen), coverage, names)
+        return cls(furniture, tuple(Sighting(*arguments) for arguments in seen), coverage, names)
 
 
 @dataclass(slots=True)
@@ -92,10 +92,10 @@ class StepLog:
         self.is_plain &= not look.hidden and not self.looks_by_relation
         self.of_place.setdefault(look.furniture, []).append(len(self.looks))
         self.looks.append(look)
-        for row, count in seen.items():
-            here = self.counts.setdefault(row, Counter())
-            here[look.furniture] = max(here.get(look.furniture, 0), count)
-            self.num_until_seen.setdefault(row, {})[look.furniture] = len(self.looks)
+        for object_row, count in seen.items():
+            at_once = self.counts.setdefault(object_row, Counter())
+            at_once[look.furniture] = max(at_once.get(look.furniture, 0), count)
+            self.num_until_seen.setdefault(object_row, {})[look.furniture] = len(self.looks)
 
     def shows_nothing_new(self, look: StepLook) -> bool:
         """Tell whether earlier looks there showed all that a look shows, and as surely."""

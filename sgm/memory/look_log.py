@@ -126,9 +126,9 @@ class LookLog:
 
 def write_line(kind: str, time: int, clock: Clock | None, values: Mapping[str, Any]) -> bytes:
     """Return a line of a log, of a change and the time step after it."""
-    at = {} if clock is None else {"at": clock.get_time(time).isoformat()}
+    date = {} if clock is None else {"at": clock.get_time(time).isoformat()}
     text = json.dumps(
-        {"kind": kind, "time": time, **at, **values},
+        {"kind": kind, "time": time, **date, **values},
         ensure_ascii=False,
         separators=(",", ":"),
         # Boxes and viewpoints; or numbers of numpy, as ids and positions may be.

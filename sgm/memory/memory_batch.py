@@ -184,9 +184,9 @@ class MemoryBatch(Remembered):
             )
         return self._row_of_key[home, key]
 
-    def set_type(self, row: int, label: int, object_type: int) -> None:
+    def set_type(self, object_row: int, label: int, object_type: int) -> None:
         """Let an object be of another type; hypothetical edges end with the old one."""
-        self.objects["label"][row], self.objects["type"][row] = label, object_type
+        self.objects["label"][object_row], self.objects["type"][object_row] = label, object_type
         self._pending = None
         self.look_up_prior()
 
@@ -333,17 +333,17 @@ class MemoryBatch(Remembered):
             look.coverage[home],
         )
 
-    def note_place(self, row: int, furniture: int, relation: int, confidence: float) -> None:
+    def note_place(self, object_row: int, furniture: int, relation: int, confidence: float) -> None:
         """Take over that an object is somewhere now, which no look has shown.
 
         It counts as a sighting of it alone, of at least the confidence `SURE`: nothing is said of
         others there, and `history` is as it was. The furniture counts no look.
         """
-        self.objects["carried_since"][row] = NEVER
+        self.objects["carried_since"][object_row] = NEVER
         self.observe(
-            self.objects["home"][[row]],
+            self.objects["home"][[object_row]],
             np.array([furniture]),
-            np.array([row]),
+            np.array([object_row]),
             np.array([relation]),
             np.zeros(1),
             np.array([confidence]),
@@ -355,14 +355,14 @@ class MemoryBatch(Remembered):
         is_seen = np.zeros(len(edges), dtype=bool)
         self._update_edges(edges, is_seen, np.full(len(edges), confidence))
 
-    def note_carried(self, row: int) -> None:
+    def note_carried(self, object_row: int) -> None:
         """Take over that the robot has an object in its hand now; it is at no furniture."""
         objects = self.objects
-        if objects["num_observed"][row] == 0:
-            objects["first_observed"][row] = self.time
-        objects["num_observed"][row] += 1
-        objects["last_observed"][row] = objects["carried_since"][row] = self.time
-        objects["last_furniture"][row] = NEVER
+        if objects["num_observed"][object_row] == 0:
+            objects["first_observed"][object_row] = self.time
+        objects["num_observed"][object_row] += 1
+        objects["last_observed"][object_row] = objects["carried_since"][object_row] = self.time
+        objects["last_furniture"][object_row] = NEVER
 
     def _update_edges(self, rows: np.ndarray, is_seen: np.ndarray, weight: np.ndarray) -> None:
         """Update edges that are true, or were looked at for some part of a look, (n,) each."""
@@ -436,15 +436,15 @@ class MemoryBatch(Remembered):
 
     def _update_objects(self, rows: np.ndarray, looked: np.ndarray) -> None:
         objects = self.objects
-        here = looked[objects["home"][rows]]
+        place = looked[objects["home"][rows]]
         before = objects["last_furniture"][rows]
         objects["first_observed"][rows[objects["num_observed"][rows] == 0]] = self.time
-        has_moved = rows[(before != NEVER) & (before != here)]
+        has_moved = rows[(before != NEVER) & (before != place)]
         objects["num_observed"][rows] += 1
         objects["last_observed"][rows] = self.time
         objects["num_moved"][has_moved] += 1
         objects["last_moved"][has_moved] = self.time
-        objects["last_furniture"][rows] = here
+        objects["last_furniture"][rows] = place
 
 
 def _find_marked(marks: np.ndarray) -> tuple[np.ndarray, ...]:

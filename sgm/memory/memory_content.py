@@ -126,11 +126,11 @@ class MemoryContent:
     def merge_furniture(self, kept: int, other: int) -> MemoryContent:
         """Return the content with one furniture node instead of two, by id; `kept` stays."""
         ids = list(self.layout.furniture)
-        here, there = ids.index(kept), ids.index(other)
-        tables, edges = merge_places(self.tables, here, there)
+        kept_place, gone_place = ids.index(kept), ids.index(other)
+        tables, edges = merge_places(self.tables, kept_place, gone_place)
         history = self.history.copy()
-        num_looks = int(tables["furniture"]["num_observed"][here])
-        history.merge_furniture(here, there, num_looks, edges)
+        num_looks = int(tables["furniture"]["num_observed"][kept_place])
+        history.merge_furniture(kept_place, gone_place, num_looks, edges)
         sought: dict[tuple[str, int], tuple[float, int]] = {}
         for (words, furniture), (count, time) in self.sought.items():
             place = kept if furniture == other else furniture
@@ -140,16 +140,16 @@ class MemoryContent:
         content = replace(self, tables=tables, history=history, sought=sought, things=things)
         return content.remove(furniture=[other])
 
-    def rename(self, row: int, name: str) -> MemoryContent:
+    def rename(self, object_row: int, name: str) -> MemoryContent:
         """Call an object otherwise."""
-        thing = self.things[row]
-        before, words = (read_words("description", own) for own in (thing.description, name))
+        thing = self.things[object_row]
+        before, words = (read_words("description", text) for text in (thing.description, name))
         sought = {
-            (words if own == before and not thing.id else own, furniture): value
-            for (own, furniture), value in self.sought.items()
+            (words if sought_words == before and not thing.id else sought_words, furniture): value
+            for (sought_words, furniture), value in self.sought.items()
         }
         new = replace(thing, description=name)
-        things = (*self.things[:row], new, *self.things[row + 1 :])
+        things = (*self.things[:object_row], new, *self.things[object_row + 1 :])
         return replace(self, things=things, sought=sought, asked=None)
 
     def to_json(self) -> dict[str, Any]:
@@ -267,7 +267,7 @@ def write_start(content: MemoryContent, *, is_new: bool = False, file: str = "")
     return write_line("start", content.time, clock, values)
 
 
-def _check_between(what: str, values: Any, low: int, high: int) -> None:
+def _check_between(field: str, values: Any, low: int, high: int) -> None:
     for value in np.asarray(values).tolist():
         if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
-            raise ValueError(f"{what} must lie in {low} to {high}, got {shorten(value)}")
+            raise ValueError(f"{field} must lie in {low} to {high}, got {shorten(value)}")

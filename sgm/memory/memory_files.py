@@ -138,14 +138,14 @@ def load_given(
             f"of that checksum for {path}. Give its own prior, or PriorGraph.default() to go "
             "on with that one."
         )
-    own = content.layout.map_id
-    if map_id and own and own != map_id:
+    saved_map = content.layout.map_id
+    if map_id and saved_map and saved_map != map_id:
         raise ValueError(
             f"memory must be of the map that the robot has, {shorten(map_id)}, got one of "
-            f"{shorten(own)} for {path}. Load it without map_id, and say with transform how "
+            f"{shorten(saved_map)} for {path}. Load it without map_id, and say with transform how "
             "the map was moved, or start a new memory."
         )
-    content.layout.map_id = read_map_id(map_id) or own
+    content.layout.map_id = read_map_id(map_id) or saved_map
     _check_given(prior, clock, score_calibration)
     if clock is not None:
         content = replace(content, clock=clock)
@@ -156,12 +156,12 @@ def load_given(
 
 def _check_given(prior: object, clock: object, score_calibration: object) -> None:
     """Raise TypeError for what is given to a memory and is something else."""
-    for name, value, kind in (
+    for name, value, expected in (
         ("prior", prior, PriorGraph),
         ("clock", clock, Clock),
         ("score_calibration", score_calibration, ScoreCalibration),
     ):
-        read_optional(name, value, kind, "Leave it out for the default.")
+        read_optional(name, value, expected, "Leave it out for the default.")
 
 
 class MemoryFiles:

@@ -164,14 +164,14 @@ class MemoryLayout:
     ) -> None:
         """Move all positions and boxes into the frame of another map; nothing else changes."""
         turn = float(read_numbers("angle", angle, ()))
-        by = read_position(shift)
-        if by is None:
+        offset = read_position(shift)
+        if offset is None:
             raise ValueError("shift must be two numbers, got None. Give metres, or leave it out.")
         with self._state.lock:
-            layout = self._state.layout.transform(turn, by, read_map_id(map_id))
+            layout = self._state.layout.transform(turn, offset, read_map_id(map_id))
             positions = self._state.batch.positions
-            turned = turn_positions(positions, turn, by)
-            self._state.write("transform", angle=turn, shift=by, map_id=map_id)
+            turned = turn_positions(positions, turn, offset)
+            self._state.write("transform", angle=turn, shift=offset, map_id=map_id)
             self._state.layout = layout
             for name, values in turned.items():
                 positions[name][:] = values
@@ -184,10 +184,10 @@ class MemoryLayout:
             return self._state.layout.compute_position(furniture)
 
     def get_pose(
-        self, furniture: int, at: tuple[float, float, float] | None = None
+        self, furniture: int, target: tuple[float, float, float] | None = None
     ) -> tuple[float, float, float] | None:
         """Return where one stands to look at a furniture node, x, y in the map, and the yaw."""
-        point = None if at is None else read_point(at, "what is looked at")
+        point = None if target is None else read_point(target, "what is looked at")
         with self._state.lock:
             self._state.layout.check_furniture(furniture)
             return self._state.layout.compute_pose(furniture, point)

@@ -140,7 +140,10 @@ class MemoryLooks:
                     viewpoint=viewpoint,
                 )
             if calibration is not None:
-                sure = [replace(one, confidence=calibration(one.confidence)) for one in sightings]
+                sure = [
+                    replace(sighting, confidence=calibration(sighting.confidence))
+                    for sighting in sightings
+                ]
                 look = replace(look, seen=tuple(sure))
             state.look(look)
 

@@ -325,15 +325,17 @@ def _find_asked(
     firsts, read, things = [], [], state.things
     for text in names:
         asked, new = [], []
-        for row in state.find_rows(text):
-            if row in rows and (things[row].id or len(state.list_members(row)) > 1):
-                asked.append(row)  # by another of its names
+        for object_row in state.find_rows(text):
+            if object_row in rows and (
+                things[object_row].id or len(state.list_members(object_row)) > 1
+            ):
+                asked.append(object_row)  # by another of its names
             else:
-                new.append(row)
+                new.append(object_row)
         firsts.append(rows.index(asked[0]) if asked else len(rows))
-        for row in new if new or asked else [-1]:
-            rows.append(row)
-            read.append(things.read(text if row < 0 else things[row].description))
+        for object_row in new if new or asked else [-1]:
+            rows.append(object_row)
+            read.append(things.read(text if object_row < 0 else things[object_row].description))
     return np.array(firsts), np.array(rows), read
 
 
@@ -354,11 +356,11 @@ def _list_looks(
             share = batch.compute_relation_shares(queries)
         _sum_negative(state, things, share, negative)
     sought, sought_ago = np.zeros(seen.shape), np.full(seen.shape, np.inf)
-    for here, count, ago in _list_sought(state, things, question):
+    for thing_place, count, ago in _list_sought(state, things, question):
         if ago == 0:
-            negative[here] += count
+            negative[thing_place] += count
         else:
-            sought[here], sought_ago[here] = count, ago
+            sought[thing_place], sought_ago[thing_place] = count, ago
     return Looks(negative, sought, sought_ago, seen, num_seen)
 
 
@@ -374,8 +376,8 @@ def _list_seen(things: _AskedThings) -> np.ndarray:
     is_now = edges["last_true"][things.edge] == now
     is_now &= (said_there == _NOTHING_SAID) | (said_there == place)
     confidence = np.zeros((len(things.rows), len(position), NUM_RELATIONS))
-    at = (things.thing, place, edges["relation"][things.edge])
-    confidence[at] = edges["confidence"][things.edge] * is_now
+    edge_index = (things.thing, place, edges["relation"][things.edge])
+    confidence[edge_index] = edges["confidence"][things.edge] * is_now
     seen: np.ndarray = confidence.max(axis=2)
     return seen
 
@@ -385,8 +387,10 @@ def _count_seen(state: MemoryState, things: _AskedThings, num_seen: np.ndarray) 
     for number, members in enumerate(things.members):
         for member in members:
             for furniture, num_here in state.step.counts.get(member, {}).items():
-                here = number, things.position[furniture]
-                num_seen[here] = max(num_seen[here], num_here) if num_seen[here] else 0
+                thing_place = number, things.position[furniture]
+                num_seen[thing_place] = (
+                    max(num_seen[thing_place], num_here) if num_seen[thing_place] else 0
+                )
 
 
 def _sum_negative(
@@ -395,8 +399,8 @@ def _sum_negative(
     """Sum the looks of this step that did not show each thing, by place, (K, F)."""
     position = things.position
     for number, (members, name) in enumerate(zip(things.members, things.names, strict=True)):
-        own = None if share is None else share[number]
-        sums = [sum_negative(state.step, member, name, own, position) for member in members]
+        thing_share = None if share is None else share[number]
+        sums = [sum_negative(state.step, member, name, thing_share, position) for member in members]
         least = sums[0]
         if len(sums) > 1:  # where no name of it was seen
             places = set.intersection(*map(set, sums))
@@ -419,10 +423,12 @@ def _list_sought(
     if question:
         place = edges["furniture"][things.edge]
         np.maximum.at(last_seen, (things.thing, place), edges["last_true"][things.edge])
-    for number, (row, name) in enumerate(zip(things.rows.tolist(), things.names, strict=True)):
-        known = state.things.list_words(things.members[number]) if row >= 0 else ()
+    for number, (object_row, name) in enumerate(
+        zip(things.rows.tolist(), things.names, strict=True)
+    ):
+        known = state.things.list_words(things.members[number]) if object_row >= 0 else ()
         words = {name.words, *known}
         for (other, furniture), (count, time) in state.sought.items():
-            here = number, things.position[furniture]
-            if other in words or (other == question and time > last_seen[here]):
-                yield here, count, now - time
+            thing_place = number, things.position[furniture]
+            if other in words or (other == question and time > last_seen[thing_place]):
+                yield thing_place, count, now - time

@@ -112,7 +112,7 @@ class MemoryState:
     def begin(self, content: MemoryContent, prior: PriorGraph) -> None:
         """Become a memory of that content and prior."""
         self.prior = prior
-        labels = (row.label for row in prior.objects)
+        labels = (object_type.label for object_type in prior.objects)
         self._names = NameIndex(labels, self._table, self._encoder)
         self._snapshot: dict[object, MemoryBatch] = {}  # of one version at most
         self.take(content)
@@ -287,13 +287,13 @@ class MemoryState:
         things, rows, relations, confidences = self.things, [], [], []
         num_known, has_position = batch.objects.num_rows, False
         for sighting in seen:
-            row = things.add(sighting.name, sighting.id or "")
-            rows.append(row)
+            object_row = things.add(sighting.name, sighting.id or "")
+            rows.append(object_row)
             relations.append(RELATIONS.index(sighting.relation))
             confidences.append(sighting.confidence)
             has_position |= sighting.position is not None
             if sighting.embedding and sighting.confidence >= SURE:
-                things[row] = replace(things[row], embedding=sighting.embedding)
+                things[object_row] = replace(things[object_row], embedding=sighting.embedding)
         if rows and max(rows) >= num_known:
             self._ensure_rows(num_known)
         hidden = self.find_rows(*look.hidden) if look.hidden else []
@@ -310,13 +310,13 @@ class MemoryState:
             note_positions(batch.positions, place, rows, seen, batch.time)
         step.add(look, Counter(rows))
         at_once = batch.objects["num_at_once"]
-        for row in set(rows):
+        for object_row in set(rows):
             num_at_once = 0
-            for count in step.counts[row].values():
+            for count in step.counts[object_row].values():
                 num_at_once += count
-            at_once[row] = max(at_once[row], num_at_once)
+            at_once[object_row] = max(at_once[object_row], num_at_once)
             if self.sought:
-                words = read_words("description", things[row].description)
+                words = read_words("description", things[object_row].description)
                 self.sought.pop((words, furniture), None)
 
     def note_absent(self, furniture: int, words: str, coverage: float) -> None:
@@ -365,60 +365,63 @@ class MemoryState:
 
     def ensure_object(self, name: Name, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new; see `ThingRows.add`."""
-        row = self.things.add(name, id)
-        if row == self.batch.objects.num_rows:
-            self._ensure_rows(row)
-        return row
+        object_row = self.things.add(name, id)
+        if object_row == self.batch.objects.num_rows:
+            self._ensure_rows(object_row)
+        return object_row
 
     def _ensure_rows(self, first: int) -> None:
         """Let the batch have the nodes of all things from a row on."""
         rows = np.arange(first, len(self.things))
-        kinds = [self.vocabulary.find_type(self.things[row].description) for row in rows.tolist()]
+        kinds = [
+            self.vocabulary.find_type(self.things[object_row].description)
+            for object_row in rows.tolist()
+        ]
         labels, types = np.array(kinds, dtype=np.int64).reshape(-1, 2).T
         self.batch.ensure_objects(np.zeros_like(rows), rows, labels, types)
 
-    def rename(self, row: int, name: str) -> None:
+    def rename(self, object_row: int, name: str) -> None:
         """Call an object otherwise; of the others nothing changes."""
-        batch, content = self.batch, self.get_content().rename(row, name)
-        self.things.rename(row, name)
+        batch, content = self.batch, self.get_content().rename(object_row, name)
+        self.things.rename(object_row, name)
         self.sought = dict(content.sought)
-        batch.set_type(row, *self.vocabulary.find_type(name))
+        batch.set_type(object_row, *self.vocabulary.find_type(name))
         self.asked = None
         self.begin_anew()
 
-    def list_members(self, row: int) -> list[int]:
+    def list_members(self, object_row: int) -> list[int]:
         """Return the rows of all nodes that were merged with one, itself first."""
-        if row < 0 or not self.has_merged:
-            return [row]
-        members = np.flatnonzero(find_roots(self.batch.objects["same_as"]) == row).tolist()
-        return [row, *(member for member in members if member != row)]
+        if object_row < 0 or not self.has_merged:
+            return [object_row]
+        members = np.flatnonzero(find_roots(self.batch.objects["same_as"]) == object_row).tolist()
+        return [object_row, *(member for member in members if member != object_row)]
 
     def find_rows(self, *names: str | Name) -> list[int]:
         """Return the rows of all things of some names, or of the ones of those ids, each once.
 
         Of nodes that were merged, that is the one that stands for all.
         """
-        rows = [row for name in names for row in self.things.find_rows(name)]
+        rows = [object_row for name in names for object_row in self.things.find_rows(name)]
         if rows and self.has_merged:
             rows = find_roots(self._batch.objects["same_as"])[rows].tolist()
         return list(dict.fromkeys(rows))
 
-    def get_said(self, row: int) -> Said:
+    def get_said(self, object_row: int) -> Said:
         """Return what was said of an object, and of what was merged with it."""
-        things, members = self.things, self.list_members(row)
+        things, members = self.things, self.list_members(object_row)
         spoken_of = [number for number in members if things[number].statements]
         if not spoken_of:
-            return Said(things[row], members)
-        own = max(spoken_of, key=lambda number: things[number].statements[-1].time)
-        last, objects = things[own].statements[-1], self.batch.objects
-        others = [number for number in members if number != own]
-        is_last = objects["num_observed"][own] == last.num_observed
+            return Said(things[object_row], members)
+        spoken_last = max(spoken_of, key=lambda number: things[number].statements[-1].time)
+        last, objects = things[spoken_last].statements[-1], self.batch.objects
+        others = [number for number in members if number != spoken_last]
+        is_last = objects["num_observed"][spoken_last] == last.num_observed
         is_last = is_last and (objects["last_observed"][others] <= last.time).all()
         return Said(things.join(members), members, last if is_last else None)
 
-    def get_thing(self, row: int) -> Thing:
+    def get_thing(self, object_row: int) -> Thing:
         """Return an object with all that was said of it, and of what was merged with it."""
-        return self.things.join(self.list_members(row))
+        return self.things.join(self.list_members(object_row))
 
     def list_carried(self) -> list[int]:
         """Return the rows of what the robot carries."""
@@ -426,7 +429,7 @@ class MemoryState:
 
     def list_spoken_of(self) -> list[int]:
         """Return the rows of the objects of which something was said, or of what they are now."""
-        rows = [row for row, thing in enumerate(self.things) if thing.statements]
+        rows = [object_row for object_row, thing in enumerate(self.things) if thing.statements]
         if rows and self.has_merged:
             return sorted(set(find_roots(self.batch.objects["same_as"])[rows].tolist()))
         return rows
@@ -435,10 +438,10 @@ class MemoryState:
         """Return the memory with what was merged as one; a copy, where anything was."""
         return self.batch.fuse() if self.has_merged else self.batch
 
-    def link(self, rows: Collection[int], row: int) -> None:
+    def link(self, rows: Collection[int], root: int) -> None:
         """Let objects be one with another from now on, or, with -1, things of their own."""
         same_as = self.batch.objects["same_as"]
-        same_as[list(rows)] = row
+        same_as[list(rows)] = root
         self.has_merged = bool((same_as >= 0).any())
         self.begin_anew()
 
@@ -463,14 +466,17 @@ class MemoryState:
         if self.before is not None:  # what it opens is a part of what later looks do
             self.step.queries.append((len(self.step.looks), description))
         self.version = object()
-        row = self.asked = self.ensure_object(Name.read(description))
-        return self.query_row(row)
+        object_row = self.asked = self.ensure_object(Name.read(description))
+        return self.query_row(object_row)
 
-    def query_row(self, row: int) -> Queries:
+    def query_row(self, object_row: int) -> Queries:
         """Open the hypothetical edges of an object node by its row."""
         objects = self.batch.objects
         return self.batch.query(
-            _HOME, np.array([row]), objects["label"][[row]], objects["type"][[row]]
+            _HOME,
+            np.array([object_row]),
+            objects["label"][[object_row]],
+            objects["type"][[object_row]],
         )
 
     def note_new(self, label: str | None = None) -> None:

@@ -41,18 +41,21 @@ class MemoryStatements:
     def carried(self) -> tuple[str, ...]:
         """Descriptions of what the robot carries."""
         with self._state.lock:
-            return tuple(self._state.things[row].description for row in self._state.list_carried())
+            return tuple(
+                self._state.things[object_row].description
+                for object_row in self._state.list_carried()
+            )
 
     def list_statements(self) -> list[tuple[ThingName, Statement]]:
         """Return what was said of things, or done with them, the oldest first."""
         with self._state.lock:
             state = self._state
             found = [
-                (state.things[row].name, one)
-                for row in state.list_spoken_of()
-                for one in state.get_thing(row).statements
+                (state.things[object_row].name, statement)
+                for object_row in state.list_spoken_of()
+                for statement in state.get_thing(object_row).statements
             ]
-        return sorted(found, key=lambda row: row[1].time)
+        return sorted(found, key=lambda spoken: spoken[1].time)
 
     def note_moved(
         self,
@@ -95,31 +98,33 @@ class MemoryStatements:
         matches = self._state.match(thing)
         read_words("name", name)
         with self._state.lock:
-            own, row = self._get_one(thing, matches)
-            if not own.id and self._state.things.get_row(Name.read(name)) not in (-1, row):
+            node, object_row = self._get_named(thing, matches)
+            if not node.id and self._state.things.get_row(Name.read(name)) not in (-1, object_row):
                 raise ValueError(
                     f"name must be of no other thing, got {shorten(name)} for "
-                    f"{shorten(own.description)}. Merge the two, if they are one."
+                    f"{shorten(node.description)}. Merge the two, if they are one."
                 )
-            self._state.write("rename", **own.to_json(), name=name, by=by)
-            self._state.rename(row, name)
+            self._state.write("rename", **node.to_json(), name=name, by=by)
+            self._state.rename(object_row, name)
 
     def merge(self, thing: str | ThingName, other: str | ThingName, by: str = ROBOT) -> None:
         """Note that two things are one: "this is the same mug"; `split` undoes it."""
         read_words("by", by)
         matches = [(name, self._state.match(name)) for name in (thing, other)]
         with self._state.lock:
-            (own, row), (second, second_row) = (self._get_one(*one) for one in matches)
+            (node, object_row), (other_node, other_row) = (
+                self._get_named(*pair) for pair in matches
+            )
             carried = self._state.list_carried()
-            members = [*self._state.list_members(row), *self._state.list_members(second_row)]
-            if row == second_row or any(member in carried for member in members):
+            members = [*self._state.list_members(object_row), *self._state.list_members(other_row)]
+            if object_row == other_row or any(member in carried for member in members):
                 raise ValueError(
                     f"two things must be two, and not carried, to be merged, got "
-                    f"{shorten(own.description)} and {shorten(second.description)}. Put them down "
-                    "first, or leave it out."
+                    f"{shorten(node.description)} and {shorten(other_node.description)}. "
+                    "Put them down first, or leave it out."
                 )
-            self._state.write("merge", **own.to_json(), other=second.to_json(), by=by)
-            self._state.link([second_row], row)
+            self._state.write("merge", **node.to_json(), other=other_node.to_json(), by=by)
+            self._state.link([other_row], object_row)
 
     def split(
         self, thing: str | ThingName, place: int | None = None, name: str = "", by: str = ROBOT
@@ -132,20 +137,24 @@ class MemoryStatements:
         with self._state.lock:
             nodes = self._state.things.find_rows(str(thing)) if place is None else []
             if len(nodes) == 1 and isinstance(thing, str):  # one that was merged, too
-                own, row = self._state.things[nodes[0]].name, nodes[0]
+                node, object_row = self._state.things[nodes[0]].name, nodes[0]
             else:
-                own, row = self._get_one(thing, matches)
+                node, object_row = self._get_named(thing, matches)
             if place is not None:
-                self._split_off(own, row, place, name, by)
+                self._split_off(node, object_row, place, name, by)
                 return
             same_as = self._state.batch.objects["same_as"]
-            rows = [row] if same_as[row] >= 0 else np.flatnonzero(same_as == row).tolist()
+            rows = (
+                [object_row]
+                if same_as[object_row] >= 0
+                else np.flatnonzero(same_as == object_row).tolist()
+            )
             if not rows:
                 raise ValueError(
-                    f"thing must have been merged to be split, got {shorten(own.description)}. Say "
-                    "place and name, to tell apart what was seen at several places."
+                    f"thing must have been merged to be split, got {shorten(node.description)}. "
+                    "Say place and name, to tell apart what was seen at several places."
                 )
-            self._state.write("split", **own.to_json(), by=by)
+            self._state.write("split", **node.to_json(), by=by)
             self._state.link(rows, -1)
 
     def forget(self, thing: str, by: str = ROBOT) -> None:
@@ -153,7 +162,7 @@ class MemoryStatements:
         read_words("by", by)
         found = self._state.match(thing)
         with self._state.lock:
-            name, _ = self._get_one(thing, found)
+            name, _ = self._get_named(thing, found)
             self.remove_object(name.description, name.id, by)
 
     def _say(
@@ -161,13 +170,13 @@ class MemoryStatements:
         kind: str,
         thing: str,
         put: tuple[int, str] | None,
-        by: str,
+        speaker: str,
         confidence: float | None,
         was_at: int | None,
     ) -> None:
         """Log a statement, and take it over; it was `put` at furniture, in a relation to it."""
-        read_words("by", by)
-        sure = read_confidence(confidence, by)
+        read_words("by", speaker)
+        sure = read_confidence(confidence, speaker)
         relation = None if put is None else read_relation(put[1])
         if kind == "put_down":
             thing = self.find_carried(thing) or thing
@@ -182,15 +191,17 @@ class MemoryStatements:
             if known is None and (only or kind == "picked_up"):
                 _check_no_doubt(found)
             name = known or ThingName(thing)
-            row = self._state.things.get_row(Name.read(name.description), name.id)
-            if only is not None and row not in only:
-                held = ", ".join(self._state.things[own].description for own in only)
+            object_row = self._state.things.get_row(Name.read(name.description), name.id)
+            if only is not None and object_row not in only:
+                held = ", ".join(
+                    self._state.things[carried_row].description for carried_row in only
+                )
                 raise ValueError(
                     f"thing must be one that the robot carries to be put down, got {shorten(thing)}"
                     f"; it carries {held or 'nothing'}. Call picked_up first, or note_moved."
                 )
             place = None if put is None else int(put[0])
-            statement = Statement(self._state.time, kind, place, relation, by, sure)
+            statement = Statement(self._state.time, kind, place, relation, speaker, sure)
             self.note(name, statement, None if was_at is None else int(was_at))
 
     def note(self, name: ThingName, statement: Statement, was_at: int | None) -> None:
@@ -211,37 +222,44 @@ class MemoryStatements:
         """Log that a node is forgotten, and forget it."""
         with self._state.lock:
             name, state = ThingName(description, id), self._state
-            row = self._get_row(name)
+            object_row = self._get_row(name)
             self._state.write("remove_object", **name.to_json(), by=by)
-            state.take(state.get_content().remove(objects=state.list_members(row)))
+            state.take(state.get_content().remove(objects=state.list_members(object_row)))
 
-    def _split_off(self, own: ThingName, row: int, place: int, name: str, by: str) -> None:
+    def _split_off(
+        self, node: ThingName, object_row: int, place: int, name: str, speaker: str
+    ) -> None:
         """Let what was seen of an object at a place be another thing, of a new name."""
         state = self._state
         state.layout.check_furniture(place)
-        place, batch, at = int(place), state.batch, state.furniture.ids.index(place)
+        place, batch, position = int(place), state.batch, state.furniture.ids.index(place)
         edges, objects = batch.edges, batch.objects
-        is_there = edges["furniture"][(edges["object"] == row) & (edges["num_true"] > 0)] == at
+        is_there = (
+            edges["furniture"][(edges["object"] == object_row) & (edges["num_true"] > 0)]
+            == position
+        )
         if is_there.all() or not is_there.any():
             raise ValueError(
                 f"thing must have been seen there and elsewhere to be split, got "
-                f"{shorten(own.description)} at {state.layout.describe(place)}. Rename it, or name "
-                "another place."
+                f"{shorten(node.description)} at {state.layout.describe(place)}. Rename it, "
+                "or name another place."
             )
         if state.things.get_row(Name.read(name)) >= 0:
             raise ValueError(
                 f"name must be of no other thing, got {shorten(name)}. Choose another one."
             )
-        self._state.write("split_off", **own.to_json(), furniture=place, name=name, by=by)
+        self._state.write("split_off", **node.to_json(), furniture=place, name=name, by=speaker)
         other = state.ensure_object(Name.read(name))
         for table in (edges, batch.positions):
-            table["object"][(table["object"] == row) & (table["furniture"] == at)] = other
-        split_counts(objects, edges, row, other)
-        said = state.things[row].statements
-        there = tuple(one for one in said if one.furniture == place)
-        elsewhere = tuple(one for one in said if one.furniture != place)
-        state.things[other] = replace(state.things[other], statements=there)
-        state.things[row] = replace(state.things[row], statements=elsewhere)
+            table["object"][(table["object"] == object_row) & (table["furniture"] == position)] = (
+                other
+            )
+        split_counts(objects, edges, object_row, other)
+        said = state.things[object_row].statements
+        said_there = tuple(statement for statement in said if statement.furniture == place)
+        said_elsewhere = tuple(statement for statement in said if statement.furniture != place)
+        state.things[other] = replace(state.things[other], statements=said_there)
+        state.things[object_row] = replace(state.things[object_row], statements=said_elsewhere)
         batch.look_up_prior()  # of the new thing
         state.begin_anew()
 
@@ -252,34 +270,34 @@ class MemoryStatements:
         state = self._state
         rows = state.find_rows(thing) or state.find_rows(*matches)
         if only is not None:
-            rows = [row for row in rows if row in only]
+            rows = [object_row for object_row in rows if object_row in only]
         if len(rows) > 1:
-            names = ", ".join(str(state.things[row].name) for row in rows)
+            names = ", ".join(str(state.things[object_row].name) for object_row in rows)
             raise ValueError(
                 f"thing must be one, got {shorten(thing)}, which may be {names}. Name the one that "
                 "is meant, or give its id."
             )
         return state.things[rows[0]].name if rows else None
 
-    def _get_one(self, thing: str | ThingName, found: Resolution) -> tuple[ThingName, int]:
+    def _get_named(self, thing: str | ThingName, found: Resolution) -> tuple[ThingName, int]:
         """Return the one thing that is named, and its row."""
         if isinstance(thing, str):
-            own = self._choose(thing, found.matches)
-            if own is None:
+            known = self._choose(thing, found.matches)
+            if known is None:
                 _check_no_doubt(found)
-            thing = own or ThingName(thing)
+            thing = known or ThingName(thing)
         return thing, self._get_row(thing)
 
-    def _get_row(self, own: ThingName) -> int:
+    def _get_row(self, node: ThingName) -> int:
         things = self._state.things
-        row = things.get_row(Name.read(own.description), own.id)
-        if row < 0:
+        object_row = things.get_row(Name.read(node.description), node.id)
+        if object_row < 0:
             raise KeyError(
                 f"description must be one that was seen or asked for, got "
-                f"{shorten(own.id or own.description)}; there are {len(things)} objects. Check its "
-                "words."
+                f"{shorten(node.id or node.description)}; there are {len(things)} objects. Check "
+                "its words."
             )
-        return row
+        return object_row
 
 
 def _check_no_doubt(found: Resolution) -> None:
@@ -299,13 +317,13 @@ def _take_statement(
 
     Of several things of one description, it is no longer at `was_at`; None for all its places.
     """
-    row = state.ensure_object(Name.read(name.description), name.id)
+    object_row = state.ensure_object(Name.read(name.description), name.id)
     batch, ids = state.batch, state.furniture.ids
     edges = batch.edges
-    is_left = np.isin(edges["object"], state.list_members(row)) & edges["is_true"]
+    is_left = np.isin(edges["object"], state.list_members(object_row)) & edges["is_true"]
     if was_at is not None:
         is_left &= edges["furniture"] == ids.index(was_at)
-    elif batch.objects["num_at_once"][row] > 1:
+    elif batch.objects["num_at_once"][object_row] > 1:
         is_left[:] = False
     place = relation = -1
     if statement.furniture is not None and statement.relation is not None:
@@ -316,16 +334,16 @@ def _take_statement(
     places = sorted({ids[index] for index in edges["furniture"][left] if index != place})
     batch.note_left(left, statement.confidence)
     forget_positions(
-        batch.positions, state.list_members(row), {place, *edges["furniture"][left].tolist()}
+        batch.positions, state.list_members(object_row), {place, *edges["furniture"][left].tolist()}
     )
     if place < 0:
-        batch.note_carried(row)
+        batch.note_carried(object_row)
     else:
-        batch.note_place(row, place, relation, statement.confidence)
-    num_observed = int(batch.objects["num_observed"][row])
+        batch.note_place(object_row, place, relation, statement.confidence)
+    num_observed = int(batch.objects["num_observed"][object_row])
     statement = replace(statement, was_at=tuple(places), num_observed=num_observed)
-    state.things[row] = state.things[row].add(statement)
+    state.things[object_row] = state.things[object_row].add(statement)
     if state.sought and statement.furniture is not None:
-        words = read_words("description", state.things[row].description)
+        words = read_words("description", state.things[object_row].description)
         state.sought.pop((words, statement.furniture), None)
     state.begin_anew()

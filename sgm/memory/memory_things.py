@@ -53,20 +53,24 @@ class MemoryThings:
         with self._state.lock:
             state = self._state
             rows = state.find_rows(thing) or state.find_rows(*matches.matches)
-            ids = (state.things[row].id for row in rows)
-            return tuple(dict.fromkeys(own for own in ids if own))
+            ids = (state.things[object_row].id for object_row in rows)
+            return tuple(dict.fromkeys(thing_id for thing_id in ids if thing_id))
 
-    def list_named(self, *names: str, at: int | None = None) -> tuple[ThingName, ...]:
+    def list_named(self, *names: str, place: int | None = None) -> tuple[ThingName, ...]:
         """Return the things of some names or ids, as logs name them; what was merged is one."""
         with self._state.lock:
             state = self._state
             rows = state.find_rows(*names)
-            if at is not None:
-                state.layout.check_furniture(at)
-                edges, place = state.batch.edges, state.furniture.position[int(at)]
-                there = edges["object"][edges["is_true"] & (edges["furniture"] == place)]
-                rows = [row for row in rows if np.isin(state.list_members(row), there).any()]
-            return tuple(state.things[row].name for row in rows)
+            if place is not None:
+                state.layout.check_furniture(place)
+                edges, position = state.batch.edges, state.furniture.position[int(place)]
+                objects_there = edges["object"][edges["is_true"] & (edges["furniture"] == position)]
+                rows = [
+                    object_row
+                    for object_row in rows
+                    if np.isin(state.list_members(object_row), objects_there).any()
+                ]
+            return tuple(state.things[object_row].name for object_row in rows)
 
     def find_nearest(
         self, embedding: Sequence[float] | np.ndarray, k: int = 3
@@ -79,9 +83,11 @@ class MemoryThings:
                 f"{shorten(k)}. Give what the sightings had."
             )
         with self._state.lock:
-            things = [one for one in self._state.things if len(one.embedding) == len(vector)]
-        own = np.array([one.embedding for one in things]).reshape(-1, len(vector))
-        cosines = own @ vector / (np.linalg.norm(own, axis=1) * np.linalg.norm(vector))
+            things = [thing for thing in self._state.things if len(thing.embedding) == len(vector)]
+        embeddings = np.array([thing.embedding for thing in things]).reshape(-1, len(vector))
+        cosines = (
+            embeddings @ vector / (np.linalg.norm(embeddings, axis=1) * np.linalg.norm(vector))
+        )
         order = np.argsort(-cosines, kind="stable")[:k]
         return [(things[n].id or things[n].description, float(cosines[n])) for n in order]
 
@@ -93,8 +99,10 @@ class MemoryThings:
             fused = state.fuse_batch()
             rows = state.find_rows(*matches)
             found: list[SeenAt] = []
-            for row in rows:
-                found += list_places(fused, row, state.get_said(row), state.furniture.ids)
+            for object_row in rows:
+                found += list_places(
+                    fused, object_row, state.get_said(object_row), state.furniture.ids
+                )
         return sorted(found, key=lambda seen: -seen.time)
 
     def last_seen(self, description: str) -> SeenAt | None:
@@ -108,10 +116,10 @@ class MemoryThings:
             state = self._state
             fused = state.fuse_batch()
             found: list[ThingEvent] = []
-            for row in state.find_rows(thing) or state.find_rows(*matches):
-                said, ids = state.get_said(row), state.furniture.ids
-                places = list_places(fused, row, said, ids)
-                found += list_events(fused, said.thing, row, places, ids)
+            for object_row in state.find_rows(thing) or state.find_rows(*matches):
+                said, ids = state.get_said(object_row), state.furniture.ids
+                places = list_places(fused, object_row, said, ids)
+                found += list_events(fused, said.thing, object_row, places, ids)
         return sorted(found, key=lambda event: -event.time)
 
     def changes(self, since: datetime | int) -> list[ThingChange]:
@@ -134,8 +142,8 @@ class MemoryThings:
             fused = state.fuse_batch()
             ids = state.furniture.ids
             said_by = {
-                row: list_said_by(fused, row, state.get_said(row), ids)
-                for row in state.list_spoken_of()
+                object_row: list_said_by(fused, object_row, state.get_said(object_row), ids)
+                for object_row in state.list_spoken_of()
             }
             return list_home(fused, state.layout, state.things.descriptions, said_by)
 
@@ -150,7 +158,9 @@ class MemoryThings:
             if things is not None:
                 wanted = set(things)
                 texts = enumerate(state.things.descriptions)
-                asked = np.array([row for row, text in texts if text in wanted], dtype=np.int64)
+                asked = np.array(
+                    [object_row for object_row, text in texts if text in wanted], dtype=np.int64
+                )
             seen, ids = SeenRows.of_things(fused, asked), state.furniture.ids
             if furniture is None:
                 seen = seen.take(seen.find_current(state.things.number_descriptions()))
@@ -160,7 +170,7 @@ class MemoryThings:
             num_all, seen = len(seen.time), seen.take(seen.choose_latest(most))
             whose = [state.things[thing].description for thing in seen.thing.tolist()]
             rows = list(zip(whose, seen.tell(fused, ids), strict=True))
-        rows.sort(key=lambda row: (-row[1].time, row[0]))
+        rows.sort(key=lambda named: (-named[1].time, named[0]))
         return rows[:most], num_all
 
     def count_things(self) -> dict[int, tuple[int, int | None]]:
@@ -168,8 +178,8 @@ class MemoryThings:
         with self._state.lock:
             state = self._state
             fused = state.fuse_batch()
-            there = fused.edges["furniture"][fused.edges["is_true"]]
-            counts = np.bincount(there, minlength=fused.num_furniture).tolist()
+            places = fused.edges["furniture"][fused.edges["is_true"]]
+            counts = np.bincount(places, minlength=fused.num_furniture).tolist()
             last = fused.furniture_last_observed[0].tolist()
             return {
                 number: (count, None if looked == NEVER else looked)

@@ -22,17 +22,17 @@ class Groups:
     of_row: np.ndarray
     kept: np.ndarray
 
-    def choose(self, by: Sequence[np.ndarray], among: np.ndarray | None = None) -> np.ndarray:
+    def choose(self, keys: Sequence[np.ndarray], among: np.ndarray | None = None) -> np.ndarray:
         """Return the row of each group with the highest values, compared in turn, (G,).
 
         Of equal rows, that is the last; -1 for groups without any.
 
         Args:
-            by: values of all rows, (n,) each.
+            keys: values of all rows, (n,) each, the first of them compared first.
             among: the rows that may be chosen, ascending; None for all.
         """
         rows = np.arange(len(self.of_row)) if among is None else among
-        turns = [*reversed(by), self.of_row]
+        turns = [*reversed(keys), self.of_row]
         rows = rows[np.lexsort([values[rows] for values in turns])]
         chosen = np.full(len(self.kept), -1)
         chosen[self.of_row[rows]] = rows  # the last of each group
@@ -73,38 +73,38 @@ def merge_rows(
         rule = column.merges
         assert rule is not None  # `check_columns`
         how = rule.same_looks if same_looks and rule.same_looks else rule.how
-        by = [columns[name] for name in rule.by]
-        values = _merge(how, columns[column.name], groups, by, column.default)
+        keys = [columns[name] for name in rule.columns]
+        values = _merge(how, columns[column.name], groups, keys, column.default)
         merged[column.name] = np.minimum(values, merged[rule.most]) if rule.most else values
     return merged
 
 
 def _merge(
-    how: str, values: np.ndarray, groups: Groups, by: Sequence[np.ndarray], default: float
+    how: str, values: np.ndarray, groups: Groups, keys: Sequence[np.ndarray], default: float
 ) -> np.ndarray:
     """Return the merged values of a column, (n,) -> (G,)."""
-    own = values[groups.kept]
+    kept = values[groups.kept]
     if how == "own":
-        return own
+        return kept
     if how in ("newest", "known"):
         among = np.flatnonzero(values != default) if how == "known" else None
-        rows = groups.choose(by, among)
-        return np.where(rows >= 0, values[rows], own)
+        rows = groups.choose(keys, among)
+        return np.where(rows >= 0, values[rows], kept)
     if how == "sum":
-        return _sum(values, groups.of_row, len(own))
+        return _sum(values, groups.of_row, len(kept))
     if how == "mean":
-        weight = by[0].astype(float)
-        total = np.bincount(groups.of_row, weight, len(own))
-        mean: np.ndarray = np.bincount(groups.of_row, weight * values, len(own)) / total
+        weight = keys[0].astype(float)
+        total = np.bincount(groups.of_row, weight, len(kept))
+        mean: np.ndarray = np.bincount(groups.of_row, weight * values, len(kept)) / total
         return mean
     if how == "first":
         never = np.iinfo(np.int64).max
-        times = np.full(len(own), never)
+        times = np.full(len(kept), never)
         np.minimum.at(times, groups.of_row, np.where(values == NEVER, never, values))
         return np.where(times == never, NEVER, times)
     extreme = {"max": np.maximum, "min": np.minimum}[how]
-    extreme.at(own, groups.of_row, values)
-    return own
+    extreme.at(kept, groups.of_row, values)
+    return kept
 
 
 def join_hours(hours: np.ndarray, groups: Groups) -> np.ndarray:

@@ -55,17 +55,17 @@ def fuse_edges(
     return joined, None if hours is None else join_hours(hours, groups)
 
 
-def split_counts(objects: Table, edges: Table, row: int, other: int) -> None:
+def split_counts(objects: Table, edges: Table, object_row: int, other: int) -> None:
     """Share what is counted of an object with another, which was split off with some edges."""
     names = {column.name for column in EDGES}
     counted = [column for column in OBJECTS if column.splits in names]
     for column in OBJECTS:
         values = objects[column.name]
         if column.splits == "both":
-            values[other] = values[row]
+            values[other] = values[object_row]
         elif column.splits == "one":
-            values[other], values[row] = 1, max(int(values[row]) - 1, 1)
-    for number in (row, other):
+            values[other], values[object_row] = 1, max(int(values[object_row]) - 1, 1)
+    for number in (object_row, other):
         true = np.flatnonzero((edges["object"] == number) & (edges["num_true"] > 0))
         seen = {column.name: edges[column.splits][true] for column in counted}
         together = Groups(np.zeros(len(true), dtype=np.int64), np.zeros(1, dtype=np.int64))

@@ -32,10 +32,10 @@ class Queries:
     def join(self, others: Queries) -> Queries:
         """Return these queries, and others after them."""
         both, more = (self, others), None
-        if any(one.more_asked is not None for one in both):
-            none = [np.zeros(len(one.home), dtype=np.int64) for one in both]
-            counts = zip((one.more_asked for one in both), none, strict=True)
-            more = np.concatenate([own if given is None else given for given, own in counts])
+        if any(queries.more_asked is not None for queries in both):
+            none = [np.zeros(len(queries.home), dtype=np.int64) for queries in both]
+            counts = zip((queries.more_asked for queries in both), none, strict=True)
+            more = np.concatenate([zeros if given is None else given for given, zeros in counts])
         return Queries(
             np.append(self.home, others.home),
             np.append(self.object, others.object),
@@ -88,8 +88,8 @@ def propose_places(
     proposed = prior_rows > threshold  # nowhere beyond the furniture, where the prior is zero
     is_unknown = ~proposed.any(axis=(-2, -1))
     if is_unknown.any():
-        own = True if is_furniture is None else is_furniture[is_unknown]
-        proposed[is_unknown, :, _USUAL] = own
+        is_place = True if is_furniture is None else is_furniture[is_unknown]
+        proposed[is_unknown, :, _USUAL] = is_place
     return proposed
 
 

@@ -338,13 +338,13 @@ class SceneGraphMemory:
         return self._layout.get_position(furniture)
 
     def get_pose(
-        self, furniture: int, at: tuple[float, float, float] | None = None
+        self, furniture: int, target: tuple[float, float, float] | None = None
     ) -> tuple[float, float, float] | None:
         """Return where one stands to look at a furniture node, x, y in the map, and the yaw.
 
         Args:
             furniture: id from `add_furniture`.
-            at: of what is looked at there, x, y, z in the map, metres, such as `Place.position`;
+            target: what is looked at there, x, y, z in the map, metres, such as `Place.position`;
                 None for the middle of the furniture. Where no position of the furniture was given,
                 one stands right before that.
 
@@ -353,9 +353,9 @@ class SceneGraphMemory:
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
-            ValueError: if `at` is no position.
+            ValueError: if `target` is no position.
         """
-        return self._layout.get_pose(furniture, at)
+        return self._layout.get_pose(furniture, target)
 
     def list_furniture(self, room: int) -> tuple[int, ...]:
         """Return the ids of the furniture of a room, to leave out a closed one, for example.
@@ -641,18 +641,18 @@ class SceneGraphMemory:
         """
         return self._things.list_ids(thing)
 
-    def list_named(self, *names: str, at: int | None = None) -> tuple[ThingName, ...]:
+    def list_named(self, *names: str, place: int | None = None) -> tuple[ThingName, ...]:
         """Return the things of some names or ids, as logs name them; what was merged is one.
 
         Args:
             names: descriptions or ids, of exactly these things.
-            at: furniture id: only what is there by the last looks; None for all.
+            place: furniture id: only what is there by the last looks; None for all.
 
         Raises:
             KeyError: if there is no such furniture.
             ValueError: if a name is none (`read_words`).
         """
-        return self._things.list_named(*names, at=at)
+        return self._things.list_named(*names, place=place)
 
     def find_nearest(
         self, embedding: Sequence[float] | np.ndarray, k: int = 3
@@ -905,23 +905,23 @@ class SceneGraphMemory:
         """
         self._statements.split(thing, place, name, by)
 
-    def forget(self, what: str | int, by: str = ROBOT) -> None:
+    def forget(self, gone: str | int, by: str = ROBOT) -> None:
         """Forget a thing that is not there at all, "there is no vase", or a place that is gone.
 
         A thing is forgotten as if it had never been seen; it comes back when it is seen again.
 
         Args:
-            what: name or id of a thing, or a furniture id.
+            gone: name or id of a thing, or a furniture id.
             by: who says so; it stands in the log.
 
         Raises:
             KeyError: if there is no such thing or furniture.
             ValueError: if the name is not exactly that of one thing, or `by` is no name.
         """
-        if isinstance(what, str):
-            self._statements.forget(what, by)
+        if isinstance(gone, str):
+            self._statements.forget(gone, by)
         else:
-            self._layout.forget_furniture(what, by)
+            self._layout.forget_furniture(gone, by)
 
     def remove_object(self, description: str) -> None:
         """Forget an object with all its edges, as if it had never been seen or asked for.

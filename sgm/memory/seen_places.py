@@ -104,8 +104,8 @@ class SeenRows:
             SeenAt(
                 time=time,
                 steps_ago=memory.time - time,
-                furniture=None if at < 0 else furniture_ids[at],
-                relation=None if at < 0 else RELATIONS[relation],
+                furniture=None if place < 0 else furniture_ids[place],
+                relation=None if place < 0 else RELATIONS[relation],
                 is_there=is_there,
                 times_seen=times_seen,
                 times_looked=times_looked,
@@ -113,7 +113,7 @@ class SeenRows:
                 position_sd=position_sd,
                 usual_position=usual,
             )
-            for at, relation, is_there, time, times_seen, times_looked, (
+            for place, relation, is_there, time, times_seen, times_looked, (
                 position,
                 position_sd,
                 usual,
@@ -126,8 +126,8 @@ class SeenRows:
         has_edge = np.flatnonzero(self.edge >= 0)
         if memory.positions.num_rows:
             positions = tell_positions(memory, self.edge[has_edge])
-            for row, at in zip(has_edge.tolist(), positions, strict=True):
-                told[row] = at
+            for number, position in zip(has_edge.tolist(), positions, strict=True):
+                told[number] = position
         columns = (
             self.furniture,
             self.relation,
@@ -155,22 +155,25 @@ def list_home(
     furniture_ids = tuple(layout.furniture)
     seen = SeenRows.of_things(memory)
     seen = seen.take(np.lexsort((-seen.time, seen.thing)))  # of each object, the latest first
-    for row, values in zip(seen.thing.tolist(), seen.list_values(memory), strict=True):
-        at, relation, is_there, time, times_seen, times_looked, (position, _, _) = values
-        if at < 0:
-            unplaced.append({"description": descriptions[row], "last_seen": time})
+    for object_row, values in zip(seen.thing.tolist(), seen.list_values(memory), strict=True):
+        place, relation, is_there, time, times_seen, times_looked, (position, _, _) = values
+        if place < 0:
+            unplaced.append({"description": descriptions[object_row], "last_seen": time})
             continue
-        furniture = furniture_ids[at]
+        furniture = furniture_ids[place]
         thing: dict[str, Any] = {
-            "description": descriptions[row],
+            "description": descriptions[object_row],
             "relation": RELATIONS[relation],
             "is_there": is_there,
             "last_seen": time,
             "times_seen": times_seen,
             "times_looked": times_looked,
         }
-        if row in said_by and (by := said_by[row].get((time, furniture))) is not None:
-            thing["by"] = by
+        if (
+            object_row in said_by
+            and (speaker := said_by[object_row].get((time, furniture))) is not None
+        ):
+            thing["by"] = speaker
         if position is not None:
             thing["position"] = list(position)
         objects[furniture].append(thing)
@@ -189,8 +192,8 @@ def list_home(
     return {
         "time": memory.time,
         "rooms": [
-            {"id": room, "label": own.label, "furniture": furniture_in[room]}
-            for room, own in layout.rooms.items()
+            {"id": room, "label": node.label, "furniture": furniture_in[room]}
+            for room, node in layout.rooms.items()
         ],
         "unplaced": unplaced,
     }
@@ -215,7 +218,7 @@ def list_rows(home: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def list_places(
     memory: MemoryBatch,
-    row: int,
+    object_row: int,
     said: Said,
     furniture_ids: Sequence[int],
     edges: np.ndarray | None = None,
@@ -227,31 +230,36 @@ def list_places(
 
     Args:
         memory: what was merged is one.
-        row: of the object.
+        object_row: of the object.
         said: of it.
         furniture_ids: by position.
         edges: rows among which its edges are; None for all.
     """
     among = np.arange(memory.edges.num_rows) if edges is None else edges
-    own = among[memory.edges["object"][among] == row]
-    seen = own[memory.edges["num_true"][own] > 0]
-    last_seen = int(memory.objects["last_observed"][row])
+    thing_edges = among[memory.edges["object"][among] == object_row]
+    seen = thing_edges[memory.edges["num_true"][thing_edges] > 0]
+    last_seen = int(memory.objects["last_observed"][object_row])
     is_left = last_seen > memory.edges["last_true"][seen].max(initial=NEVER)
-    rows = SeenRows.of_edges(memory, seen, np.array([row])[: int(is_left)])
-    places = sorted(rows.tell(memory, furniture_ids), key=lambda at: -at.time)
+    rows = SeenRows.of_edges(memory, seen, np.array([object_row])[: int(is_left)])
+    places = sorted(rows.tell(memory, furniture_ids), key=lambda seen_at: -seen_at.time)
     if not said.thing.statements:
         return places
     told = said.thing.order_places()
-    last = int(memory.objects["last_furniture"][row])
+    last = int(memory.objects["last_furniture"][object_row])
     if last != NEVER and said.last is None:
         told[last_seen, furniture_ids[last]] = len(told)
-    places.sort(key=lambda at: (-at.time, -told.get((at.time, at.furniture), -1)))
-    said_by = list_said_by(memory, row, said, furniture_ids)
-    return [replace(at, by=said_by.get((at.time, at.furniture), "")) for at in places]
+    places.sort(
+        key=lambda seen_at: (-seen_at.time, -told.get((seen_at.time, seen_at.furniture), -1))
+    )
+    said_by = list_said_by(memory, object_row, said, furniture_ids)
+    return [
+        replace(seen_at, by=said_by.get((seen_at.time, seen_at.furniture), ""))
+        for seen_at in places
+    ]
 
 
 def list_said_by(
-    memory: MemoryBatch, row: int, said: Said, furniture_ids: Sequence[int]
+    memory: MemoryBatch, object_row: int, said: Said, furniture_ids: Sequence[int]
 ) -> dict[tuple[int, int | None], str]:
     """Return who said that an object is somewhere, by time step and furniture.
 
@@ -264,13 +272,17 @@ def list_said_by(
     said_by: dict[tuple[int, int | None], str] = {}
     if last is not None and last.furniture is not None:
         said_by[last.time, last.furniture] = last.by
-    own = np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0))
-    columns = (edges[name][own].tolist() for name in ("last_true", "furniture", "confidence"))
+    thing_edges = np.flatnonzero((edges["object"] == object_row) & (edges["num_true"] > 0))
+    columns = (
+        edges[name][thing_edges].tolist() for name in ("last_true", "furniture", "confidence")
+    )
     known = {(time, furniture_ids[place]): sure for time, place, sure in zip(*columns, strict=True)}
-    for one in said.thing.statements:  # a sighting of that step would have left its own confidence
-        place = one.time, one.furniture
-        if place[1] is not None and known.get(place) == np.float32(one.confidence):
-            said_by.setdefault(place, one.by)
+    for (
+        statement
+    ) in said.thing.statements:  # a sighting of that step would have left its own confidence
+        place = statement.time, statement.furniture
+        if place[1] is not None and known.get(place) == np.float32(statement.confidence):
+            said_by.setdefault(place, statement.by)
     return said_by
 
 
@@ -307,7 +319,7 @@ class Looks:
 
 def sum_negative(
     step: StepLog,
-    row: int,
+    object_row: int,
     name: Name,
     share: np.ndarray | None,
     position: Mapping[int, int],
@@ -318,7 +330,7 @@ def sum_negative(
     likely it lies in each relation to the furniture that it is at, (F, 2) by `position`; None
     where no look was `looks_by_relation`.
     """
-    found = step.num_until_seen.get(row, {})
+    found = step.num_until_seen.get(object_row, {})
     negative: dict[int, float] = {}
     places: Iterable[int] = step.of_place
     if step.is_plain:  # most things miss all looks

@@ -47,22 +47,26 @@ def note_positions(
     Source: Huber (1964), "Robust Estimation of a Location Parameter", as a running mean.
     """
     found: dict[tuple[int, int], list[Sighting]] = {}
-    for row, one in zip(rows, seen, strict=True):
-        if one.position is not None and one.confidence >= SURE:
-            found.setdefault((row, RELATIONS.index(one.relation)), []).append(one)
-    here = np.flatnonzero(table["furniture"] == furniture)
-    keys = zip(table["object"][here].tolist(), table["relation"][here].tolist(), strict=True)
-    known = dict(zip(keys, here.tolist(), strict=True))
-    for (row, relation), own in found.items():
-        at = known.get((row, relation))
-        one = _choose(own, None if at is None else _get_point(table, at, _XYZ))
-        assert one.position is not None
-        sd = -1.0 if one.position_sd is None else one.position_sd
-        x, y, z = one.position
-        if at is None:
+    for object_row, sighting in zip(rows, seen, strict=True):
+        if sighting.position is not None and sighting.confidence >= SURE:
+            found.setdefault((object_row, RELATIONS.index(sighting.relation)), []).append(sighting)
+    rows_there = np.flatnonzero(table["furniture"] == furniture)
+    keys = zip(
+        table["object"][rows_there].tolist(), table["relation"][rows_there].tolist(), strict=True
+    )
+    known = dict(zip(keys, rows_there.tolist(), strict=True))
+    for (object_row, relation), sightings in found.items():
+        known_row = known.get((object_row, relation))
+        sighting = _choose(
+            sightings, None if known_row is None else _get_point(table, known_row, _XYZ)
+        )
+        assert sighting.position is not None
+        sd = -1.0 if sighting.position_sd is None else sighting.position_sd
+        x, y, z = sighting.position
+        if known_row is None:
             table.append(
                 1,
-                object=row,
+                object=object_row,
                 furniture=furniture,
                 relation=relation,
                 time=time,
@@ -75,21 +79,22 @@ def note_positions(
                 usual_z=z,
             )
             continue
-        number = int(table["num_seen"][at]) + 1
-        offset = np.array(one.position) - _get_point(table, at, _USUAL)
+        number = int(table["num_seen"][known_row]) + 1
+        offset = np.array(sighting.position) - _get_point(table, known_row, _USUAL)
         step = min(1.0, _REACH / max(float(np.linalg.norm(offset)), 1e-9))
         step /= min(number, _MOST_SEEN)
-        for name, by in zip(_USUAL, offset.tolist(), strict=True):
-            table[name][at] += step * by
-        table["num_seen"][at], table["time"][at], table["sd"][at] = number, time, sd
-        table["x"][at], table["y"][at], table["z"][at] = x, y, z
+        for name, metres in zip(_USUAL, offset.tolist(), strict=True):
+            table[name][known_row] += step * metres
+        latest = {"num_seen": number, "time": time, "sd": sd, "x": x, "y": y, "z": z}
+        for name, value in latest.items():
+            table[name][known_row] = value
 
 
 def _choose(seen: Sequence[Sighting], last: np.ndarray | None) -> Sighting:
     """Return the sighting that is nearest to a point, else the surest one."""
     if last is None:
-        return max(seen, key=lambda one: one.confidence)
-    return min(seen, key=lambda one: math.dist(one.position or (0, 0, 0), last))
+        return max(seen, key=lambda sighting: sighting.confidence)
+    return min(seen, key=lambda sighting: math.dist(sighting.position or (0, 0, 0), last))
 
 
 def _get_point(table: Table, row: int, names: Sequence[str]) -> np.ndarray:
@@ -106,12 +111,12 @@ def forget_positions(table: Table, objects: Collection[int], furniture: Collecti
 
 def keep_positions_at(table: Table, furniture: int, box: Box | None) -> None:
     """Forget what is at furniture no longer, which was moved; None where it stands is unknown."""
-    here = np.flatnonzero(table["furniture"] == furniture)
-    points = np.column_stack([table[name][here] for name in _XYZ])
-    away = np.full(len(here), np.inf)
-    if box is not None and len(here):
+    rows_there = np.flatnonzero(table["furniture"] == furniture)
+    points = np.column_stack([table[name][rows_there] for name in _XYZ])
+    away = np.full(len(rows_there), np.inf)
+    if box is not None and len(rows_there):
         away = box.compute_reach(points)
-    table["time"][here[away > _BESIDE]] = NEVER
+    table["time"][rows_there[away > _BESIDE]] = NEVER
 
 
 def turn_positions(
@@ -152,11 +157,11 @@ def find_positions(memory: Remembered, edges: np.ndarray) -> list[int]:
         place = columns["object"][rows].astype(np.int64) * memory.num_furniture
         return PlaceCode.of(place + columns["furniture"][rows], columns["relation"][rows])
 
-    own = number(table, slice(None))
-    order = np.argsort(own)
+    numbers = number(table, slice(None))
+    order = np.argsort(numbers)
     wanted = number(memory.edges, edges)
-    at = order[np.minimum(np.searchsorted(own, wanted, sorter=order), len(own) - 1)]
-    rows: list[int] = np.where(own[at] == wanted, at, -1).tolist()
+    nearest = order[np.minimum(np.searchsorted(numbers, wanted, sorter=order), len(numbers) - 1)]
+    rows: list[int] = np.where(numbers[nearest] == wanted, nearest, -1).tolist()
     return rows
 
 
@@ -166,17 +171,17 @@ def tell_positions(memory: Remembered, edges: np.ndarray) -> list[Told]:
     Where it is, is known as long as the last look there found it, and nothing was said of it since.
     """
     table, told = memory.positions, list[Told]()
-    for edge, row in zip(edges.tolist(), find_positions(memory, edges), strict=True):
-        if row < 0:
+    for edge, position_row in zip(edges.tolist(), find_positions(memory, edges), strict=True):
+        if position_row < 0:
             told.append((None, None, None))
             continue
-        x, y, z = _get_point(table, row, _USUAL).tolist()
-        usual, time = (x, y, z), int(table["time"][row])
+        x, y, z = _get_point(table, position_row, _USUAL).tolist()
+        usual, time = (x, y, z), int(table["time"][position_row])
         is_there = bool(memory.edges["is_true"][edge])
         if not is_there or time == NEVER or memory.edges["last_changed"][edge] > time:
             told.append((None, None, usual))
             continue
-        x, y, z = _get_point(table, row, _XYZ).tolist()
-        sd = float(table["sd"][row])
+        x, y, z = _get_point(table, position_row, _XYZ).tolist()
+        sd = float(table["sd"][position_row])
         told.append(((x, y, z), None if sd < 0 else sd, usual))
     return told

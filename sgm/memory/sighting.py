@@ -72,24 +72,24 @@ def read_embedding(values: Any) -> tuple[float, ...]:
     return tuple(array.tolist())
 
 
-def read_point(value: Any, what: str) -> Point:
+def read_point(value: Any, thing: str) -> Point:
     """Return the position of something; raises ValueError for what is none in any home."""
-    x, y, z = read_numbers(f"position of {what}", value, (3,)).tolist()
+    x, y, z = read_numbers(f"position of {thing}", value, (3,)).tolist()
     if max(abs(x), abs(y), abs(z)) > MOST_METRES:
         raise ValueError(
-            f"position of {what} must lie within {MOST_METRES:g} m, got {shorten(value)}. Give "
+            f"position of {thing} must lie within {MOST_METRES:g} m, got {shorten(value)}. Give "
             "metres in the frame of the map."
         )
     return x, y, z
 
 
-def read_sd(value: Any, what: str) -> float | None:
+def read_sd(value: Any, thing: str) -> float | None:
     """Return the standard deviation of a position; raises ValueError for what is none."""
     if value is None:
         return None
     if not is_number(value) or not 0 <= value <= MOST_METRES:
         raise ValueError(
-            f"position_sd of {what} must be a number of metres, 0 or more, got {shorten(value)}. "
+            f"position_sd of {thing} must be a number of metres, 0 or more, got {shorten(value)}. "
             "Give a standard deviation, or leave it out."
         )
     return float(value)
@@ -157,18 +157,18 @@ class Sighting:
             object.__setattr__(self, "id", read_id(self.id))
         object.__setattr__(self, "embedding", read_embedding(self.embedding))
         if self.position is not None or self.position_sd is not None:
-            what = shorten(self.description)
-            object.__setattr__(self, "position", read_point(self.position, what))
-            object.__setattr__(self, "position_sd", read_sd(self.position_sd, what))
+            thing = shorten(self.description)
+            object.__setattr__(self, "position", read_point(self.position, thing))
+            object.__setattr__(self, "position_sd", read_sd(self.position_sd, thing))
 
     def to_row(self) -> list[Any]:
         """Return JSON values, the arguments with which the same sighting is made."""
-        row: list[Any] = [self.description, self.relation, self.confidence]
+        arguments: list[Any] = [self.description, self.relation, self.confidence]
         if self.id is not None or self.embedding or self.position is not None:
-            row += [None, self.id, list(self.embedding)]
+            arguments += [None, self.id, list(self.embedding)]
         if self.position is not None:
-            row += [list(self.position), self.position_sd]
-        return row
+            arguments += [list(self.position), self.position_sd]
+        return arguments
 
 
 @dataclass(frozen=True, slots=True)

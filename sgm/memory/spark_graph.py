@@ -50,8 +50,8 @@ def read_box(node: Any, usual: str = "none") -> Box | None:
     turned = np.asarray(bounds.world_R_center, dtype=float)
     yaw = float(np.arctan2(turned[1, 0], turned[0, 0]))
     at_yaw = Box((0, 0, 0), (1, 1, 1), yaw)
-    own = at_yaw.to_own(np.asarray(bounds.corners(), dtype=float))  # (8, 3)
-    size, middle = np.ptp(own, axis=0), (own.min(axis=0) + own.max(axis=0)) / 2
+    corners = at_yaw.to_own(np.asarray(bounds.corners(), dtype=float))  # (8, 3)
+    size, middle = np.ptp(corners, axis=0), (corners.min(axis=0) + corners.max(axis=0)) / 2
     if size.min() < LEAST_METRES:
         return None
     interior = node.attributes.metadata.get().get(INTERIOR, usual)
@@ -96,18 +96,24 @@ def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[st
     """
     writer = _GraphWriter(import_spark_dsg())
     for number, room in enumerate(home["rooms"]):
-        own = [layout.furniture[row["id"]] for row in room["furniture"]]
-        known = [one.position for one in own if one.position is not None]
+        nodes = [layout.furniture[listed["id"]] for listed in room["furniture"]]
+        known = [node.position for node in nodes if node.position is not None]
         middle = np.mean(known, axis=0) if known else np.array([_SPACING * number, 0.0])
-        node = writer.add_room(room["id"], room["label"], middle)
-        for turn, (row, one) in enumerate(zip(room["furniture"], own, strict=True)):
-            at = one.position or (None if one.box is None else one.box.center[:2])
-            place = middle + np.array([0.0, _SPACING * turn]) if at is None else np.array(at)
-            about = _describe_furniture(one)
-            holder = writer.add_object(row["label"], row["description"], place, about, one.box)
-            writer.link(node, holder)
-            there = [seen for seen in row["objects"] if seen["is_there"]]
-            for angle, seen in zip(np.arange(len(there)) * 2.4, there, strict=True):
+        room_node = writer.add_room(room["id"], room["label"], middle)
+        for turn, (listed, node) in enumerate(zip(room["furniture"], nodes, strict=True)):
+            position = node.position or (None if node.box is None else node.box.center[:2])
+            place = (
+                middle + np.array([0.0, _SPACING * turn])
+                if position is None
+                else np.array(position)
+            )
+            about = _describe_furniture(node)
+            holder = writer.add_object(
+                listed["label"], listed["description"], place, about, node.box
+            )
+            writer.link(room_node, holder)
+            present = [seen for seen in listed["objects"] if seen["is_there"]]
+            for angle, seen in zip(np.arange(len(present)) * 2.4, present, strict=True):
                 beside = place + _BESIDE * np.array([np.cos(angle), np.sin(angle)])
                 about = {name: seen[name] for name in ("last_seen", "times_seen", "times_looked")}
                 about |= {FURNITURE: False, HAS_POSITION: "position" in seen}
@@ -118,13 +124,13 @@ def make_spark_graph(home: Mapping[str, Any], layout: Layout, labels: Mapping[st
     return writer.finish()
 
 
-def _describe_furniture(row: Furniture) -> dict[str, Any]:
+def _describe_furniture(furniture: Furniture) -> dict[str, Any]:
     """Return the metadata of a furniture node."""
-    about: dict[str, Any] = {FURNITURE: True, HAS_POSITION: row.position is not None}
-    if row.box is not None:
-        about[INTERIOR] = row.box.interior
-    if row.open_cost is not None:
-        about[OPEN_COST] = row.open_cost
+    about: dict[str, Any] = {FURNITURE: True, HAS_POSITION: furniture.position is not None}
+    if furniture.box is not None:
+        about[INTERIOR] = furniture.box.interior
+    if furniture.open_cost is not None:
+        about[OPEN_COST] = furniture.open_cost
     return about
 
 
@@ -137,24 +143,24 @@ class _GraphWriter:
         self._numbers: dict[str, int] = {}
         self._num_objects = 0
 
-    def add_room(self, number: int, label: str, at: np.ndarray) -> Any:
+    def add_room(self, number: int, label: str, position: np.ndarray) -> Any:
         """Add a room and return its symbol."""
         attributes = self._package.RoomNodeAttributes()
-        attributes.name, attributes.position = label, np.append(at, 0.0)
+        attributes.name, attributes.position = label, np.append(position, 0.0)
         return self._add(self._package.DsgLayers.ROOMS, "R", number, attributes)
 
     def add_object(
         self,
         label: str,
         description: str,
-        at: np.ndarray,  # x and y, or x, y and z
+        position: np.ndarray,  # x and y, or x, y and z
         metadata: dict[str, Any],
         box: Box | None = None,
     ) -> Any:
         """Add furniture or an object and return its symbol."""
         attributes = self._package.ObjectNodeAttributes()
         attributes.name = description
-        attributes.position = np.append(at, 0.0) if len(at) == 2 else at
+        attributes.position = np.append(position, 0.0) if len(position) == 2 else position
         attributes.semantic_label = self._numbers.setdefault(label, len(self._numbers) + 1)
         attributes.metadata.set(metadata)
         if box is not None:

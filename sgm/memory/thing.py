@@ -52,7 +52,7 @@ class Statement:
     def redirect(self, furniture: int, other: int) -> Statement:
         """Return the statement in a home in which furniture turned out to be another piece."""
         place = other if self.furniture == furniture else self.furniture
-        was_at = dict.fromkeys(other if at == furniture else at for at in self.was_at)
+        was_at = dict.fromkeys(other if place == furniture else place for place in self.was_at)
         return replace(self, furniture=place, was_at=tuple(was_at))
 
     def leave_out(self, furniture: Collection[int]) -> Statement | None:
@@ -68,7 +68,7 @@ class Statement:
     @classmethod
     def from_json(cls, data: Any, furniture: Collection[int], time: int) -> Statement:
         """Read JSON values of a memory with this furniture; raises TypeError or ValueError."""
-        said, kind, place, relation, by, confidence, was_at, num_observed = data
+        said, kind, place, relation, speaker, confidence, was_at, num_observed = data
         is_held = kind == "picked_up"
         if (
             not isinstance(said, int)
@@ -80,22 +80,22 @@ class Statement:
             or not isinstance(num_observed, int)
         ):
             raise ValueError(f"no statement like {shorten(data)}")
-        read_words("by", by)
-        sure = read_confidence(confidence, by)
-        return cls(said, kind, place, relation, by, sure, tuple(was_at), num_observed)
+        read_words("by", speaker)
+        sure = read_confidence(confidence, speaker)
+        return cls(said, kind, place, relation, speaker, sure, tuple(was_at), num_observed)
 
 
-def read_confidence(confidence: float | None, by: str) -> float:
+def read_confidence(confidence: float | None, speaker: str) -> float:
     """Return how far a statement is believed; None for the default of people or the robot.
 
     What is no probability, or says that the opposite is likelier, raises ValueError.
     """
     if confidence is None:
-        return ROBOT_CONFIDENCE if by == ROBOT else PERSON_CONFIDENCE
+        return ROBOT_CONFIDENCE if speaker == ROBOT else PERSON_CONFIDENCE
     if not isinstance(confidence, Real) or not LEAST_CONFIDENCE <= confidence <= 1:
         raise ValueError(
             f"confidence of a statement must lie in [0.5, 1], got {shorten(confidence)} by "
-            f"{shorten(by)}. Leave out a statement that is rather wrong than right."
+            f"{shorten(speaker)}. Leave out a statement that is rather wrong than right."
         )
     return float(confidence)
 
@@ -148,7 +148,10 @@ class Thing:
 
     def order_places(self) -> dict[tuple[int, int | None], int]:
         """Return the number of the last statement, the oldest is 0, of each time step and place."""
-        return {(one.time, one.furniture): at for at, one in enumerate(self.statements)}
+        return {
+            (statement.time, statement.furniture): number
+            for number, statement in enumerate(self.statements)
+        }
 
     def redirect(self, furniture: int, other: int) -> Thing:
         """Return it in a home in which furniture turned out to be another piece."""
@@ -162,7 +165,9 @@ class Thing:
         if not self.statements:
             return self
         left = (statement.leave_out(furniture) for statement in self.statements)
-        return replace(self, statements=tuple(one for one in left if one is not None))
+        return replace(
+            self, statements=tuple(statement for statement in left if statement is not None)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,8 +306,10 @@ class ThingRows:
         if len(members) == 1:
             return thing
         # What was said since a merge is of the first, and so the last of a time step.
-        said = (one for row in reversed(members) for one in self._things[row].statements)
-        return replace(thing, statements=tuple(sorted(said, key=lambda one: one.time)))
+        said = (
+            statement for row in reversed(members) for statement in self._things[row].statements
+        )
+        return replace(thing, statements=tuple(sorted(said, key=lambda statement: statement.time)))
 
     def list_words(self, rows: Iterable[int]) -> Iterator[str]:
         """List the words of the descriptions of things, and of their ids."""
@@ -320,7 +327,7 @@ def write_things(things: tuple[Thing, ...]) -> dict[str, Any]:
         "statements": [[said.to_json() for said in thing.statements] for thing in things],
     }
     return {
-        name: [[number, own] for number, own in enumerate(column) if own]
+        name: [[number, value] for number, value in enumerate(column) if value]
         for name, column in columns.items()
     }
 
@@ -330,14 +337,16 @@ def read_things(data: Mapping[str, Any]) -> tuple[Thing, ...]:
     furniture = {number for number, *_ in data["furniture"]}
     ids, embeddings = dict(data["ids"]), dict(data["embeddings"])
     statements = {
-        number: tuple(Statement.from_json(one, furniture, data["time"]) for one in own)
-        for number, own in data["statements"]
+        number: tuple(
+            Statement.from_json(statement, furniture, data["time"]) for statement in listed
+        )
+        for number, listed in data["statements"]
     }
     if not {*ids, *embeddings, *statements} <= set(range(len(data["descriptions"]))):
         raise ValueError("ids, embeddings or statements of a thing that is not there")
     things = []
     for number, description in enumerate(data["descriptions"]):
-        own = read_id(ids[number]) if number in ids else ""
+        id = read_id(ids[number]) if number in ids else ""
         embedding = read_embedding(embeddings[number]) if number in embeddings else ()
-        things.append(Thing(description, own, statements.get(number, ()), embedding))
+        things.append(Thing(description, id, statements.get(number, ()), embedding))
     return tuple(things)

@@ -58,11 +58,11 @@ class WeekHours:
         kept.seen = self.seen[:num_known][objects[:num_known]]
         return kept
 
-    def merge_furniture(self, here: int, there: int) -> None:
+    def merge_furniture(self, kept: int, gone: int) -> None:
         """Count for one furniture node of a home what was counted of another, by position."""
         if self.is_counted:
-            total = self.looks[0, here].astype(np.int64) + self.looks[0, there]
-            self.looks[0, here], self.looks[0, there] = np.minimum(total, _MOST), 0
+            total = self.looks[0, kept].astype(np.int64) + self.looks[0, gone]
+            self.looks[0, kept], self.looks[0, gone] = np.minimum(total, _MOST), 0
 
     def note_look(
         self,
@@ -83,14 +83,14 @@ class WeekHours:
             return
         if not self.is_counted:
             self.looks = np.zeros(self.looks.shape, dtype=np.uint16)
-        at = (home, furniture, hour[home])
-        self.looks[at] += self.looks[at] < _MOST
+        counter = (home, furniture, hour[home])
+        self.looks[counter] += self.looks[counter] < _MOST
         num_objects = len(object_home)
         if num_objects > len(self.seen):
             added = max(num_objects, 2 * len(self.seen)) - len(self.seen)
             self.seen = np.pad(self.seen, ((0, added), (0, 0)))
-        own = hour[object_home[seen]]
-        sighted = (seen[own >= 0], own[own >= 0])
+        seen_hour = hour[object_home[seen]]
+        sighted = (seen[seen_hour >= 0], seen_hour[seen_hour >= 0])
         self.seen[sighted] += self.seen[sighted] < _MOST
 
     def get_seen(self, objects: np.ndarray) -> np.ndarray:
@@ -113,9 +113,9 @@ class WeekHours:
         hours, read = cls(1, num_furniture), []
         for name, num_rows in (("looks", num_furniture), ("seen", num_objects)):
             limits = (num_rows, NUM_WEEK_HOURS, _MOST + 1)
-            row, hour, count = read_sparse(f"week hours {name}", data[name], limits)
+            number, hour, count = read_sparse(f"week hours {name}", data[name], limits)
             read.append(np.zeros(limits[:2], dtype=np.uint16))
-            read[-1][row, hour] = count
+            read[-1][number, hour] = count
         if any(counts.any() for counts in read):
             hours.looks, hours.seen = read[0][None], read[1]
         return hours

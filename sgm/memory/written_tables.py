@@ -33,8 +33,8 @@ def make_empty_tables() -> Tables:
 def view_tables(tables: Mapping[str, Table]) -> Tables:
     """Return what the tables of a memory of one home hold: views, which change with it."""
     return {
-        table: {column.name: own[column.name].reshape(-1) for column in list_written(table)}
-        for table, own in tables.items()
+        table: {column.name: columns[column.name].reshape(-1) for column in list_written(table)}
+        for table, columns in tables.items()
     }
 
 
@@ -110,16 +110,16 @@ def check_tables(content: Tables, num_rows: Mapping[str, int], time: int) -> Non
     for table, columns in content.items():
         for column in list_written(table):
             values = columns[column.name]
-            what = f"{_get_part(table)} {column.name}"
+            name = f"{_get_part(table)} {column.name}"
             if len(values) != num_rows[table]:
-                raise ValueError(f"{what}: {len(values)} rows instead of {num_rows[table]}")
+                raise ValueError(f"{name}: {len(values)} rows instead of {num_rows[table]}")
             high = time if column.high == NOW else column.high
             if column.refers_to:
                 high = num_rows[column.refers_to] - 1
             wrong = ~((values >= column.low) & (values <= high))
             if wrong.any():
                 raise ValueError(
-                    f"{what} must lie in {column.low:g} to {high:g}, got "
+                    f"{name} must lie in {column.low:g} to {high:g}, got "
                     f"{shorten(values[wrong][0].item())}"
                 )
 

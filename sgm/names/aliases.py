@@ -75,8 +75,8 @@ class AliasTable:
         shipped = _load_household()
         if extra is None:
             return shipped
-        own = tuple(read_rows(extra))
-        return shipped._extend(own, declared=own)
+        declared = tuple(read_rows(extra))
+        return shipped._extend(declared, declared=declared)
 
     def with_names(self, names: Iterable[str]) -> AliasTable:
         """Return a table in which names that nothing is called are things of their own."""
@@ -113,7 +113,13 @@ class AliasTable:
     def list_siblings(self, thing: int, most: int) -> list[int]:
         """List the other things of its direct kinds, of those that have at most `most` things."""
         families = [self._below[kind] for kind in self._above.get(thing, ())]
-        return [one for family in families if len(family) <= most for one in family if one != thing]
+        return [
+            sibling
+            for family in families
+            if len(family) <= most
+            for sibling in family
+            if sibling != thing
+        ]
 
     def _extend(self, rows: Sequence[Row], declared: tuple[Row, ...]) -> AliasTable:
         """Return a table with more rows; what the present ones say is copied, not read again."""
@@ -233,11 +239,11 @@ def _read_entry(name: str, entry: Any) -> Row:
             )
         kinds, entry = entry.get("kind", ()), entry.get("aliases", ())
     kinds = (kinds,) if isinstance(kinds, str) else kinds
-    for what, names in (("kind", kinds), ("aliases", entry)):
+    for field, names in (("kind", kinds), ("aliases", entry)):
         is_list = isinstance(names, Sequence) and not isinstance(names, str)
-        if not is_list or not all(isinstance(one, str) for one in names):
+        if not is_list or not all(isinstance(name, str) for name in names):
             raise ValueError(
-                f"{what} must be a list of names, got {shorten(names)} {where}. {_EXAMPLE}"
+                f"{field} must be a list of names, got {shorten(names)} {where}. {_EXAMPLE}"
             )
     return _make_row(name, kinds, entry, where)
 
@@ -246,8 +252,8 @@ def _make_row(name: str, kinds: Sequence[str], aliases: Sequence[str], where: st
     _check_length("kind", len(kinds), MAX_NAMES, where)
     _check_length("aliases", len(aliases), MAX_NAMES, where)
     try:
-        for one in (name, *kinds, *aliases):
-            read_words("name", one)
+        for text in (name, *kinds, *aliases):
+            read_words("name", text)
     except ValueError as error:
         raise ValueError(f"{error} It stands {where}.") from None
     return name, tuple(kinds), tuple(aliases)
@@ -280,20 +286,20 @@ def _parse(text: str, where: str) -> Iterator[Row]:
             )
         for number, cells in enumerate(lines, 2):
             _check_length("rows", number - 1, MAX_ROWS, f"of {where}")
-            at = f"in line {lines.line_num} of {where}"
+            line_place = f"in line {lines.line_num} of {where}"
             if not any(cells):
                 continue
             if len(cells) != len(head):
                 raise ValueError(
-                    f"a row must have {len(head)} cells, got {len(cells)} {at}. Separate several "
-                    'aliases by ";".'
+                    f"a row must have {len(head)} cells, got {len(cells)} {line_place}. Separate "
+                    'several aliases by ";".'
                 )
-            row = dict(zip(head, cells, strict=True))
+            fields = dict(zip(head, cells, strict=True))
             kinds, aliases = (
-                [name.strip() for name in row.get(column, "").split(";") if name.strip()]
+                [name.strip() for name in fields.get(column, "").split(";") if name.strip()]
                 for column in ("kind", "aliases")
             )
-            yield _make_row(row["name"], kinds, aliases, at)
+            yield _make_row(fields["name"], kinds, aliases, line_place)
     except csv.Error as error:
         raise ValueError(
             f"aliases must be a CSV file, got {shorten(str(error))} in line {lines.line_num} of "
@@ -301,10 +307,10 @@ def _parse(text: str, where: str) -> Iterator[Row]:
         ) from None
 
 
-def _check_length(what: str, number: int, most: int, where: str) -> None:
+def _check_length(field: str, number: int, most: int, where: str) -> None:
     if number > most:
         raise ValueError(
-            f"{what} must be at most {most}, got {number} {where}. Leave out what is not needed."
+            f"{field} must be at most {most}, got {number} {where}. Leave out what is not needed."
         )
 
 
@@ -312,8 +318,8 @@ def _walk(thing: int, edges: Mapping[int, Sequence[int]]) -> list[int]:
     """List what can be reached, the nearest first; the thing itself only by a circle."""
     found = dict.fromkeys(edges.get(thing, ()))
     order = list(found)
-    for one in order:
-        new = [other for other in edges.get(one, ()) if other not in found]
+    for reached in order:
+        new = [other for other in edges.get(reached, ()) if other not in found]
         found |= dict.fromkeys(new)
         order += new
     return order

@@ -22,8 +22,8 @@ def compare(asked: Reading, said: Reading) -> int | None:
     """Tell how much of a question about a thing of this head a name says; None: another thing."""
     if not is_possible(asked, said):
         return None
-    own, other = (asked.kinds, said.kinds) if asked.things else (asked.stem, said.stem)
-    missing, extra = own - said.said, other - asked.said
+    asked_kinds, said_kinds = (asked.kinds, said.kinds) if asked.things else (asked.stem, said.stem)
+    missing, extra = asked_kinds - said.said, said_kinds - asked.said
     is_written = asked.key in said.endings
     if missing or extra:
         is_part = (not missing or not extra) and asked.endings[-1] == said.endings[-1]

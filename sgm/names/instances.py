@@ -54,9 +54,9 @@ def split_instance(name: str) -> tuple[str, str]:
         The words, as `normalize` gives them, and the instance; empty where the name has none.
     """
     text = normalize(name)
-    rest, _, mark = text.rpartition(" ")
-    if mark.isdecimal() and is_spelled(rest):  # most of them
-        return rest, mark.lstrip("0") or "0"
+    words, _, mark = text.rpartition(" ")
+    if mark.isdecimal() and is_spelled(words):  # most of them
+        return words, mark.lstrip("0") or "0"
     if "." in text:
         text = _SENSE.sub("", text).strip()
     marks: list[str] = []

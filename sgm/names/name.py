@@ -43,10 +43,10 @@ class Name:
     joined: str
 
     @classmethod
-    def read(cls, text: str, what: str = "description") -> Name:
+    def read(cls, text: str, field: str = "description") -> Name:
         """Read a name; raises ValueError if it is none (`read_words`)."""
         name = _read_numbered(text) if isinstance(text, str) else None
-        return name or _read(read_words(what, text), text)
+        return name or _read(read_words(field, text), text)
 
     @property
     def keys(self) -> tuple[tuple[object, str], ...]:

@@ -54,9 +54,9 @@ class NameEncoder:
         things = np.linspace(0, len(table.names) - 1, min(_SAMPLE, len(table.names))).astype(int)
         vectors = self._take([table.names[thing] for thing in things])
         cosines = vectors @ vectors.T
-        for row, thing in enumerate(things.tolist()):
+        for number, thing in enumerate(things.tolist()):
             near = {thing, *table.list_above(thing), *table.list_below(thing)}
-            cosines[row, [other in near for other in things.tolist()]] = -1
+            cosines[number, [other in near for other in things.tolist()]] = -1
         # Every third name or so, in the order of the table, is in the home of the others.
         home = cosines[:, :: max(len(things) // _HOME, 1)]
         best = np.sort(home.max(axis=1))

@@ -221,14 +221,12 @@ class NameReader:
         return self._table.find(plain[self._find_start(plain) :])
 
     def split_number(self, name: str) -> tuple[str, str]:
-        """Split a counter, or else what is written on a thing, from the words of a name."""
+        """Split a counter from a name, or else what is written on a thing or spoken for one."""
         base, instance = split_instance(name)
         if not instance:
             base, instance = split_written_on(base, self._is_known)
-        return (base, instance) if instance else self._split_spoken(base)
-
-    def _split_spoken(self, base: str) -> tuple[str, str]:
-        """Split what is spoken for a counter from the words of a name, where it is no name."""
+        if instance:
+            return base, instance
         text, mark = split_spoken(base, self._is_known)
         is_name = bool(mark) and bool(self._table.find(split_words(base)))  # "vitamin c"
         return (base, "") if is_name else (text, mark)
@@ -250,11 +248,11 @@ class NameReader:
 
     def _read_words_of(self, text: str) -> tuple[Reading, ...]:
         """Return the readings of a name without its number."""
-        remarks, rest = _REMARK.findall(text), _REMARK.sub(" ", text)
-        if not rest.strip(" ?!.,;:/"):
-            remarks, rest = [], text
+        remarks, unremarked = _REMARK.findall(text), _REMARK.sub(" ", text)
+        if not unremarked.strip(" ?!.,;:/"):
+            remarks, unremarked = [], text
         readings: list[Reading] = []
-        parts = [(part, False) for part in _OR.split(rest)]
+        parts = [(part, False) for part in _OR.split(unremarked)]
         remarks = [remark for remark in remarks if _is_name(remark)]
         for part, is_remark in (*parts, *((remark, True) for remark in remarks)):
             if part.strip():
@@ -291,28 +289,34 @@ class NameReader:
         # A measure that is a thing, too: "ball of yarn"; a "set" is none.
         is_thing = bool(self._table.find([word for word, _ in left]))
         if link == "of" and last in _SORTS and len(left) > 1:  # "sneaker (type of shoe)"
-            remark = [one._replace(is_content=True) for one in self._read_phrase(right, True)]
+            remark = [
+                reading._replace(is_content=True) for reading in self._read_phrase(right, True)
+            ]
             return [*self._read_phrase(left[:-1], is_content), *remark]
         if link == "of" and last in _MEASURES and not is_thing:
             return self._read_phrase(right, is_content)
         if link == "of" and last in _CONTAINERS | _MEASURES:
             return [*self._read_phrase(right, is_content), *self._read_phrase(left, True)]
-        own = self._read_phrase(left, is_content)
+        readings = self._read_phrase(left, is_content)
         if link in ("of", "for"):  # "food for the dog" is dog food
             turned = self._read_phrase([*right, *left], is_content)
-            if len(turned[0].head) > len(own[0].head):
+            if len(turned[0].head) > len(readings[0].head):
                 return turned
         if link == "of":  # "cream of tartar" is no cream
-            rest = frozenset(map(self._spell, (word for word, _ in right))) - DETERMINERS
-            own = [_add_kinds(one, rest) for one in own]
+            after_link = frozenset(map(self._spell, (word for word, _ in right))) - DETERMINERS
+            readings = [_add_kinds(reading, after_link) for reading in readings]
         if link in WITH:
             features = frozenset(map(self._spell, (word for word, _ in right))) - DETERMINERS - WITH
             if link == "without":
                 features = frozenset(f"no {word}" for word in features)
-            own = [one._replace(features=one.features | features) for one in own]
+            readings = [
+                reading._replace(features=reading.features | features) for reading in readings
+            ]
         if link in WITH and link != "without":
-            own += [one._replace(is_content=True) for one in self._read_phrase(right, True)]
-        return own
+            readings += [
+                reading._replace(is_content=True) for reading in self._read_phrase(right, True)
+            ]
+        return readings
 
     def _read_compound(self, words: list[_Word], is_content: bool) -> list[Reading]:
         """Read words without "of" and the like: the longest name of the table that they end in."""
@@ -355,7 +359,7 @@ class NameReader:
         owned = max(
             (n + 1 for n in range(start) if words[n][1] and words[n][0] not in _NOBODY), default=0
         )
-        own, ending = tuple(plain[owned:]), tuple(plain[start:])
+        thing_words, ending = tuple(plain[owned:]), tuple(plain[start:])
         head = self._read_head(ending, things)
         properties, kinds, sorts = self._split_modifiers(
             plain[owned:start], (head.last, head.key), head.words | head.names
@@ -365,11 +369,11 @@ class NameReader:
         )
         known = self._table.find(plain[:owned]) if owned else ()  # "dad" and "father" are one
         owner = self._table.names[known[0]] if known else " ".join(plain[:owned])
-        most = min(_LONGEST_ENDING, len(own))
-        endings = tuple([make_key(own[-length:]) for length in range(most, 0, -1)])
+        most = min(_LONGEST_ENDING, len(thing_words))
+        endings = tuple([make_key(thing_words[-length:]) for length in range(most, 0, -1)])
         return Reading(
             things=things,
-            words=own,
+            words=thing_words,
             head=ending,
             head_words=head.words,
             properties=properties,
@@ -395,12 +399,12 @@ class NameReader:
             name = self._table.names[things[0]]
             is_sort = " " not in name and make_key([name]) == make_key(ending[-1:])
         main_words = frozenset(spell(word) for name in names for word in name)
-        own = frozenset((key, *map(make_key, names)))
+        compared_by = frozenset((key, *map(make_key, names)))
         return _Head(
             words=words,
             last=last,
             key=key,
-            names=own,
+            names=compared_by,
             main_words=main_words,
             is_sort=is_sort,
             before=words - {last},
@@ -412,13 +416,13 @@ class NameReader:
         """Return words before a head as they are compared, and which are its kinds and sorts."""
         if not words:
             return _NONE, _NONE, _NONE
-        properties, kinds, sorts, at = set(), set(), set(), 0
-        while at < len(words):
-            length = min(len(words) - at, self._table.longest)
-            while length > 1 and len(self._table.find(words[at : at + length])) != 1:
+        properties, kinds, sorts, start = set(), set(), set(), 0
+        while start < len(words):
+            length = min(len(words) - start, self._table.longest)
+            while length > 1 and len(self._table.find(words[start : start + length])) != 1:
                 length -= 1
-            phrase = words[at : at + length]
-            at += length
+            phrase = words[start : start + length]
+            start += length
             spelled = self._spell_before(phrase[0]) if length == 1 else self._key_phrase(phrase)
             properties.add(spelled)
             if spelled in repeated:

@@ -31,26 +31,26 @@ def is_typo(word: str, meant: str) -> bool:
     return word[-1] == meant[-1] and (len(word) != len(meant) or len(word) >= _LONG_NAME)
 
 
-def count_mistakes(one: str, other: str, most: int | None = None) -> int:
+def count_mistakes(word: str, other: str, most: int | None = None) -> int:
     """Count letters wrong, missing, too many, or two in the wrong order (edit distance).
 
     Where there are more than `most`, any number above that is returned, as soon as it is plain.
     """
     if most is None:
-        most = len(one) + len(other)
+        most = len(word) + len(other)
     # A letter more or less changes the set of letters by one, and a wrong one by two.
-    if abs(len(one) - len(other)) > most or len(set(one) ^ set(other)) > 2 * most:
+    if abs(len(word) - len(other)) > most or len(set(word) ^ set(other)) > 2 * most:
         return most + 1
     before: list[int] = []
-    row = list(range(len(other) + 1))
-    for i, letter in enumerate(one, start=1):
-        last, row = row, [i]
+    costs = list(range(len(other) + 1))
+    for i, letter in enumerate(word, start=1):
+        last, costs = costs, [i]
         for j, expected in enumerate(other, start=1):
-            cost = min(last[j] + 1, row[j - 1] + 1, last[j - 1] + (letter != expected))
-            if i > 1 and j > 1 and letter == other[j - 2] and one[i - 2] == expected:
+            cost = min(last[j] + 1, costs[j - 1] + 1, last[j - 1] + (letter != expected))
+            if i > 1 and j > 1 and letter == other[j - 2] and word[i - 2] == expected:
                 cost = min(cost, before[j - 2] + 1)
-            row.append(cost)
-        if min(row) > most:
+            costs.append(cost)
+        if min(costs) > most:
             break
         before = last
-    return row[-1]
+    return costs[-1]

@@ -73,12 +73,17 @@ class _TypeNames:
 
     def __init__(self, prior: PriorGraph, table: AliasTable | None) -> None:
         self._table = table
-        names = [*prior.rooms, *(row.label for row in prior.furniture)]
-        objects = {read_words("label", row.label): row.label for row in prior.objects}
+        names = [*prior.rooms, *(furniture_type.label for furniture_type in prior.furniture)]
+        objects = {
+            read_words("label", object_type.label): object_type.label
+            for object_type in prior.objects
+        }
         self._known = {read_words("label", name): name for name in names} | objects
         self._objects = frozenset(objects)
         self._last_words = {words.rpartition(" ")[2] for words in objects}
-        self.number_of = {row.label: index for index, row in enumerate(prior.objects)}
+        self.number_of = {
+            object_type.label: index for index, object_type in enumerate(prior.objects)
+        }
         # Of things that are called alike but for their numbers, one is read.
         self._find_by_table = lru_cache(maxsize=MOST_NAMES)(self._read)
 

@@ -172,7 +172,7 @@ _CLAUSE = re.compile(
 )
 
 
-def read_words(what: str, text: str) -> str:
+def read_words(field: str, text: str) -> str:
     """Return the words of a name, by which two names are the same or not.
 
     Case, accents of Latin letters, the number of spaces, "_" for a space, characters that show
@@ -180,7 +180,7 @@ def read_words(what: str, text: str) -> str:
     shaker" are one name. Any language will do.
 
     Args:
-        what: what is named, for the error.
+        field: what is named, for the error.
         text: the name.
 
     Returns:
@@ -191,10 +191,12 @@ def read_words(what: str, text: str) -> str:
             a line, or holds control characters or half a character.
     """
     if not isinstance(text, str):
-        raise ValueError(f"{what} must be a non-empty text, got {shorten(text)}. Name it in words.")
+        raise ValueError(
+            f"{field} must be a non-empty text, got {shorten(text)}. Name it in words."
+        )
     words, fault = _read_words(text)
     if fault:
-        raise ValueError(f"{what} must {fault}")
+        raise ValueError(f"{field} must {fault}")
     return words
 
 

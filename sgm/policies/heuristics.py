@@ -40,7 +40,9 @@ class Frequentist(Policy):
         """Return true / total observations of each edge, (Q, F)."""
         true, observed = memory.edges["num_true"], memory.edges["num_observed"]
         none = np.zeros(queries.prior.shape)
-        ratio = spread_over_furniture(memory, queries, lambda row: true[row] / observed[row], none)
+        ratio = spread_over_furniture(
+            memory, queries, lambda edge: true[edge] / observed[edge], none
+        )
         return mask_furniture(memory, queries, max_relations(ratio))
 
 

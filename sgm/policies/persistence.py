@@ -306,9 +306,9 @@ def follow_interval(
     p, q = come / total, leave / total
     decay = np.exp(-total * steps)
     once, both = (1 - decay) / total, steps * decay
-    there, elsewhere = presence, 1 - presence  # at the look before
+    present_before, absent_before = presence, 1 - presence  # at the look before
     # Weights of the four pairs of states, each times what the look says of the second.
-    start = (there, elsewhere)
+    start = (present_before, absent_before)
     end = (if_present, if_absent)
     goes = ((p + q * decay, q - q * decay), (p - p * decay, q + p * decay))
     weight = [[start[i] * goes[i][j] * end[j] for j in (0, 1)] for i in (0, 1)]

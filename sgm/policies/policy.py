@@ -180,7 +180,7 @@ def spread_over_furniture(
 
 
 def compute_probabilities(
-    scores: np.ndarray, kind: ScoreKind, is_furniture: np.ndarray | None = None
+    scores: np.ndarray, score_kind: ScoreKind, is_furniture: np.ndarray | None = None
 ) -> np.ndarray:
     """Turn scores into probabilities of the places, (Q, F), each row summing to one.
 
@@ -195,7 +195,7 @@ def compute_probabilities(
     A row without any mass is spread evenly over all furniture, as its choice is: the columns where
     `is_furniture`, bool (Q, F), says so, all of them if it is None.
     """
-    if kind == "logits":
+    if score_kind == "logits":
         best = scores.max(axis=1, keepdims=True)
         weights = np.exp(scores - np.where(np.isfinite(best), best, 0.0))
     else:

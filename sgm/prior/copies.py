@@ -15,8 +15,8 @@ def load_copies() -> dict[str, tuple[int, int]]:
 
     By label. All numbers are assumptions, in round figures: there are many mugs, and one kettle.
     """
-    rows = read_table("sgm.prior", "copies.csv")
-    return {row["label"]: (int(row["things"]), int(row["descriptions"])) for row in rows}
+    entries = read_table("sgm.prior", "copies.csv")
+    return {entry["label"]: (int(entry["things"]), int(entry["descriptions"])) for entry in entries}
 
 
 @lru_cache(maxsize=10_000)

@@ -25,11 +25,11 @@ def build_household() -> dict[str, Any]:
     placements: list[dict[str, Any]] = []
     things: list[str] = []
     nodes: dict[tuple[str, str], None] = {}
-    for row in read_table("sgm.prior", "household.csv"):
-        places = _read_places(row["places"], meanings)
+    for entry in read_table("sgm.prior", "household.csv"):
+        places = _read_places(entry["places"], meanings)
         total = sum(places.values())
         nodes |= dict.fromkeys(places)
-        for thing in row["things"].split("|"):
+        for thing in entry["things"].split("|"):
             things.append(thing)
             placements += (
                 {
@@ -78,10 +78,10 @@ def _read_furniture() -> tuple[dict[str, str], Mapping[str, list[str]]]:
     """Read the relation of each piece of furniture, and which of them each name may mean."""
     relation: dict[str, str] = {}
     meanings: dict[str, list[str]] = defaultdict(list)
-    for row in read_table("sgm.prior", "household_furniture.csv"):
-        relation[row["label"]] = row["relation"]
-        for name in (row["label"], *filter(None, row["also"].split("|"))):
-            meanings[name].append(row["label"])
+    for entry in read_table("sgm.prior", "household_furniture.csv"):
+        relation[entry["label"]] = entry["relation"]
+        for name in (entry["label"], *filter(None, entry["also"].split("|"))):
+            meanings[name].append(entry["label"])
     return relation, meanings
 
 
@@ -92,7 +92,7 @@ def _read_places(text: str, meanings: Mapping[str, list[str]]) -> dict[tuple[str
         where, weight = place.rsplit(" ", 1)
         room, label = where.split("/")
         names = [name for name, meant in meanings.items() if label in meant]
-        for own in ROOMS if room == _ANY_ROOM else (room,):
+        for meant_room in ROOMS if room == _ANY_ROOM else (room,):
             for name in names:
-                weights[own, name] = max(weights.get((own, name), 0), float(weight))
+                weights[meant_room, name] = max(weights.get((meant_room, name), 0), float(weight))
     return weights

@@ -46,14 +46,16 @@ class PlacePrior:
                 furniture of a home, (H, F).
             view: what the agents of these homes make of the true prior, `Homes.view_prior`.
         """
-        self.objects: Mapping[str, int] = {row.label: i for i, row in enumerate(prior.objects)}
+        self.objects: Mapping[str, int] = {
+            object_type.label: i for i, object_type in enumerate(prior.objects)
+        }
         self._view = view
         self._columns = columns = _Columns.make(prior)
-        self._labels = [list(row) for row in furniture_labels]
+        self._labels = list(map(list, furniture_labels))
         # The label of each furniture node's room, none where there is no furniture.
         self._rooms = [
-            [None if room < 0 else rooms[room] for room in row]
-            for rooms, row in zip(room_labels, furniture_rooms, strict=True)
+            [None if room < 0 else rooms[room] for room in home_rooms]
+            for rooms, home_rooms in zip(room_labels, furniture_rooms, strict=True)
         ]
         self._is_place = np.asarray(furniture_rooms) >= 0
         self._found: dict[tuple[int, str], np.ndarray] = {}  # by words, as the same is asked again
@@ -143,12 +145,12 @@ class PlacePrior:
         sums = np.empty((*weights.shape[:2], 1, 1))
         sizes = np.count_nonzero(self._is_place, axis=1)
         for size in np.unique(sizes):  # a row of another length is summed up in another order
-            own = np.flatnonzero(sizes == size)
-            is_all = len(own) == len(sizes) and size == weights.shape[2]
-            alike = weights if is_all else weights[own, :, :size]
+            homes = np.flatnonzero(sizes == size)
+            is_all = len(homes) == len(sizes) and size == weights.shape[2]
+            alike = weights if is_all else weights[homes, :, :size]
             # Object types first, as the prior has them: the order in memory is that of adding up.
             alike = np.ascontiguousarray(np.moveaxis(alike, 1, 0))
-            sums[own] = np.moveaxis(alike, 0, 1).sum(axis=(2, 3), keepdims=True)
+            sums[homes] = np.moveaxis(alike, 0, 1).sum(axis=(2, 3), keepdims=True)
         shares = np.zeros(weights.shape, dtype=np.float32)
         np.divide(weights, sums, out=shares, where=sums > 0, casting="same_kind")
         return shares if self._view is None else self._view(shares)
@@ -174,18 +176,20 @@ class _Columns:
     @lru_cache(maxsize=4)
     def make(cls, prior: PriorGraph) -> _Columns:
         index: dict[tuple[str | None, str], int] = {
-            (row.room, row.label): i for i, row in enumerate(prior.furniture)
+            (furniture.room, furniture.label): i for i, furniture in enumerate(prior.furniture)
         }
         same_label: dict[str, list[int]] = {}
-        for number, row in enumerate(prior.furniture):
-            same_label.setdefault(row.label, []).append(number)
+        for number, furniture in enumerate(prior.furniture):
+            same_label.setdefault(furniture.label, []).append(number)
         columns = [prior.weights]
-        room_prob = np.array([row.prob for row in prior.furniture])
+        room_prob = np.array([furniture.prob for furniture in prior.furniture])
         total = {
-            room: sum(row.prob for row in prior.furniture if row.room == room)
+            room: sum(furniture.prob for furniture in prior.furniture if furniture.room == room)
             for room in prior.rooms
         }
-        prob = [room_prob / np.array([total[row.room] or 1.0 for row in prior.furniture])]
+        prob = [
+            room_prob / np.array([total[furniture.room] or 1.0 for furniture in prior.furniture])
+        ]
         for label, members in same_label.items():
             index[None, label] = len(prior.furniture) + len(columns) - 1
             columns.append(prior.weights[:, members].mean(axis=1, keepdims=True))

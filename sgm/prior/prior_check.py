@@ -113,7 +113,7 @@ def find_problems(data: Any) -> Iterator[str]:
             well_formed = False
     if well_formed:
         for part in ("furniture", "objects"):
-            number = sum(_count_descriptions(row["adjectives"]) for row in data[part])
+            number = sum(_count_descriptions(fields["adjectives"]) for fields in data[part])
             if number > MOST_DESCRIPTIONS_OF_ALL:
                 yield (
                     f"{part} must have adjectives of at most {MOST_DESCRIPTIONS_OF_ALL} "
@@ -184,21 +184,22 @@ def _find_link_problems(data: Mapping[str, Any]) -> Iterator[str]:
     """Rules across rows: unknown names, repeated rows, unreachable types."""
     rooms = set(data["rooms"])
     nodes: dict[tuple[str, str], int] = {}
-    for index, row in enumerate(data["furniture"]):
-        node = (row["room"], row["label"])
-        if row["room"] not in rooms:
-            found = shorten(row["room"])
+    for index, furniture in enumerate(data["furniture"]):
+        node = (furniture["room"], furniture["label"])
+        if furniture["room"] not in rooms:
+            found = shorten(furniture["room"])
             yield f"furniture[{index}].room must be in rooms, got {found}. Add the room"
         if nodes.setdefault(node, index) != index:
             yield f"furniture[{index}] must be unique, got {node} again. Remove it"
-    furnished = {row["room"] for row in data["furniture"] if row["prob"] > 0}
+    furnished = {furniture["room"] for furniture in data["furniture"] if furniture["prob"] > 0}
     for room in data["rooms"]:
         if room not in furnished:
             yield f"rooms must have furniture with prob > 0, got none for {shorten(room)}. Add some"
     objects: dict[str, int] = {}
-    for index, row in enumerate(data["objects"]):
-        if objects.setdefault(row["label"], index) != index:
-            yield f"objects[{index}] must be unique, got {shorten(row['label'])} again. Remove it"
+    for index, object_type in enumerate(data["objects"]):
+        label = object_type["label"]
+        if objects.setdefault(label, index) != index:
+            yield f"objects[{index}] must be unique, got {shorten(label)} again. Remove it"
 
     furniture_rooms: dict[str, list[str]] = {}
     for room, label in nodes:
@@ -206,27 +207,28 @@ def _find_link_problems(data: Mapping[str, Any]) -> Iterator[str]:
     seen: set[tuple[str, str, str, str]] = set()
     used_nodes: set[tuple[str, str]] = set()
     used_objects: set[str] = set()
-    for index, row in enumerate(data["placements"]):
-        name, room, furniture = f"placements[{index}]", row["room"], row["furniture"]
-        if row["object"] not in objects:
-            yield f"{name}.object must be in objects, got {shorten(row['object'])}. Add the type"
+    for index, placement in enumerate(data["placements"]):
+        name, room, furniture = f"placements[{index}]", placement["room"], placement["furniture"]
+        thing = placement["object"]
+        if thing not in objects:
+            yield f"{name}.object must be in objects, got {shorten(thing)}. Add the type"
         if room is not None and room not in rooms:
             yield f"{name}.room must be in rooms or null, got {shorten(room)}. Add the room"
             continue
-        row_rooms = furniture_rooms.get(furniture, []) if room is None else [room]
-        if not row_rooms or (row_rooms[0], furniture) not in nodes:
+        placement_rooms = furniture_rooms.get(furniture, []) if room is None else [room]
+        if not placement_rooms or (placement_rooms[0], furniture) not in nodes:
             found = f"{shorten(furniture)} ({room})"
             yield f"{name}.furniture must be in furniture, got {found}. Add the type"
             continue
-        for row_room in row_rooms:
-            cell = (row_room, furniture, row["object"], row["relation"])
+        for placement_room in placement_rooms:
+            cell = (placement_room, furniture, thing, placement["relation"])
             if cell in seen:
                 yield f"{name} must be unique, got {cell} again. Remove one of the two rows"
                 break
             seen.add(cell)
-            if row["prob"] > 0:
-                used_nodes.add((row_room, furniture))
-                used_objects.add(row["object"])
+            if placement["prob"] > 0:
+                used_nodes.add((placement_room, furniture))
+                used_objects.add(thing)
     for label, index in objects.items():
         if label not in used_objects:
             yield (

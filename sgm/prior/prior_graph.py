@@ -145,9 +145,9 @@ class PriorGraph:
                 raise ValueError("not a prior of this version")
             return cls(
                 rooms=tuple(data["rooms"]),
-                furniture=tuple(FurnitureType(**_freeze(row)) for row in data["furniture"]),
-                objects=tuple(ObjectType(**_freeze(row)) for row in data["objects"]),
-                placements=tuple(Placement(**row) for row in data["placements"]),
+                furniture=tuple(FurnitureType(**_freeze(fields)) for fields in data["furniture"]),
+                objects=tuple(ObjectType(**_freeze(fields)) for fields in data["objects"]),
+                placements=tuple(Placement(**fields) for fields in data["placements"]),
                 metadata=dict(data.get("metadata", {})),
             )
         except (AttributeError, KeyError, TypeError, ValueError):
@@ -183,18 +183,23 @@ class PriorGraph:
         A coarse placement fills every room that has its furniture. Read-only.
         """
         weights = np.zeros((len(self.objects), len(self.furniture), len(RELATIONS)))
-        object_index = {row.label: index for index, row in enumerate(self.objects)}
+        object_index = {object_type.label: index for index, object_type in enumerate(self.objects)}
         node_index: dict[tuple[str | None, str], list[int]] = {}
         for index, node in enumerate(self.furniture):
             node_index.setdefault((node.room, node.label), []).append(index)
             node_index.setdefault((None, node.label), []).append(index)
         places = [
-            (object_index[row.object], node, RELATIONS.index(row.relation), row.prob)
-            for row in self.placements
-            for node in node_index[row.room, row.furniture]
+            (
+                object_index[placement.object],
+                node,
+                RELATIONS.index(placement.relation),
+                placement.prob,
+            )
+            for placement in self.placements
+            for node in node_index[placement.room, placement.furniture]
         ]
-        *at, prob = zip(*places, strict=True)
-        weights[tuple(map(list, at))] = prob
+        *indices, probs = zip(*places, strict=True)
+        weights[tuple(map(list, indices))] = probs
         weights.setflags(write=False)
         return weights
 
@@ -232,7 +237,7 @@ def find_shipped(checksum: str) -> PriorGraph | None:
     The one that most memories have is made first: the other one need not be.
     """
     shipped = reversed(SHIPPED.values())
-    return next((own for make in shipped if (own := make()).checksum == checksum), None)
+    return next((prior for make in shipped if (prior := make()).checksum == checksum), None)
 
 
 def parse_prior(content: str | bytes, *, where: str) -> Any:
@@ -261,11 +266,11 @@ def _to_rows(rows: Sequence[FurnitureType | ObjectType | Placement]) -> list[dic
     return [dict(zip(names, values, strict=True)) for values in map(attrgetter(*names), rows)]
 
 
-def _freeze(row: Mapping[str, Any]) -> dict[str, Any]:
-    groups = row["adjectives"]
+def _freeze(fields: Mapping[str, Any]) -> dict[str, Any]:
+    groups = fields["adjectives"]
     if not isinstance(groups, list) or not all(isinstance(words, list) for words in groups):
         raise TypeError("adjectives must be a list of lists")  # a text would split into letters
-    return {**row, "adjectives": tuple(map(tuple, groups))}
+    return {**fields, "adjectives": tuple(map(tuple, groups))}
 
 
 def _format(data: Mapping[str, Any]) -> str:

@@ -94,8 +94,8 @@ class Tok2Vec:
         """Compute the vectors of the tokens of a text in lower case, known or not, (T, 96)."""
         ids = []
         for token in self._tokenizer.split(text):
-            own = token.text
-            names = (token.norm, own[0], own[-3:], compute_shape(own))  # as `ATTRIBUTES`
+            word = token.text
+            names = (token.norm, word[0], word[-3:], compute_shape(word))  # as `ATTRIBUTES`
             ids.append([self._symbols.get(name) or hash_string(name) for name in names])
         rows = hash_rows(np.array(ids, dtype=np.uint64), self._seeds, self._num_rows)  # (T, A, 4)
         embedded = [

@@ -147,8 +147,8 @@ class Tokenizer:
                 end_and_new[start] = end, new
             is_taken[start:end] = [True] * (end - start)  # also where a space keeps it apart
         joined: list[Token] = []
-        at = 0
-        while at < len(tokens):
-            at, new = end_and_new.get(at, (at + 1, [tokens[at]]))
+        number = 0
+        while number < len(tokens):
+            number, new = end_and_new.get(number, (number + 1, [tokens[number]]))
             joined += new
         return joined

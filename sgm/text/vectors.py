@@ -133,16 +133,16 @@ class Alike:
 
     def __init__(self, known: Sequence[str]) -> None:
         self._known = list(known)
-        self._row_of: dict[str, np.ndarray] = {}
+        self._cosines_of: dict[str, np.ndarray] = {}
 
     def cosines(self, words: Sequence[str]) -> np.ndarray:
         """Return the cosine of each word to each known one, float64 (n, K), -1 to itself."""
-        new = [word for word in dict.fromkeys(words) if word not in self._row_of]
+        new = [word for word in dict.fromkeys(words) if word not in self._cosines_of]
         if new:
-            for word, row in zip(new, compare(new, self._known), strict=True):
-                row[[known == word for known in self._known]] = -1
-                self._row_of[word] = row
-        return np.array([self._row_of[word] for word in words]).reshape(-1, len(self._known))
+            for word, cosines in zip(new, compare(new, self._known), strict=True):
+                cosines[[known == word for known in self._known]] = -1
+                self._cosines_of[word] = cosines
+        return np.array([self._cosines_of[word] for word in words]).reshape(-1, len(self._known))
 
 
 def weigh(cosines: np.ndarray, is_present: np.ndarray | bool = True) -> np.ndarray:

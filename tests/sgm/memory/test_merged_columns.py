@@ -53,7 +53,7 @@ def expect(column, rows, how):
         "known": newer,
     }
     if how == "mean":
-        first, second = rows[column.merges.by[0]].tolist()
+        first, second = rows[column.merges.columns[0]].tolist()
         return (older * first + newer * second) / (first + second)
     if column.merges.most:
         return min(expected[how], expect_of(rows, column.merges.most))
@@ -128,7 +128,10 @@ NEW = Column("num_asked", text="questions about it", merges=SUM, splits="own")
         (replace(NEW, text=""), r"num_asked of objects must have a text, got ''\. Say in a line"),
         (replace(NEW, merges=None), "num_asked of objects must say how it merges, got None. Give"),
         (replace(NEW, merges=Merge("most")), "must say how it merges, got Merge"),
-        (replace(NEW, merges=Merge("newest", by=("then",))), "by columns of its table, got Merge"),
+        (
+            replace(NEW, merges=Merge("newest", columns=("then",))),
+            "by columns of its table, got Merge",
+        ),
         (replace(NEW, merges=Merge("sum", most="num_asked")), "merge by columns of its table"),
         (
             replace(NEW, splits=""),

@@ -81,7 +81,7 @@ READERS = {
     "layout": lambda memory, n: compare_layout(memory),
     "list_furniture": lambda memory, n: memory.list_furniture(n),
     "list_ids": lambda memory, n: memory.list_ids("mug"),
-    "list_named": lambda memory, n: memory.list_named("cup", "mug", at=n % 2 or None),
+    "list_named": lambda memory, n: memory.list_named("cup", "mug", place=n % 2 or None),
     "list_seen": lambda memory, n: memory.list_seen(["mug"]),
     "score_calibration": lambda memory, n: memory.score_calibration,
     "map_id": lambda memory, n: memory.map_id,
