@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Any
 
 import numpy as np
 
@@ -109,17 +110,23 @@ def list_changes(
     edge = edge[np.argsort(asked, kind="stable")]
     bounds = compute_starts(np.bincount(asked, minlength=len(rows)))
     found: list[ThingChange] = []
-    for number, row in enumerate(rows.tolist()):
-        thing = get_thing(row)
-        own = edge[bounds[number] : bounds[number + 1]]
-        own = own[edges["num_true"][own] > 0]
+    for number, object_row in enumerate(rows.tolist()):
+        thing = get_thing(object_row)
+        thing_edges = edge[bounds[number] : bounds[number + 1]]
+        thing_edges = thing_edges[edges["num_true"][thing_edges] > 0]
         # The latest sighting first, of equal ones the one that is still there, then the one of
         # which was spoken last: within a step a thing may be taken from one place to another.
         told = thing.order_places()
-        at = zip(edges["last_true"][own].tolist(), edges["furniture"][own], strict=True)
-        spoken = np.array([told.get((time, furniture_ids[f]), -1) for time, f in at], dtype=int)
-        own = own[np.lexsort((-spoken, ~edges["is_true"][own], -edges["last_true"][own]))]
-        changes = _list_changes(batch, thing, row, own, furniture_ids)
+        sightings = zip(
+            edges["last_true"][thing_edges].tolist(), edges["furniture"][thing_edges], strict=True
+        )
+        spoken = np.array(
+            [told.get((time, furniture_ids[f]), -1) for time, f in sightings], dtype=int
+        )
+        thing_edges = thing_edges[
+            np.lexsort((-spoken, ~edges["is_true"][thing_edges], -edges["last_true"][thing_edges]))
+        ]
+        changes = _list_changes(batch, thing, object_row, thing_edges, furniture_ids)
         found += [change for change in changes if change.time >= since]
     return sorted(found, key=lambda change: -change.time)
 
@@ -136,56 +143,122 @@ def _find_changed(batch: MemoryBatch, spoken_of: Sequence[int], since: int) -> n
 
 
 def _list_changes(
-    batch: MemoryBatch, thing: Thing, row: int, own: np.ndarray, ids: Sequence[int]
+    batch: MemoryBatch, thing: Thing, object_row: int, thing_edges: np.ndarray, ids: Sequence[int]
 ) -> Iterator[ThingChange]:
-    """Yield the last changes of a thing; `own` are its edges once true, the latest first, (n,)."""
+    """Yield the last changes of a thing.
+
+    `thing_edges` are those that were ever true, the latest first, (n,).
+    """
     objects, edges = batch.objects, batch.edges
-    place = [ids[position] for position in edges["furniture"][own]]
-    last_true = edges["last_true"][own].tolist()
-    is_true = edges["is_true"][own].tolist()
-    there = [number for number, true in enumerate(is_true) if true]
-    said = {one.time: one for one in thing.statements}
-    first = int(objects["first_observed"][row])
-    if first == NEVER or objects["same_as"][row] >= 0:
+    first = int(objects["first_observed"][object_row])
+    if first == NEVER or objects["same_as"][object_row] >= 0:
         return
-    name = thing.description, thing.id
-    if place:
-        here = there[0] if there else 0
-        by = said[first].by if first in said else ""
-        sure = float(edges["confidence"][own[here]])
-        was_moved = int(objects["last_moved"][row]) > first
-        position = int(edges["furniture"][own[here]])
-        before = None if was_moved else _find_look_before(batch, position, first)
-        yield ThingChange("new", *name, None, place[here], before, first, sure, by)
-    carried = int(objects["carried_since"][row])
+    places = _SeenPlaces(
+        batch=batch,
+        thing=thing,
+        edges=thing_edges,
+        furniture=[ids[position] for position in edges["furniture"][thing_edges]],
+        last_true=edges["last_true"][thing_edges].tolist(),
+        is_true=edges["is_true"][thing_edges].tolist(),
+        speakers={statement.time: statement.by for statement in thing.statements},
+    )
+    moved = int(objects["last_moved"][object_row])
+    if places.furniture:
+        yield places.tell_new(first, moved)
+    carried = int(objects["carried_since"][object_row])
     if carried != NEVER:
-        was_at, sure = _get_held(thing, carried)
-        seen_there = [t for t, at in zip(last_true, place, strict=True) if at == was_at]
-        last = max(seen_there, default=None)
-        yield ThingChange("picked_up", *name, was_at, None, last, carried, sure, "robot")
+        yield places.tell_picked_up(carried)
         return
-    moved = int(objects["last_moved"][row])
-    put_down = [one for one in thing.statements if one.kind == "put_down"]
-    if put_down and put_down[-1].time > moved:
-        moved = put_down[-1].time
-    is_single = objects["num_at_once"][row] <= 1
-    if is_single and there and len(place) > 1 and moved > first:
-        here = there[0]
-        elsewhere = [n for n, at in enumerate(place) if at != place[here] and last_true[n] <= moved]
-        if elsewhere:
-            came = elsewhere[0]
-            by = said[moved].by if moved in said else ""
-            sure = float(edges["confidence"][own[here]])
-            at = place[came], place[here]
-            yield ThingChange("moved", *name, *at, last_true[came], moved, sure, by)
-    gone = [] if there and is_single else [n for n, true in enumerate(is_true) if not true]
-    for number in gone[: 1 if is_single else None]:
-        edge = own[number]
-        time = int(edges["last_changed"][edge])
-        if not is_single and time in said:
-            continue  # one of several that was moved
-        sure = _compute_gone(batch, int(edge))
-        yield ThingChange("gone", *name, place[number], None, last_true[number], time, sure)
+    is_single = objects["num_at_once"][object_row] <= 1
+    if is_single:
+        yield from places.list_moved(first, moved)
+    yield from places.list_gone(is_single)
+
+
+@dataclass(frozen=True, slots=True)
+class _SeenPlaces:
+    """The n places where a thing was ever seen, the latest first, and what they say of changes.
+
+    Attributes:
+        batch: the memory.
+        thing: what it is called, and what was said of it.
+        edges: row of the edge of each, (n,).
+        furniture: id of each.
+        last_true: time step of the last sighting at each.
+        is_true: whether the last look at each found it.
+        speakers: who said something of it, by time step.
+    """
+
+    batch: MemoryBatch
+    thing: Thing
+    edges: np.ndarray
+    furniture: Sequence[int]
+    last_true: Sequence[int]
+    is_true: Sequence[bool]
+    speakers: Mapping[int, str]
+
+    @property
+    def _current(self) -> int | None:
+        """Number of the place where it is, the latest of several; None if it is at none."""
+        return next((number for number, true in enumerate(self.is_true) if true), None)
+
+    def tell_new(self, first: int, moved: int) -> ThingChange:
+        """Tell that it is new since its first sighting; `moved` is when it was moved last."""
+        number = self._current or 0
+        edge = self.edges[number]
+        before = None
+        if moved <= first:
+            position = int(self.batch.edges["furniture"][edge])
+            before = _find_look_before(self.batch, position, first)
+        place, sure = self.furniture[number], self._get_confidence(edge)
+        speaker = self.speakers.get(first, "")
+        return self._make("new", None, place, before, first, sure, speaker)
+
+    def tell_picked_up(self, carried: int) -> ThingChange:
+        """Tell that the robot carries it since a time step."""
+        was_at, sure = _get_held(self.thing, carried)
+        pairs = zip(self.last_true, self.furniture, strict=True)
+        last = max((time for time, place in pairs if place == was_at), default=None)
+        return self._make("picked_up", was_at, None, last, carried, sure, "robot")
+
+    def list_moved(self, first: int, moved: int) -> Iterator[ThingChange]:
+        """Yield that it was moved, if it was so after its first sighting, to where it is."""
+        put_down = [said.time for said in self.thing.statements if said.kind == "put_down"]
+        moved = max([moved, *put_down[-1:]])
+        number = self._current
+        if number is None or moved <= first:
+            return
+        place = self.furniture[number]
+        for other, last in zip(self.furniture, self.last_true, strict=True):
+            if other != place and last <= moved:
+                sure = self._get_confidence(self.edges[number])
+                speaker = self.speakers.get(moved, "")
+                yield self._make("moved", other, place, last, moved, sure, speaker)
+                return
+
+    def list_gone(self, is_single: bool) -> Iterator[ThingChange]:
+        """Yield where it is no more: the latest place of a single thing that is nowhere, else all.
+
+        Of several things of one description, one may have been moved from there.
+        """
+        if is_single and self._current is not None:
+            return
+        gone = [number for number, true in enumerate(self.is_true) if not true]
+        for number in gone[: 1 if is_single else None]:
+            edge = int(self.edges[number])
+            time = int(self.batch.edges["last_changed"][edge])
+            if not is_single and time in self.speakers:
+                continue
+            sure = _compute_gone(self.batch, edge)
+            yield self._make(
+                "gone", self.furniture[number], None, self.last_true[number], time, sure
+            )
+
+    def _get_confidence(self, edge: int) -> float:
+        return float(self.batch.edges["confidence"][edge])
+
+    def _make(self, kind: str, *about: Any) -> ThingChange:
+        return ThingChange(kind, self.thing.description, self.thing.id, *about)
 
 
 def _find_look_before(batch: MemoryBatch, position: int, time: int) -> int | None:
@@ -197,9 +270,10 @@ def _find_look_before(batch: MemoryBatch, position: int, time: int) -> int | Non
 
 def _get_held(thing: Thing, since: int) -> tuple[int | None, float]:
     """Return where the robot took a thing from, if that was one place, and how sure it has it."""
-    for one in thing.statements:
-        if (one.kind, one.time) == ("picked_up", since):
-            return (one.was_at[0] if len(one.was_at) == 1 else None), one.confidence
+    for statement in thing.statements:
+        if (statement.kind, statement.time) == ("picked_up", since):
+            place = statement.was_at[0] if len(statement.was_at) == 1 else None
+            return place, statement.confidence
     return None, 1.0
 
 
@@ -214,7 +288,7 @@ def _compute_gone(batch: MemoryBatch, edge: int) -> float:
 
 
 def list_events(
-    batch: MemoryBatch, thing: Thing, row: int, places: Sequence[SeenAt], ids: Sequence[int]
+    batch: MemoryBatch, thing: Thing, object_row: int, places: Sequence[SeenAt], ids: Sequence[int]
 ) -> list[ThingEvent]:
     """List what is kept of a thing over time, the latest first.
 
@@ -223,16 +297,23 @@ def list_events(
     """
     edges = batch.edges
     events = [
-        ThingEvent(one.time, one.kind, one.furniture, one.relation, one.confidence, one.by)
-        for one in reversed(thing.statements)  # of one time step, the latest first, too
+        ThingEvent(
+            statement.time,
+            statement.kind,
+            statement.furniture,
+            statement.relation,
+            statement.confidence,
+            statement.by,
+        )
+        for statement in reversed(thing.statements)  # of one time step, the latest first, too
     ]
     events += [
-        ThingEvent(one.time, "seen", None, None, 1.0)
-        for one in places
-        if one.furniture is None and not one.by
+        ThingEvent(seen.time, "seen", None, None, 1.0)
+        for seen in places
+        if seen.furniture is None and not seen.by
     ]
-    told = {(one.time, one.furniture) for one in thing.statements}
-    for edge in np.flatnonzero((edges["object"] == row) & (edges["num_true"] > 0)):
+    told = {(statement.time, statement.furniture) for statement in thing.statements}
+    for edge in np.flatnonzero((edges["object"] == object_row) & (edges["num_true"] > 0)):
         furniture = ids[edges["furniture"][edge]]
         relation = RELATIONS[edges["relation"][edge]]
         seen, changed = int(edges["last_true"][edge]), int(edges["last_changed"][edge])

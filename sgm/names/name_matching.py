@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from bisect import insort
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
-from typing import Any
 
-from sgm.names.aliases import AliasTable, Row
+from sgm.names.aliases import AliasTable
 from sgm.names.comparison import (
     ALL_SAID,
     DOUBTFUL,
@@ -19,12 +17,12 @@ from sgm.names.comparison import (
     is_written,
     rank,
 )
+from sgm.names.description_tables import DescriptionTables, Entry
 from sgm.names.known_words import is_word
 from sgm.names.modifiers import MATERIALS, spell
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import Reading, make_reader
-from sgm.names.numbers_by_key import NumbersByKey
 from sgm.names.resolution import MOST_ALTERNATIVES, Resolution
 from sgm.names.spelling import is_near, is_typo
 from sgm.names.words import read_name, read_words, split_words, strip_question
@@ -34,12 +32,9 @@ Similarity = Callable[[str, Sequence[str]], Sequence[float]]
 
 SYNONYM = 0.9  # mug and cup .96, phone and telephone .93; plate and bowl .87 stay apart
 RELATED = 0.8  # enough for a "did you mean"
-_MOST_RENAMED = 20  # descriptions that are replaced one by one; of more, all are read again
 _MOST_RESOLVED = 2000  # questions whose answers are kept
 _LEAST_MENDED = 5  # letters
 _MOST_SIBLINGS = 12  # of a kind, whose things are offered for one another
-
-_Entry = tuple[int, Reading]  # number of a description, and one way to read it
 
 
 class NameIndex:
@@ -82,96 +77,18 @@ class NameIndex:
         `types` are labels of object types that the prior knows. Without an encoder the similarity
         that `resolve` is given is used.
         """
-        self._declared = _Declared(() if table is None else table.declared)
-        self._table = _add_types(table or AliasTable(), tuple(types))
-        self._reader = make_reader(self._table)
+        self._aliases = _add_types(table or AliasTable(), tuple(types))
+        self._reader = make_reader(self._aliases)
+        declared = () if table is None else table.declared
+        self._tables = DescriptionTables(self._reader, declared)
         self._encoder = encoder
-        self._clear()
-
-    def _clear(self) -> None:
-        self._descriptions: list[str] = []
-        self._readings: list[tuple[Reading, ...]] = []
-        self._written: set[str] = set()
-        self._words: dict[str, list[int]] = {}
-        self._things: dict[int, list[_Entry]] = {}
-        self._contents: dict[int, list[_Entry]] = {}
-        self._endings: dict[str, list[_Entry]] = {}
-        self._same = NumbersByKey()
-        self._spelled: dict[tuple[tuple[str, ...], str], list[int]] = {}  # by words, no numbers
-        self._texts: dict[str, list[int]] = {}  # by the names without numbers
         self._resolved: dict[str, Resolution] = {}
 
     def update(self, descriptions: Sequence[str]) -> None:
         """Take over the descriptions of a memory; only those that are new cost anything."""
-        known = len(self._descriptions)
-        if list(descriptions[:known]) != self._descriptions:
-            pairs = zip(self._descriptions, descriptions, strict=False)
-            changed = [number for number, (old, new) in enumerate(pairs) if old != new]
-            if len(descriptions) < known or len(changed) > _MOST_RENAMED:  # some were removed
-                self._clear()
-                known = 0
-            else:
-                for number in changed:
-                    self._replace(number, descriptions[number])
-        for description in descriptions[known:]:
-            self._add(description)
-
-    def _add(self, description: str) -> None:
-        self._resolved.clear()
-        number = len(self._descriptions)
-        self._descriptions.append(description)
-        self._readings.append(self._reader.read(description))
-        name = Name.read(description)
-        self._written.add(name.words)
-        for same in self._list_keys(name):
-            self._same.add(same, number)
-        for table, key, entry in self._list_rows(number, name):
-            rows = table.get(key)
-            if rows is None:
-                table[key] = [entry]
-            else:
-                rows.append(entry)
-
-    def _replace(self, number: int, description: str) -> None:
-        """Take over a description instead of another one, as if it had always been there."""
-        self._resolved.clear()
-        before, after = Name.read(self._descriptions[number]), Name.read(description)
-        for same in self._list_keys(before):
-            self._same.discard(same, number)
-        for table, key, _ in self._list_rows(number, before):
-            left = [entry for entry in table.pop(key, ()) if _get_number(entry) != number]
-            if left:
-                table[key] = left
-        self._written.discard(before.words)
-        self._descriptions[number] = description
-        self._readings[number] = self._reader.read(description)
-        self._written.add(after.words)
-        for same in self._list_keys(after):
-            self._same.add(same, number)
-        for table, key, entry in self._list_rows(number, after):
-            insort(table.setdefault(key, []), entry, key=_get_number)
-
-    def _list_rows(
-        self, number: int, name: Name
-    ) -> Iterator[tuple[dict[Any, list[Any]], object, object]]:
-        """List where a description stands: each table, the key in it, and what it has there."""
-        readings = self._readings[number]
-        yield self._spelled, (name.ordered, name.joined), number
-        yield self._texts, self._reader.split_number(name.text)[0], number
-        for word in readings[0].said.union(map(spell, split_words(name.text))):
-            yield self._words, word, number
-        for reading in readings:
-            entry = number, reading
-            for thing in reading.things:
-                yield self._contents if reading.is_content else self._things, thing, entry
-            if not reading.is_content:
-                for ending in reading.endings:
-                    yield self._endings, ending, entry
-
-    def _list_keys(self, name: Name) -> list[tuple[object, str]]:
-        """List by what names are exactly the same: one of these is."""
-        aliases = self._declared.list_things(name)
-        return [*name.keys, *((number, name.instance) for number in aliases)]
+        if list(descriptions) != self._tables.descriptions:
+            self._tables.update(descriptions)
+            self._resolved.clear()
 
     def resolve_exact(self, name: str) -> Resolution:
         """Say which description is exactly of a name, for what acts on it.
@@ -184,8 +101,8 @@ class NameIndex:
             question of that name would be taken for, and what is spelled nearly alike.
         """
         asked = Name.read(name)
-        found = {n for key in self._list_keys(asked) for n in self._same.find(key)}
-        written = [n for n in found if read_name(self._descriptions[n]) == read_name(name)]
+        found = {n for key in self._tables.list_keys(asked) for n in self._tables.same.find(key)}
+        written = [n for n in found if read_name(self._tables.descriptions[n]) == read_name(name)]
         if found:
             return Resolution(name, self._name(sorted(written or found)), "exact")
         taken = self.resolve(name)
@@ -194,8 +111,8 @@ class NameIndex:
             number
             for reading in readings
             for key in reading.endings[-1:]
-            for number, _ in self._endings.get(key, ())
-            if not any(reading.stem ^ other.stem for other in self._readings[number])
+            for number, _ in self._tables.endings.get(key, ())
+            if not any(reading.stem ^ other.stem for other in self._tables.readings[number])
         ]
         spelled = self._find_spelled(asked)
         names = (*taken.matches, *taken.doubtful, *self._name([*spelled, *near]))
@@ -213,7 +130,7 @@ class NameIndex:
         if question in self._resolved:
             return self._resolved[question]
         words = read_words("description", question)
-        text = question if words in self._written else strip_question(question)
+        text = question if words in self._tables.written else strip_question(question)
         readings = self._read_main(text)
         how, groups = self._match(readings, text)
         if not groups:
@@ -232,7 +149,7 @@ class NameIndex:
             others = tuple(name for name in others if name not in doubtful)
             return Resolution(question, (), "unknown", others, owner=owner, doubtful=doubtful)
         others = self._suggest(readings, found, ())
-        if len(found) == 1 and self._descriptions[found[0]].casefold() == words:
+        if len(found) == 1 and self._tables.descriptions[found[0]].casefold() == words:
             how = "exact"
         meanings = tuple(self._name(group) for group in groups)
         resolution = Resolution(question, self._name(found), how, others, meanings, owner)
@@ -243,7 +160,7 @@ class NameIndex:
         return resolution
 
     def _name(self, numbers: Iterable[int]) -> tuple[str, ...]:
-        return tuple(self._descriptions[number] for number in numbers)
+        return tuple(self._tables.descriptions[number] for number in numbers)
 
     def _read_main(self, text: str) -> list[Reading]:
         return [reading for reading in self._reader.read(text) if not reading.is_content]
@@ -269,7 +186,11 @@ class NameIndex:
         """Apply rules 1 and 2 to what has the asked words in its name."""
         for fit in (ALL_SAID, LESS_SAID):
             found = [
-                [number for number in group if self._has_words(reading, number)]
+                [
+                    number
+                    for number in group
+                    if any(reading.key in other.endings for other in self._tables.readings[number])
+                ]
                 for reading in readings
                 for group in self._choose(reading, fit)
             ]
@@ -278,23 +199,20 @@ class NameIndex:
                 return groups
         return []
 
-    def _has_words(self, reading: Reading, number: int) -> bool:
-        return any(reading.key in other.endings for other in self._readings[number])
-
     def _tell_how(self, readings: Sequence[Reading], groups: Sequence[Sequence[int]]) -> str:
         """Say how rule 1 found descriptions."""
         numbers = [number for group in groups for number in group]
-        own = [self._readings[number][0] for number in numbers]
+        main = [self._tables.readings[number][0] for number in numbers]
         if all(
             (reading.said, reading.instance) == (other.said, other.instance)
-            for other in own
+            for other in main
             for reading in readings
         ):
             return "same words"
         things = {thing for reading in readings for thing in reading.things}
         below = self._list_kinds(things)
         for number in numbers:
-            others = self._readings[number]
+            others = self._tables.readings[number]
             has_words = any(
                 reading.key in other.endings or reading.head_words <= other.said
                 for reading in readings
@@ -307,47 +225,52 @@ class NameIndex:
     def _choose(self, reading: Reading, fit: int) -> list[list[int]]:
         """Choose what says as much of the properties, for each thing that the name may be."""
         groups = [
-            [one for one in self._list_entries(reading, thing) if compare(reading, one[1]) == fit]
+            [
+                entry
+                for entry in self._list_entries(reading, thing)
+                if compare(reading, entry[1]) == fit
+            ]
             for thing in reading.things or (None,)
         ]
         # What is written so comes before what is only called so: a "purse" before a wallet.
-        written = [[one for one in group if is_written(reading, one[1])] for group in groups]
-        is_exact = any(one.said == reading.said for group in written for _, one in group)
+        written = [[entry for entry in group if is_written(reading, entry[1])] for group in groups]
+        is_exact = any(said.said == reading.said for group in written for _, said in group)
         if any(written) and (is_exact or len(reading.things) > 1):
-            for place, own in enumerate(written):
-                things = {thing for _, one in own for thing in one.things}
-                kinds = self._list_kinds(things)
+            for place, exact in enumerate(written):
+                kinds = self._list_kinds({thing for _, said in exact for thing in said.things})
                 groups[place] = [
-                    one for one in groups[place] if one in own or kinds & set(one[1].things)
+                    entry
+                    for entry in groups[place]
+                    if entry in exact or kinds & set(entry[1].things)
                 ]
-        most = max((rank(reading, one) for group in groups for _, one in group), default=None)
-        groups = [[one for one in group if rank(reading, one[1]) == most] for group in groups]
+        most = max((rank(reading, said) for group in groups for _, said in group), default=None)
+        groups = [[entry for entry in group if rank(reading, entry[1]) == most] for group in groups]
         return [sorted({number for number, _ in group}) for group in groups if group]
 
     def _list_kinds(self, things: Iterable[int]) -> set[int]:
         """List all kinds of things."""
-        return {kind for thing in things for kind in self._table.list_below(thing)}
+        return {kind for thing in things for kind in self._aliases.list_below(thing)}
 
-    def _list_entries(self, reading: Reading, thing: int | None) -> list[_Entry]:
+    def _list_entries(self, reading: Reading, thing: int | None) -> list[Entry]:
         """List what is called a thing or a kind of it; None: what ends in the same words."""
         if thing is None:
-            ending = next((key for key in reading.endings if key in self._endings), "")
-            return self._endings.get(ending, [])
-        own = (thing, *self._table.list_below(thing))
-        return [entry for one in own for entry in self._things.get(one, ())]
+            ending = next((key for key in reading.endings if key in self._tables.endings), "")
+            return self._tables.endings.get(ending, [])
+        things = (thing, *self._aliases.list_below(thing))
+        return [entry for meant in things for entry in self._tables.things.get(meant, ())]
 
     def _find_joined(self, text: str, reading: Reading) -> list[list[int]]:
         """Find what is called the same, written apart or together: "fire lighters", "PS5"."""
         name = Name.read(text)
         whole = name.joined
-        numbers = {number for key in name.keys for number in self._same.find(key)}
+        numbers = {number for key in name.keys for number in self._tables.same.find(key)}
         numbers |= {
             number
-            for number, one in self._endings.get(whole, ())
-            if one.endings[0] == whole
-            and is_possible(reading, one)
-            and (one.instance or not reading.instance)
-            and one.stem <= set(map(spell, one.words))  # no "cream of tartar"
+            for number, said in self._tables.endings.get(whole, ())
+            if said.endings[0] == whole
+            and is_possible(reading, said)
+            and (said.instance or not reading.instance)
+            and said.stem <= set(map(spell, said.words))  # no "cream of tartar"
         }
         return [sorted(numbers)] if numbers else []
 
@@ -355,7 +278,7 @@ class NameIndex:
         """Apply rule 3, to all that the name may be: no "medicine" for a tablet."""
         nearest = [
             next(filter(None, (self._find_kind(reading, kind) for kind in kinds)), None)
-            for kinds in map(self._table.list_above, reading.things)
+            for kinds in map(self._aliases.list_above, reading.things)
         ]
         return [] if None in nearest else [numbers for numbers in nearest if numbers]
 
@@ -363,13 +286,13 @@ class NameIndex:
         """Find what is called a kind, and is no sort of it."""
         return [
             number
-            for number, one in self._things.get(kind, ())
-            if compare(reading, one) in (ALL_SAID, LESS_SAID) and not self._is_sort_of(kind, one)
+            for number, said in self._tables.things.get(kind, ())
+            if compare(reading, said) in (ALL_SAID, LESS_SAID) and not self._is_sort_of(kind, said)
         ]
 
     def _is_sort_of(self, kind: int, said: Reading) -> bool:
         """Tell whether a description says a sort of a kind: "wool coat", "necktie" of "tie"."""
-        name = self._table.names[kind].removesuffix("s")
+        name = self._aliases.names[kind].removesuffix("s")
         word = said.head[-1].removesuffix("s")
         is_longer = word != name and word.endswith(name)
         return is_longer or bool(said.sorts or said.properties & MATERIALS)
@@ -383,20 +306,20 @@ class NameIndex:
 
     def _find_holding(self, reading: Reading) -> list[int]:
         """Find the names that have all words of a reading, and no property against it."""
-        holding = [set(self._words.get(word, ())) for word in reading.said]
+        holding = [set(self._tables.words.get(word, ())) for word in reading.said]
         found = set.intersection(*holding) if holding else set()
         return [
             number
             for number in sorted(found)
-            if any(is_possible(reading, other) for other in self._readings[number])
+            if any(is_possible(reading, other) for other in self._tables.readings[number])
         ]
 
     def _find_contents(self, reading: Reading) -> list[list[int]]:
         numbers = {
             number
             for thing in reading.things
-            for one in (thing, *self._table.list_below(thing))
-            for number, other in self._contents.get(one, ())
+            for meant in (thing, *self._aliases.list_below(thing))
+            for number, other in self._tables.contents.get(meant, ())
             if compare(reading, other) == ALL_SAID
         }
         return [sorted(numbers)] if numbers else []
@@ -407,10 +330,10 @@ class NameIndex:
         for reading in readings:
             for thing in reading.things or (None,):
                 entries = self._list_entries(reading, thing)
-                found += [n for n, one in entries if compare(reading, one) == DOUBTFUL]
+                found += [n for n, said in entries if compare(reading, said) == DOUBTFUL]
             for ending in reading.endings[-1:]:
-                entries = self._endings.get(ending, [])
-                found += [n for n, one in entries if is_doubtful(reading, one)]
+                entries = self._tables.endings.get(ending, [])
+                found += [n for n, said in entries if is_doubtful(reading, said)]
             if not reading.things:
                 found += self._find_holding(reading)
         if not is_word(readings[0].head[-1]):
@@ -419,7 +342,7 @@ class NameIndex:
 
     def _find_spelled(self, asked: Name) -> list[int]:
         """Find what is spelled nearly alike; names that differ in a number are compared once."""
-        alike = [numbers for name, numbers in self._spelled.items() if is_near(asked, *name)]
+        alike = [numbers for name, numbers in self._tables.spelled.items() if is_near(asked, *name)]
         return sorted(number for numbers in alike for number in numbers)
 
     def _mend(self, word: str) -> str:
@@ -427,11 +350,11 @@ class NameIndex:
         spelled = spell(word)
         if len(word) < _LEAST_MENDED or not word.isalpha():
             return word
-        if spelled in self._words or spelled in self._table.words or is_word(word):
+        if spelled in self._tables.words or spelled in self._aliases.words or is_word(word):
             return word
         near = [
             other
-            for other in self._words
+            for other in self._tables.words
             if other.isalpha() and is_word(other) and is_typo(spelled, other)
         ]
         return near[0] if len(near) == 1 else word
@@ -471,17 +394,17 @@ class NameIndex:
         One of the two is not in the table. Names that differ in their number are compared once.
         """
         by_head: dict[str, list[int]] = {}
-        for numbers in self._texts.values():
-            one = self._readings[numbers[0]][0]
-            if reading.things and one.things:
+        for numbers in self._tables.texts.values():
+            said = self._tables.readings[numbers[0]][0]
+            if reading.things and said.things:
                 continue
             if reading.instance:
-                firsts = ((number, self._readings[number][0]) for number in numbers)
+                firsts = ((number, self._tables.readings[number][0]) for number in numbers)
                 numbers = [n for n, other in firsts if compare(reading, other) == ALL_SAID]
-            elif compare(reading, one) != ALL_SAID:
+            elif compare(reading, said) != ALL_SAID:
                 continue
             if numbers:
-                by_head.setdefault(" ".join(one.head), []).extend(numbers)
+                by_head.setdefault(" ".join(said.head), []).extend(numbers)
         for numbers in by_head.values():
             numbers.sort()
         return dict(sorted(by_head.items(), key=lambda item: item[1][0]))
@@ -499,37 +422,19 @@ class NameIndex:
             for thing in reading.things or (None,):
                 close += [number for number, _ in self._list_entries(reading, thing)]
                 if thing is not None:
-                    near = self._table.list_siblings(thing, _MOST_SIBLINGS)
+                    near = self._aliases.list_siblings(thing, _MOST_SIBLINGS)
                     close += [
                         number
-                        for one in (*near, *self._table.list_above(thing))
-                        for number, other in self._things.get(one, ())
+                        for akin in (*near, *self._aliases.list_above(thing))
+                        for number, other in self._tables.things.get(akin, ())
                         if not found and not other.kinds - reading.said
                     ]
             if not found and len(reading.key) > 2:
-                close += self._words.get(spell(reading.head[-1]), ())
+                close += self._tables.words.get(spell(reading.head[-1]), ())
         for group in related:
             close += group
-        rest = [number for number in dict.fromkeys(close) if number not in found]
-        return self._name(rest[:MOST_ALTERNATIVES])
-
-
-class _Declared:
-    """Names that a person declared to be of one thing."""
-
-    def __init__(self, rows: Sequence[Row]) -> None:
-        self._things: dict[object, list[int]] = {}
-        for number, (name, _, aliases) in enumerate(rows):
-            for own in map(Name.read, (name, *aliases)):
-                for key in (own.ordered, own.joined):
-                    self._things.setdefault(key, []).append(number)
-
-    def list_things(self, name: Name) -> list[int]:
-        """List the numbers of the things of a name."""
-        if not self._things:
-            return []
-        found = (*self._things.get(name.ordered, ()), *self._things.get(name.joined, ()))
-        return list(dict.fromkeys(found))
+        others = [number for number in dict.fromkeys(close) if number not in found]
+        return self._name(others[:MOST_ALTERNATIVES])
 
 
 @lru_cache(maxsize=8)  # all memories of one prior have the same
@@ -540,17 +445,12 @@ def _add_types(table: AliasTable, types: tuple[str, ...]) -> AliasTable:
     return table.with_names(label for label in new if len(reader.read(label)) < 2)
 
 
-def _get_number(entry: int | _Entry) -> int:
-    """Return the number of the description of what stands in a table."""
-    return entry if isinstance(entry, int) else entry[0]
-
-
 def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:
     """Leave every number in the first group that has it, and drop empty groups."""
     known: set[int] = set()
     kept = []
     for group in groups:
-        own = [number for number in dict.fromkeys(group) if number not in known]
-        known.update(own)
-        kept += [own] if own else []
+        new = [number for number in dict.fromkeys(group) if number not in known]
+        known.update(new)
+        kept += [new] if new else []
     return kept

@@ -89,8 +89,8 @@ class KeptHome:
             home = cls(path, replay_latest(lines, aliases))
             home._go_on(clock, lines)
         elif path.exists():
-            own = _begin_before(clock, load_content(path))
-            home = cls(path, SceneGraphMemory.load(path, clock=own, aliases=aliases))
+            start_clock = _begin_before(clock, load_content(path))
+            home = cls(path, SceneGraphMemory.load(path, clock=start_clock, aliases=aliases))
             home.memory._files.keep(path)
             home.memory._files.start_log(log, goes_on=True)
         elif is_new:
@@ -116,9 +116,9 @@ class KeptHome:
         if self.path.exists():
             _check_same(self.path, content, self.log, lines)
         memory._files.keep(self.path)
-        own = _begin_before(clock, content)
-        if own is not None:
-            memory._state.begin(replace(content, clock=own), memory._state.prior)
+        start_clock = _begin_before(clock, content)
+        if start_clock is not None:
+            memory._state.begin(replace(content, clock=start_clock), memory._state.prior)
         if self.log_bytes:
             memory._files.go_on_in(self.log)
         else:  # it ended between the old log and the new one
@@ -126,7 +126,7 @@ class KeptHome:
         try:
             self.snapshot()
         except OSError as error:
-            if own is not None:  # the log does not say so yet
+            if start_clock is not None:  # the log does not say so yet
                 raise
             warn_caller(f"no snapshot was written at the start: {error.args[-1]}")
 
@@ -215,17 +215,14 @@ def _check_same(path: Path, latest: MemoryContent, log: Path, lines: Sequence[Lo
     if compute_checksum(path) in [line.values.get("file") for line in lines]:
         return
     saved = _write(load_content(path))
-    if saved == _write(latest) or saved in _list_started(lines):
+    started = (_write(line.values["memory"]) for line in lines if line.kind == "start")
+    if saved == _write(latest) or saved in started:
         return
     raise ValueError(
         f"home must be the memory that its log goes on from, got another one in {path}. Move "
         f"{log.name} and its numbers away to begin from the file, or the file to go on from the "
         "log."
     )
-
-
-def _list_started(lines: Sequence[LogLine]) -> list[str]:
-    return [_write(line.values["memory"]) for line in lines if line.kind == "start"]
 
 
 def _write(content: MemoryContent) -> str:

@@ -103,7 +103,8 @@ class Replayer:
             self._rooms[values["room"]] = memory.add_room(values["label"])
         elif kind == "furniture":
             about = map(values.get, ("description", "position", "box", "open_cost"))
-            self._add(values["furniture"], values["label"], values["room"], *about)
+            furniture = memory.add_furniture(values["label"], self._rooms[values["room"]], *about)
+            self.furniture[values["furniture"]] = furniture
         elif kind == "move":
             room, position = self._rooms[values["room"]], values["position"]
             memory.move_furniture(place, room, position, values.get("box"))
@@ -120,7 +121,7 @@ class Replayer:
             node = (values["description"], values.get("id", ""), values.get("by"))
             memory._statements.remove_object(*node)
         elif kind == "look":
-            seen = [Sighting(*one) for one in values["seen"]]
+            seen = [Sighting(*arguments) for arguments in values["seen"]]
             coverage = values["coverage"]
             if isinstance(coverage, tuple):
                 coverage = dict(zip(RELATIONS, coverage, strict=True))
@@ -128,8 +129,8 @@ class Replayer:
         elif kind == "absent":
             memory.note_absent(place, values["description"], values["coverage"])
         elif kind in STATEMENTS:
-            relation, by, sure = values.get("relation"), values["by"], values["confidence"]
-            statement = Statement(memory.time, kind, place, relation, by, sure)
+            relation, speaker, sure = values.get("relation"), values["by"], values["confidence"]
+            statement = Statement(memory.time, kind, place, relation, speaker, sure)
             was_at = self._find(values.get("was_at"))
             memory._statements.note(ThingName.from_json(values), statement, was_at)
         elif kind == "rename":
@@ -166,12 +167,9 @@ class Replayer:
         self.furniture.clear()
         self.furniture.update((number, number) for number in content.layout.furniture)
 
-    def _add(self, number: int, label: str, room: int, *about: Any) -> None:
-        self.furniture[number] = self.memory.add_furniture(label, self._rooms[room], *about)
-
     def _remove_room(self, number: int) -> None:
         """Remove a room with its furniture, whose numbers then lead nowhere."""
         gone = self.memory.list_furniture(self._rooms[number])
         self.memory.remove_room(self._rooms.pop(number))
-        for key in [key for key, own in self.furniture.items() if own in gone]:
+        for key in [key for key, furniture in self.furniture.items() if furniture in gone]:
             del self.furniture[key]

@@ -9,16 +9,16 @@ from sgm.names.name_matching import RELATED, SYNONYM, NameIndex
 
 WORDS = "red blue mug cup box of soap bottle piano bench dad's phone glasses keys zorb 1 2".split()
 TABLES = (
-    "_descriptions",
-    "_readings",
-    "_written",
-    "_words",
-    "_things",
-    "_contents",
-    "_endings",
-    "_same",
-    "_spelled",
-    "_texts",
+    "descriptions",
+    "readings",
+    "written",
+    "words",
+    "things",
+    "contents",
+    "endings",
+    "same",
+    "spelled",
+    "texts",
 )
 
 
@@ -43,7 +43,7 @@ def test_names_that_change_one_by_one_are_as_if_read_anew():
         whole = NameIndex((), table)
         whole.update(names[:40])
         for part in TABLES:
-            assert getattr(index, part) == getattr(whole, part), part
+            assert getattr(index._tables, part) == getattr(whole._tables, part), part
         for question in sample_names(rng, 20):
             assert index.resolve(question) == whole.resolve(question), question
 
@@ -65,7 +65,7 @@ def find_similar(index, readings, least):
     """Groups of descriptions, each compared with the question, the most similar first."""
     groups = {}
     for reading in readings:
-        for number, (one, *_) in enumerate(index._readings):
+        for number, (one, *_) in enumerate(index._tables.readings):
             if not (reading.things and one.things) and compare(reading, one) == ALL_SAID:
                 value = rate(" ".join(reading.head), [" ".join(one.head)])[0]
                 if value >= least:
