@@ -136,8 +136,13 @@ class AliasTable:
 
     def _add(self, rows: Iterable[Row]) -> None:
         """Enter rows; raises ValueError as the constructor does."""
-        tables = self._things, self._singular, self._names_of, self._above, self._below
-        entered = _Entered(*[_Groups(table) for table in tables])
+        entered = _Entered(
+            things=_Groups(self._things),
+            singular=_Groups(self._singular),
+            names_of=_Groups(self._names_of),
+            above=_Groups(self._above),
+            below=_Groups(self._below),
+        )
         for name, kinds, aliases in rows:
             thing = self._ensure(name, entered)
             for alias in aliases:
