@@ -191,7 +191,8 @@ def _draw_piece(
     middle, half = (low[across] + high[across]) / 2, max(size.width, _LEAST_FRONT) / 2
     along, beside = (min(edge, reach), max(edge, reach)), (middle - half, middle + half)
     (x0, x1), (y0, y1) = (along, beside) if ahead == 0 else (beside, along)
-    return _Piece(((low[0], low[1]), (high[0], high[1])), ((x0, y0), (x1, y1)), yaw)
+    area, front = ((low[0], low[1]), (high[0], high[1])), ((x0, y0), (x1, y1))
+    return _Piece(area=area, front=front, yaw=yaw)
 
 
 def _widen(area: _Area, margin: float) -> _Area:
