@@ -16,9 +16,10 @@ from datamodules.features import (
     count_columns,
     list_columns,
 )
+from sgm.arrays.grouped import choose_relations
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.queries import propose_rows, sample_places
-from sgm.schema import Columns
+from sgm.schema import NUM_RELATIONS, Columns
 from sgm.text import load_text
 from simulator.snapshots.graph import (
     FIRST_OBJECT_TYPE,
@@ -206,13 +207,13 @@ class GraphBuilder:
         return self._text.name
 
     def _propose(self, snapshots: Snapshots) -> np.ndarray:
-        """Mark the places where each query object may be, bool (NF, 2)."""
+        """Mark the places where each query object may be, bool (NF, relations)."""
         if self.config.candidates == "random":
             counts = np.diff(snapshots.find_first("furniture"))
             return sample_places(counts, self.config.random_candidates, rng=self._rng)
-        if self.config.candidates == "all":  # where the prior puts it there, else on top
-            is_in = snapshots.query_prior[:, 0] > snapshots.query_prior[:, 1]
-            return np.stack([is_in, ~is_in], axis=1)
+        if self.config.candidates == "all":  # as `choose_edges` of the evidence
+            likelier = choose_relations(snapshots.query_prior, last=True)
+            return likelier[:, None] == np.arange(NUM_RELATIONS)
         return propose_rows(
             snapshots.query_prior,
             snapshots.furniture["snapshot"],

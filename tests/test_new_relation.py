@@ -129,6 +129,30 @@ look = PastLook(1, 0, ("cup",), coverage=(0.5, 0.25, 1.0))
 print(_tell_look(look))
 print(EDGE_COLUMNS)
 """
+BATCHES = """
+from datamodules.features import FeatureConfig
+from datamodules.graph import GraphBuilder
+from nep.encoders import MLP
+from nep.model.module import NEPModule
+from nep.players.policy import NEPPolicy
+from sgm import SceneGraphMemory, Sighting
+from simulator.snapshots.taken import take_snapshots
+
+memory = SceneGraphMemory()
+kitchen = memory.add_room("kitchen")
+fridge, table = (memory.add_furniture(label, kitchen) for label in ("fridge", "table"))
+memory.observe(fridge, [Sighting("cup", "next to")])
+builder = GraphBuilder(FeatureConfig(candidates="all"))
+for name in ("cup", "milk"):
+    queries = memory.query(name)
+    batch = builder.build(take_snapshots(memory.batch, queries))
+    found = dict(zip(batch.query_furniture.tolist(), batch.query_relation.tolist(), strict=True))
+    likeliest = queries.prior[0].argmax(axis=1).tolist()
+    print(sorted(found.items()) == [(0, 2 if name == "cup" else likeliest[0]), (1, likeliest[1])])
+policy = NEPPolicy(NEPModule(MLP(units=4), transformer=False), builder)
+places, _ = policy.score_places(memory.batch, memory.query("cup"))
+print((places > -1e9).argmax(axis=2).tolist()[0][0], places.shape[2])
+"""
 
 
 def _run(*arguments):
@@ -172,3 +196,11 @@ def test_pages_and_networks_name_a_declared_relation():
         "saw cup; 50% of the inside and 25% of the upper side and 100% of the front in view"
     )
     assert columns == str(("prior", "is_onTop", "is_nextTo"))
+
+
+@pytest.mark.slow
+def test_batches_and_networks_have_a_declared_relation():
+    """Where it was seen, each place is asked about in the relation that it was seen in."""
+    cup, milk, answered = _run(DECLARED + BATCHES)
+    assert (cup, milk) == ("True", "True")
+    assert answered == "2 3"

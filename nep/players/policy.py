@@ -124,7 +124,7 @@ class NEPPolicy(StepPolicy):
 
     @torch.inference_mode()
     def score_places(self, memory: MemoryBatch, queries: Queries) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits of every place, (Q, F, 2), the last axis by `RELATIONS`, and of elsewhere.
+        """Return logits of every place, (Q, F, relations), and of elsewhere, (Q,).
 
         -inf for what the network does not answer.
         """
@@ -145,7 +145,7 @@ class NEPPolicy(StepPolicy):
         first = next(predictor.parameters())
         with equal_rows(first.dtype == torch.float32):
             answer = predictor.answer(batch.to(first.device, first.dtype))
-        scores = np.full((len(queries.home), memory.num_furniture, 2), -np.inf)
+        scores = np.full(queries.prior.shape, -np.inf)
         scores[tuple(place.numpy() for place in places)] = _round(answer.edges)
         elsewhere = np.full(len(queries.home), -np.inf)
         if answer.elsewhere is not None:

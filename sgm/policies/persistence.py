@@ -233,7 +233,7 @@ def _add(sums: np.ndarray, home: np.ndarray, values: np.ndarray) -> None:
 
 
 def _get_prior(memory: MemoryBatch, home: np.ndarray, prior: np.ndarray) -> np.ndarray:
-    """Return the weight of each place before anything was seen, (n, F, 2) -> (n, F).
+    """Return the weight of each place before anything was seen, (n, F, relations) -> (n, F).
 
     The same everywhere where the prior knows nothing of the object; never 0 or 1.
     """

@@ -167,10 +167,10 @@ def spread_over_furniture(
     compute_values: Callable[[np.ndarray], np.ndarray],
     default: np.ndarray,
 ) -> np.ndarray:
-    """Take per-edge values of the query objects to places, (Q, F, 2).
+    """Take per-edge values of the query objects to places, (Q, F, relations).
 
     `compute_values` gets rows of `memory.edges`, (n,), and returns their values, (n,); places
-    without a remembered edge have those of `default`, (Q, F, 2).
+    without a remembered edge have those of `default`, (Q, F, relations).
     """
     values = default.copy()
     query, edge = memory.edges_of(queries)

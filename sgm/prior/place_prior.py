@@ -22,8 +22,8 @@ class PlacePrior:
     home have weight zero.
 
     Attributes:
-        weights: float32 (H, O, F, 2), the last axis by `RELATIONS`; for an object type it sums to
-            one over the home, or to zero where the home has no place for it.
+        weights: float32 (H, O, F, relations); for an object type it sums to one over the home, or
+            to zero where the home has no place for it.
         furniture_prob: P(furniture | room) of each furniture node, float32 (H, F).
         objects: index into the prior's object types by label.
     """
@@ -73,7 +73,7 @@ class PlacePrior:
         self.furniture_prob = columns.prob[self._node].astype(np.float32)
 
     def rows(self, home: np.ndarray, object_type: np.ndarray) -> np.ndarray:
-        """Return the prior over places, (n,), (n,) -> (n, F, 2); type -1 is unknown: zeros."""
+        """Return the prior over places, (n,), (n,) -> (n, F, relations); zeros for type -1."""
         rows = self.weights[home, np.maximum(object_type, 0)]
         return np.where((object_type >= 0)[:, None, None], rows, 0)
 
@@ -94,7 +94,8 @@ class PlacePrior:
         unknown = self._list_unknown()
         if not unknown:
             return sum_relations(self.weights)
-        weights = np.moveaxis(self._columns.weights.take(self._node, axis=1), 0, 1)  # (H, O, F, 2)
+        # (H, O, F, relations)
+        weights = np.moveaxis(self._columns.weights.take(self._node, axis=1), 0, 1)
         for home, place in unknown:
             room, label = self._rooms[home][place], self._labels[home][place]
             weights[home, :, place] = self._columns.blend(str(room), label)
@@ -141,7 +142,7 @@ class PlacePrior:
         return [(int(home), int(place)) for home, place in np.argwhere(is_unknown)]
 
     def _share(self, weights: np.ndarray) -> np.ndarray:
-        """Scale weights of places to a sum of one a type, as the agents see them, (H, O, F, 2)."""
+        """Scale weights of places, (H, O, F, relations), to a sum of one a type, as agents see."""
         sums = np.empty((*weights.shape[:2], 1, 1))
         sizes = np.count_nonzero(self._is_place, axis=1)
         for size in np.unique(sizes):  # a row of another length is summed up in another order
@@ -214,7 +215,7 @@ class _Columns:
         return self.index.get((room, label), self.index.get((None, label), self.unknown))
 
     def blend(self, room: str, label: str) -> np.ndarray:
-        """Return the weights of furniture that is called like some that is known, (O, 2)."""
+        """Return weights, (O, relations), of furniture that is called like some that is known."""
         alike = [self.find(room, known) for known in self.labels]
         share = weigh(self.words.cosines([label]))[0]
         return np.einsum("okr,k->or", self.weights[:, alike], share)

@@ -71,8 +71,8 @@ def propose_edges(snapshots: Snapshots, proposed: np.ndarray, one_each: bool = F
 
     Args:
         snapshots: the snapshots.
-        proposed: places that the query object may be at, bool (NF, 2); a remembered one gets no
-            hypothetical edge beside it.
+        proposed: places that the query object may be at, bool (NF, relations); a remembered one
+            gets no hypothetical edge beside it.
         one_each: whether a furniture node has at most one query edge: of those remembered, the
             one that was true more often.
     """

@@ -32,7 +32,7 @@ class Snapshots:
             edge, and the query object.
         edges: `object`, `furniture`, `relation`, `prior`, the prior weight, and counters, (E,).
         query_object: row of the query object among the N, (B,).
-        query_prior: prior weight of every place for the query object, (NF, 2).
+        query_prior: prior weight of every place for the query object, (NF, relations).
         answers: furniture that truly holds the query object, bool (NF,); None if unknown.
         extras: what else was kept of each furniture node for the query, float (NF,) or (NF, D) by
             name: "belief" (NF, 4), from `HomeFilter.compute_features`; "relevance" (NF,), how

@@ -46,9 +46,9 @@ class Homes(ABC):
     """The true state of H homes of any sizes that are stepped together.
 
     `SampledHomes` samples homes, `simulator.trace.RecordedHomes` replays recorded
-    ones; a task cannot tell them apart. The largest home has R rooms, F furniture nodes, P = 2 F
-    places and slots for C objects; the rows of smaller ones end with the values that are named
-    below, and what happens in a home does not depend on those beside it.
+    ones; a task cannot tell them apart. The largest home has R rooms, F furniture nodes, P places
+    (`PlaceCode.count`) and slots for C objects; the rows of smaller ones end with the values that
+    are named below, and what happens in a home does not depend on those beside it.
 
     Attributes:
         prior: what can be known of homes beforehand.
@@ -142,7 +142,7 @@ class Homes(ABC):
         return np.tile(np.where(types < len(self.prior.objects), types, -1), (self.num_homes, 1))
 
     def view_prior(self, weights: np.ndarray) -> np.ndarray:
-        """Return `PlacePrior.weights` of the layouts as the agents know them, (H, O, F, 2)."""
+        """Return `PlacePrior.weights` of the layouts as the agents know them."""
         return weights
 
     def make_clock(self, home: int = 0) -> Clock | None:

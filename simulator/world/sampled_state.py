@@ -16,8 +16,8 @@ from simulator.world.transitions import Transitions
 class SampledState(Homes):
     """Furniture, objects in slots and T^i of H sampled homes; see `Homes`. `SampledHomes` fills it.
 
-    The largest home has F furniture nodes, P = 2 F places (a furniture node with a relation) and
-    up to C objects in slots; an empty slot has place -1.
+    The largest home has F furniture nodes, P places (a furniture node with a relation, `PlaceCode`)
+    and up to C objects in slots; an empty slot has place -1.
 
     Attributes:
         num_place_codes: P.

@@ -98,7 +98,7 @@ class MixedHomes(SampledHomes):
                 self._rename(home)
 
     def view_prior(self, weights: np.ndarray) -> np.ndarray:
-        """Return the prior of the layouts as the agents of these homes know it, (H, O, F, 2)."""
+        """Return the prior, (H, O, F, relations), as the agents of these homes know it."""
         seen = weights.copy()
         for home, view in enumerate(self.views):
             if view == TRUE:
@@ -120,7 +120,7 @@ class MixedHomes(SampledHomes):
         return seen
 
     def _draw_noise(self, rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-        """Draw standard normal noise of weights, (O, F, 2), by which a home differs from the prior.
+        """Draw normal noise of weights, (O, F, relations), by which a home differs from the prior.
 
         A third of its variance is that of a place and a third that of a kind: what is kept
         together elsewhere is kept together here, so that no mean over similar things removes it.
