@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import zipfile
 from pathlib import Path
@@ -105,6 +106,15 @@ def test_weights_are_tensors_and_config_is_json(exported):
     assert config["schema"]["feature_schema"] == 1
     assert config["schema"]["edge_types"][0] == ["house", "contains", "floor"]
     assert config["model"]["encoder"]["class_path"] == "nep.encoders.heat.HEAT"
+
+
+def test_reference_pages_name_the_files_of_an_exported_folder(exported):
+    written = {file.name for file in exported.iterdir()} | {"network.onnx"}  # where it can be
+    for page in ("files.md", "network.md"):
+        lines = (ROOT / "docs" / "reference" / page).read_text(encoding="utf-8").split("\n")
+        (about,) = [line for line in lines if line.startswith(("| `config.json`", "`config.json`"))]
+        named = set(re.findall(r"`(\w+\.\w+)`", about)) - {"nep.export"}
+        assert {"config.json", "weights.safetensors"} <= named <= written
 
 
 def test_the_card_of_a_network_from_recorded_homes_claims_no_simulated_ones():
