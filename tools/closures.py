@@ -18,6 +18,10 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from sgm.messages import shorten
+from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.process import run_main
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("sgm", "simulator", "datamodules", "nep")
 # Most files that an import may load.
@@ -27,7 +31,11 @@ MOST_WALKED = {"observe": (8, 20), "rank": (15, 23), "rank first": (29, 57)}
 
 
 def list_closure(module: str) -> list[str]:
-    """Return the modules of ours that an import of one loads, in a fresh interpreter."""
+    """Return the modules of ours that an import of one loads, in a fresh interpreter.
+
+    Raises:
+        ValueError: if it cannot be imported.
+    """
     code = (
         f"import importlib, json, sys; importlib.import_module({module!r}); "
         "print(json.dumps({n: m.__file__ for n, m in sys.modules.items()"
@@ -38,8 +46,14 @@ def list_closure(module: str) -> list[str]:
         cwd=ROOT,
         capture_output=True,
         text=True,
-        check=True,
+        check=False,
     )
+    if done.returncode:
+        last = done.stderr.strip().rpartition("\n")[2]
+        raise ValueError(
+            f"module must be one that can be imported, got {shorten(module)} ({last}). Check the "
+            "name."
+        )
     found = json.loads(done.stdout.splitlines()[-1])
     return sorted(
         name
@@ -119,21 +133,25 @@ def walk_calls() -> dict[str, CallWalk]:
     return walks
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Print closures and profiles; with names of modules, what each of them loads."""
-    names = sys.argv[1:] if arguments is None else arguments
-    for name in names:
-        print("\n".join([f"{name}:", *(f"  {loaded}" for loaded in list_closure(name))]))
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line: print closures and profiles."""
+    parser = make_parser("python -m tools.closures", __doc__)
+    parser.add_argument(
+        "modules", nargs="*", default=[], help="print what each of these loads, and no more"
+    )
+    with one_line_errors(status=2):
+        names = parse(parser, arguments).modules
+        for name in names:
+            print("\n".join([f"{name}:", *(f"  {loaded}" for loaded in list_closure(name))]))
     if names:
-        return 0
+        return
     print("| import | files of ours |\n| --- | --- |")
     for name in ("sgm.finder.object_finder", *MOST_FILES, "nep.evaluate", "nep.reproduce"):
         print(f"| `{name}` | {len(list_closure(name))} |")
     print("\n| call | calls | files | returns |\n| --- | --- | --- | --- |")
     for name, walk in walk_calls().items():
         print(f"| `{name}` | {walk.calls} | {len(walk.files)} | {walk.returns} |")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_main(main)

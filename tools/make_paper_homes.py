@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from nep.bench.comparisons import correct_rows
@@ -20,6 +19,8 @@ from nep.bench.paper.paper_tables import (
 )
 from nep.report.results import ScoreSummary
 from nep.report.tables import BOUNDED, TOP, TableColumn, join_table, lay_out
+from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.process import run_main
 
 TASKS = {
     "predict_location": "location ↑",
@@ -65,6 +66,14 @@ def make_orderings(results: Results) -> str:
     return lay_out(correct_rows(claims), (where, CLAIM, *VERDICT), 2)
 
 
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = make_parser("python -m tools.make_paper_homes", __doc__)
+    parser.add_argument("scores", type=Path, help="table_1.json of nep.reproduce --homes paper")
+    with one_line_errors(status=2):
+        results, _ = load_table_1(parse(parser, arguments).scores)
+        print(f"{make_table(results)}\n{make_orderings(results)}", end="")
+
+
 if __name__ == "__main__":
-    loaded, _ = load_table_1(Path(sys.argv[1]))
-    print(f"{make_table(loaded)}\n{make_orderings(loaded)}", end="")
+    run_main(main)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from datamodules.features import EDGE_SCALE, NODE_SCALE
 from sgm.schema import NUM_RELATIONS
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
+from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.policies import make_policy
+from simulator.process import run_main
 from simulator.tasks.rollout import Rollout
 from simulator.world.noise import compute_noisy_weights
 
 _HOMES, _STEPS = 20, 100
-NODE_SCALE, EDGE_SCALE = 0.2, 0.5  # paper appendix B
 
 
 def measure_moves(prior: PriorGraph) -> str:
@@ -94,8 +98,10 @@ def _get_rooms(homes: SampledHomes, home: np.ndarray, furniture: np.ndarray) -> 
     return rooms[home, furniture]
 
 
-def main() -> None:
-    """Print a line per row."""
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line: print a line per row."""
+    with one_line_errors(status=2):
+        parse(make_parser("python -m tools.measure_design", __doc__), arguments)
     prior = PriorGraph.default()
     for name, line in (
         ("moves", measure_moves(prior)),
@@ -107,4 +113,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

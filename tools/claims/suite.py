@@ -19,7 +19,6 @@ from nep.bench.paper.work import (
 from nep.bench.runner import Suite
 from nep.bench.table_options import Option
 from simulator.command_line import one_line_errors
-from simulator.process import run_main
 from tools.claims.plan import ClaimsPlan
 from tools.claims.report import make_report
 
@@ -83,6 +82,3 @@ class Claims(Suite):
 
 
 main = Claims().main
-
-if __name__ == "__main__":
-    run_main(main)

@@ -17,7 +17,6 @@ from nep.robot.finder import ObjectFinder
 from sgm.arrays.week import DAY_SECONDS
 from sgm.finder.finder import Finder
 from sgm.policies import Adaptive, Bayesian
-from simulator.process import run_main
 from tools.elsewhere.homes import KINDS, RECORDED, STEP_SECONDS, list_recorded, list_simulated
 from tools.elsewhere.questions import Answers, ask
 from tools.elsewhere.summary import make_tables, summarise
@@ -148,6 +147,3 @@ class Elsewhere(TableSuite[ElsewhereGame]):
 
 
 main = Elsewhere().main
-
-if __name__ == "__main__":
-    run_main(main)

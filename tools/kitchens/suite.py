@@ -15,7 +15,6 @@ from nep.bench.task_game import TaskGame
 from nep.players.contestants import Checkpoint
 from nep.report.tables import join_table
 from sgm.prior.prior_graph import PriorGraph
-from simulator.process import run_main
 from simulator.trace.source import RecordedSource, check_step_seconds
 from simulator.trace.trace import find_traces, load_trace
 from simulator.world.config import HomeConfig
@@ -150,6 +149,3 @@ def make_robot_tables(scores: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 main = Kitchens().main
-
-if __name__ == "__main__":
-    run_main(main)

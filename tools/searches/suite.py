@@ -21,7 +21,6 @@ from nep.robot.finder import ObjectFinder
 from sgm.belief import Detector
 from sgm.finder.finder import Finder
 from simulator.policies.registry import find_policy
-from simulator.process import run_main
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
 from tools.home_games import list_lived_homes
@@ -234,6 +233,3 @@ class Searches(TableSuite[SearchGame]):
 
 
 main = Searches().main
-
-if __name__ == "__main__":
-    run_main(main)
