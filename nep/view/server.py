@@ -17,8 +17,8 @@ from sgm.files import parse_json
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten, shorten_text
 from sgm.schema import MAX_TIME
+from sgm.serve.argument_rules import TEXT, make_choice_rule, make_whole_rule
 from sgm.serve.guard import Guard, Refused
-from sgm.serve.rules import TEXT, make_choice_rule, make_whole_rule
 from simulator.replay.replay import StillMemory
 
 MOST_BYTES = 10_000  # of a request; the page sends a hundred

@@ -31,9 +31,7 @@ _MOST_SEEN = 100  # detections of furniture, and of things, that are read of a f
 # Of so many latest detections of furniture, those at its place, for a pose to be believed again.
 _DOUBTED, _SURE_AGAIN = 8, 5
 _GROWN = 0.5  # share of a footprint that lies in the one which is drawn for it now
-# Furniture that was in view in so many of the latest frames, and seen in less than that share of
-# them, is not there. Frames count from so near by, in metres, that it should have been seen.
-_LEAST_SHOWN, _MOST_SHOWN, _LEAST_NAMED, _SEEN_SURELY = 30, 60, 0.1, 3.0
+_SEEN_SURELY = 3.0  # metres: furniture that is in view from so near by should be detected
 _INSIDE = 0.05  # metres below the upper side, and from all others, of what lies inside
 
 
@@ -213,7 +211,7 @@ class FurnitureMapper:
         is_shown &= np.linalg.norm(center - view.pose.position, axis=1) < _SEEN_SURELY
         for number in np.flatnonzero(is_shown).tolist():
             sketch, _ = drawn[number]
-            if sketch.num_shown >= _MOST_SHOWN:
+            if sketch.num_shown >= 2 * self.rules.least_shown:  # the latest ones count more
                 sketch.num_shown, sketch.num_named = sketch.num_shown / 2, sketch.num_named / 2
             sketch.num_shown += 1
             sketch.num_named += sketch.number in taken
@@ -267,8 +265,8 @@ class FurnitureMapper:
                 self._merge(whole[0], number)
                 gone.append(sketch)
             elif (
-                sketch.num_shown >= _LEAST_SHOWN
-                and sketch.num_named < _LEAST_NAMED * sketch.num_shown
+                sketch.num_shown >= self.rules.least_shown
+                and sketch.num_named < self.rules.least_named * sketch.num_shown
             ):
                 del self._by_id[number]
                 self._spots.make_of(number)

@@ -21,6 +21,9 @@ class MapRules:
         least_overlap: share of the smaller footprint that is in both, of detections of one label
             that are of one piece of furniture.
         least_likeness: overlap of detections with how the box looks, on average.
+        least_shown: latest frames in which furniture that was found was in view, after which it may
+            be found not to be there any more.
+        least_named: share of these frames in which it must have been detected.
         settle: seconds between two changes of the map; visits end with each.
         longest_doubt: seconds after a jump of the pose after which it is believed, if it has not
             jumped again, though no furniture was seen where it stands: the map itself has moved,
@@ -34,12 +37,19 @@ class MapRules:
     most_frames: int = 400
     least_overlap: float = 0.4
     least_likeness: float = 0.4
+    least_shown: int = 30
+    least_named: float = 0.1
     settle: float = 10.0
     longest_doubt: float = 60.0
 
     def __post_init__(self) -> None:
         """Raise ValueError for a number that is out of range."""
-        check_at_least(1, least_frames=self.least_frames, most_frames=self.most_frames)
+        check_at_least(
+            1,
+            least_frames=self.least_frames,
+            most_frames=self.most_frames,
+            least_shown=self.least_shown,
+        )
         check_at_least(
             0,
             least_apart=self.least_apart,
@@ -48,4 +58,8 @@ class MapRules:
             settle=self.settle,
             longest_doubt=self.longest_doubt,
         )
-        check_shares(least_overlap=self.least_overlap, least_likeness=self.least_likeness)
+        check_shares(
+            least_overlap=self.least_overlap,
+            least_likeness=self.least_likeness,
+            least_named=self.least_named,
+        )

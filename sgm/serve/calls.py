@@ -11,8 +11,7 @@ from sgm.finder.service import MemoryService
 from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
 from sgm.serve.answer_schema import make_schema
-from sgm.serve.coerced import coerce
-from sgm.serve.rules import (
+from sgm.serve.argument_rules import (
     PLACE,
     POSITION,
     RELATION,
@@ -27,6 +26,7 @@ from sgm.serve.rules import (
     make_text_rule,
     make_whole_rule,
 )
+from sgm.serve.coerced import coerce
 
 VERSION: Final = "v1"  # of the schema: fields may be added in it, and none changes or goes
 REQUIRED: Final = object()

@@ -366,6 +366,16 @@ def test_furniture_that_is_carried_off_leaves_the_map():
     assert memory.last_seen("mug").furniture is None
 
 
+def test_how_long_furniture_must_be_missed_is_a_rule():
+    memory, mapper, walk = make(rules=MapRules(least_shown=200))
+    for detections in ([("table", TABLE)], []):
+        walk.see(look_around(TABLE.center, num=60), detections)
+        walk.tell(memory)
+        walk.time += 20
+    assert "furniture gone" not in mapper.counts
+    assert [row.label for row in memory.layout.furniture.values()] == ["table"]
+
+
 def test_furniture_that_is_not_there_leaves_a_spot_where_things_lie():
     memory, mapper, walk = make()
     mug = put_on(TABLE, -0.2, 0.1)

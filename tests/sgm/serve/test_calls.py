@@ -9,9 +9,9 @@ import pytest
 from sgm.finder.answers import to_json
 from sgm.finder.service import MemoryService
 from sgm.memory.sighting import Sighting
+from sgm.serve.argument_rules import MOST_SEEN
 from sgm.serve.calls import BY_NAME, CALLS, REQUIRED
 from sgm.serve.documents import make_openapi, make_page, make_tables
-from sgm.serve.rules import MOST_SEEN
 
 from .conftest import START, open_service
 
