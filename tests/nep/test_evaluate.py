@@ -182,7 +182,7 @@ def test_a_checkpoint_for_one_task_and_other_rules(tmp_path, checkpoint):
             *SMALL,
             "--policies",
             "none",
-            "--no-dynamic-nodes",
+            "--home.no-dynamic-nodes",
             "--tasks",
             "predict_location",
             "find_object",

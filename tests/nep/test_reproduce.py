@@ -115,7 +115,7 @@ def test_stored_scores_are_those_of_the_checkpoint(folder, tmp_path, python):
             str(tmp_path),
             "--tasks",
             "find_object",
-            "--no-dynamic-nodes",
+            "--home.no-dynamic-nodes",
             "--num_homes",
             "3",
             "--steps",

@@ -14,7 +14,7 @@ from simulator.trace.__main__ import main
 def test_record_and_check(tmp_path, capsys):
     out = tmp_path / "traces"
     arguments = ["record", "--num_homes", "2", "--steps", "3", "--seed", "5", "--out", str(out)]
-    assert main([*arguments, "--no-dynamic-nodes", "--step-seconds", "60"]) == 0
+    assert main([*arguments, "--home.no-dynamic-nodes", "--step-seconds", "60"]) == 0
     trace = load_trace(out / "home_000001")
     assert trace.truth.step_seconds == 60
     assert not trace.truth.config.dynamic_nodes
