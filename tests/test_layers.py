@@ -74,19 +74,7 @@ SGM_OPTIONAL = {
     "sgm/text/tok2vec.py": {"safetensors"},
 }
 # Names of files and folders that say nothing from outside.
-NO_NAMES = (
-    "base",
-    "common",
-    "expected",
-    "helpers",
-    "kinds",
-    "misc",
-    "others",
-    "stage",
-    "still",
-    "utils",
-    "ways",
-)
+NO_NAMES = "base common expected helpers kinds misc others stage still utils ways".split()
 SAYS_NOTHING = ("it", "one", "ones", "own")  # as a variable, a field or a parameter
 HEAVY = LEARNING | {"matplotlib", "minigrid", "rich", "spacy", "tensorboard"}
 

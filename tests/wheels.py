@@ -31,18 +31,8 @@ FILES = ("tests", "docs", "README.md", "setup.cfg", "CONTRIBUTING.md")
 # Homes of the tests come from the simulator, which needs numba, scipy, joblib and tqdm.
 # Maps need PyYAML, depth images Pillow.
 TEST_PACKAGES = (
-    "pytest",
-    "pytest-xdist",
-    "hypothesis",
-    "filelock",
-    "packaging",
-    "numba",
-    "scipy",
-    "joblib",
-    "pyyaml",
-    "pillow",
-    "tqdm",
-)
+    "pytest pytest-xdist hypothesis filelock packaging numba scipy joblib pyyaml pillow tqdm"
+).split()
 HEAVY = ("torch", "dgl", "lightning", "spacy", "scipy", "numba")
 LIGHT = ("-m", "not slow", "tests/sgm", "tests/simulator/world", "tests/simulator/snapshots")
 FAST = ("-m", "not slow", "tests/datamodules", "tests/nep/model", "tests/nep/layers")

@@ -51,33 +51,9 @@ _IDLE_SECONDS = 20  # of waiting, neither for a processor nor writing
 _PATIENCE = 60  # seconds; a process that has done neither in them is ended
 _PER_PROCESS = 250
 KINDS = (
-    "memory",
-    "trace",
-    "prior",
-    "collection",
-    "exported",
-    "checkpoint",
-    "log",
-    "results",
-    "source",
-    "layout",
-    "session",
-    "command",
-    "writing",
-    "tensor",
-    "pickle",
-    "homer",
-    "yaml",
-    "replay",
-    "page",
-    "serve",
-    "threads",
-    "special",
-    "links",
-    "start",
-    "idle",
-    "names",
-)
+    "memory trace prior collection exported checkpoint log results source layout session command "
+    "writing tensor pickle homer yaml replay page serve threads special links start idle names"
+).split()
 
 
 class Hang(BaseException):

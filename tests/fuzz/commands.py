@@ -50,22 +50,9 @@ COMMANDS = (
         "simulator.collect",
         ("--out=out", "--num_homes=1", "--steps=2", *SMALL),
         (
-            "policy",
-            "task",
-            "split",
-            "seed",
-            "workers",
-            "homes",
-            "trace",
-            "prior",
-            "step_seconds",
-            "replays",
-            "home.move_share",
-            "home.detection_error",
-            "dynamics",
-            "sensing",
-            "looks",
-        ),
+            "policy task split seed workers homes trace prior step_seconds replays "
+            "home.move_share home.detection_error dynamics sensing looks"
+        ).split(),
     ),
     ("simulator.trace", ("check", "home"), ("step_seconds", "by_day", "prior")),
     (
@@ -86,17 +73,7 @@ COMMANDS = (
     (
         "tools.priors",
         ("build", "--source=table=rows.csv", "--out=built.json"),
-        (
-            "source",
-            "num_homes",
-            "seed",
-            "normalise",
-            "scope",
-            "coarse",
-            "min_edges",
-            "min_places",
-            "skip_bad",
-        ),
+        "source num_homes seed normalise scope coarse min_edges min_places skip_bad".split(),
     ),
     ("simulator.test_sets", ("show", "paper-32-on-v1"), ()),
     ("simulator.test_sets", ("check", "x"), ()),
@@ -120,17 +97,7 @@ COMMANDS = (
             "--tasks=predict_location",
             *SMALL,
         ),
-        (
-            "policies",
-            "tasks",
-            "checkpoint",
-            "encoders",
-            "split",
-            "seed",
-            "threads",
-            "trace",
-            "homes",
-        ),
+        "policies tasks checkpoint encoders split seed threads trace homes".split(),
     ),
     (
         "nep.export",
@@ -141,14 +108,9 @@ COMMANDS = (
     (
         "nep.bench",
         (
-            "elsewhere",
-            "--out=elsewhere.md",
-            "--kinds=carrying",
-            "--num_homes=1",
-            "--days=1",
-            "--play_days=1",
-            "--questions=2",
-        ),
+            "elsewhere --out=elsewhere.md --kinds=carrying --num_homes=1 --days=1 --play_days=1 "
+            "--questions=2"
+        ).split(),
         ("checkpoint", "kinds", "trace", "outside", "looks", "seed", "questions"),
     ),
 )
@@ -173,20 +135,11 @@ def make_inputs(folder: Path) -> None:
 
 
 # What says when to end: left out, a command works for minutes or serves a page, which is no hang.
-BOUNDS = (
-    "--num_homes",
-    "--steps",
-    "--runs",
-    "--queries_per_home",
-    "--policies",
-    "--tasks",
-    "--source",
-    "--save",
-    "--sizes",
-    "--days",
-    "--play_days",
-    "--questions",
-    "--learn",
+BOUNDS = tuple(
+    (
+        "--num_homes --steps --runs --queries_per_home --policies --tasks --source --save --sizes "
+        "--days --play_days --questions --learn"
+    ).split()
 )
 
 

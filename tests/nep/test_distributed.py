@@ -15,42 +15,13 @@ REPOSITORY = Path(__file__).parents[2]
 # Sampled by one `DistributedSampler`, both see the same snapshots in a step. The listwise loss is a
 # mean over snapshots, so that the mean over two halves of a batch is that over the batch; the
 # paper's loss weighs false edges by their number in the batch of each process.
-SETTING = [
-    "--config",
-    "mlp.yaml",
-    "--model.encoder.init_args.units",
-    "16",
-    "--model.dropout",
-    "0",
-    "--model.paper_loss",
-    "false",
-    "--model.listwise_weight",
-    "1",
-    "--data.num_homes",
-    "8",
-    "--data.steps",
-    "20",
-    "--data.num_val_homes",
-    "2",
-    "--data.workers",
-    "1",
-    "--online.num_homes",
-    "2",
-    "--online.steps",
-    "5",
-    "--online.policies",
-    "[bayesian,ceiling]",
-    "--trainer.max_epochs",
-    "2",
-    "--trainer.enable_progress_bar",
-    "false",
-    "--threads",
-    "1",
-    "--trainer.strategy",
-    "ddp",
-    "--trainer.callbacks+",
-    "recorder.Recorder",
-]
+SETTING = (
+    "--config mlp.yaml --model.encoder.init_args.units 16 --model.dropout 0 --model.paper_loss "
+    "false --model.listwise_weight 1 --data.num_homes 8 --data.steps 20 --data.num_val_homes 2 "
+    "--data.workers 1 --online.num_homes 2 --online.steps 5 --online.policies [bayesian,ceiling] "
+    "--trainer.max_epochs 2 --trainer.enable_progress_bar false --threads 1 --trainer.strategy "
+    "ddp --trainer.callbacks+ recorder.Recorder"
+).split()
 
 # Plain gradient descent: Adam divides a gradient by its own size, so that the sign of a rounding
 # error (the bias of the last layer has gradient zero) becomes a whole step.

@@ -31,20 +31,12 @@ def checkpoint(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         fit(
-            [
-                "--config",
-                "mlp.yaml",
-                "--trainer.max_epochs=1",
-                "--data.num_homes=2",
-                "--data.steps=6",
-                "--data.num_val_homes=1",
-                "--data.batch_size=8",
-                "--data.workers=1",
-                "--online.num_homes=1",
-                "--online.steps=2",
-                "--trainer.log_every_n_steps=1",
-                "--trainer.enable_progress_bar=false",
-            ]
+            (
+                "--config mlp.yaml --trainer.max_epochs=1 --data.num_homes=2 --data.steps=6 "
+                "--data.num_val_homes=1 --data.batch_size=8 --data.workers=1 --online.num_homes=1 "
+                "--online.steps=2 --trainer.log_every_n_steps=1 "
+                "--trainer.enable_progress_bar=false"
+            ).split()
         )
     return folder / "runs" / "mlp" / "version_0" / "checkpoints" / "last.ckpt"
 

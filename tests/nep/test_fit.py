@@ -28,18 +28,11 @@ from simulator.world.mixture.source import Mixture, MixtureSource
 
 pytestmark = pytest.mark.slow
 
-SMALL = [
-    "--trainer.max_epochs=1",
-    "--trainer.log_every_n_steps=1",
-    "--trainer.enable_progress_bar=false",
-    "--data.num_homes=2",
-    "--data.steps=8",
-    "--data.num_val_homes=1",
-    "--data.batch_size=8",
-    "--data.workers=1",
-    "--online.num_homes=1",
-    "--online.steps=3",
-]
+SMALL = (
+    "--trainer.max_epochs=1 --trainer.log_every_n_steps=1 --trainer.enable_progress_bar=false "
+    "--data.num_homes=2 --data.steps=8 --data.num_val_homes=1 --data.batch_size=8 "
+    "--data.workers=1 --online.num_homes=1 --online.steps=3"
+).split()
 
 
 @pytest.fixture
@@ -81,12 +74,7 @@ def test_fit_writes_what_replays_reloads_and_resumes(folder, capsys):
     scalars = {name: len(events.Scalars(name)) for name in events.Tags()["scalars"]}
     assert scalars["train/loss"] == cli.trainer.global_step
     for name in (
-        "train/hits_at_1",
-        "train/auroc",
-        "val/loss",
-        "val/hits_at_1",
-        "val/auroc",
-        "val/average_precision",
+        "train/hits_at_1 train/auroc val/loss val/hits_at_1 val/auroc val/average_precision".split()
     ):
         assert scalars[name] == 1, name  # once an epoch
 

@@ -6,17 +6,11 @@ import torch
 from nep.fit import main
 from nep.model.module import NEPModule
 
-SMALL = [
-    "--config",
-    "mlp.yaml",
-    "--data.num_homes=1",
-    "--data.steps=2",
-    "--data.num_val_homes=1",
-    "--trainer.max_epochs=1",
-    "--trainer.logger=false",
-    "--trainer.enable_progress_bar=false",
-    "--trainer.enable_checkpointing=false",
-]
+SMALL = (
+    "--config mlp.yaml --data.num_homes=1 --data.steps=2 --data.num_val_homes=1 "
+    "--trainer.max_epochs=1 --trainer.logger=false --trainer.enable_progress_bar=false "
+    "--trainer.enable_checkpointing=false"
+).split()
 
 
 @pytest.fixture(autouse=True)

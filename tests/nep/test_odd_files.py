@@ -217,18 +217,11 @@ def test_an_odd_state_to_go_on_from_is_refused(change, tmp_path, monkeypatch, ca
     assert len(error) < 1500
 
 
-SMALL = [
-    "--config=mlp.yaml",
-    "--data.num_homes=2",
-    "--data.num_val_homes=1",
-    "--data.steps=3",
-    "--online.num_homes=1",
-    "--online.steps=2",
-    "--trainer.enable_progress_bar=false",
-    "--trainer.logger=false",
-    "--trainer.enable_model_summary=false",
-    "--data.data_dir=data",
-]
+SMALL = (
+    "--config=mlp.yaml --data.num_homes=2 --data.num_val_homes=1 --data.steps=3 "
+    "--online.num_homes=1 --online.steps=2 --trainer.enable_progress_bar=false "
+    "--trainer.logger=false --trainer.enable_model_summary=false --data.data_dir=data"
+).split()
 
 
 @pytest.fixture(scope="module")

@@ -19,17 +19,7 @@ pytestmark = [
 
 ROOT = Path(__file__).parents[2]
 COLLECT = ["--num_homes", "5", "--steps", "4", "--seed", "3"]
-EVALUATE = [
-    "--num_homes",
-    "3",
-    "--steps",
-    "4",
-    "--tasks",
-    "find_object",
-    "--policies",
-    "bayesian",
-    "ceiling",
-]
+EVALUATE = "--num_homes 3 --steps 4 --tasks find_object --policies bayesian ceiling".split()
 CODE = """
 import json, sys
 import ray

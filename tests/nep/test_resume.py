@@ -19,20 +19,12 @@ from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.resume import RandomStates
 from nep.fit import main
 
-SMALL = [
-    "--config=heat.yaml",
-    "--threads=1",
-    "--trainer.log_every_n_steps=1",
-    "--trainer.enable_progress_bar=false",
-    "--data.num_homes=3",
-    "--data.steps=8",
-    "--data.num_val_homes=1",
-    "--data.batch_size=4",
-    "--data.workers=1",
-    "--online.num_homes=1",
-    "--online.steps=2",
-    "--online.policies=[]",
-]
+SMALL = (
+    "--config=heat.yaml --threads=1 --trainer.log_every_n_steps=1 "
+    "--trainer.enable_progress_bar=false --data.num_homes=3 --data.steps=8 --data.num_val_homes=1 "
+    "--data.batch_size=4 --data.workers=1 --online.num_homes=1 --online.steps=2 "
+    "--online.policies=[]"
+).split()
 RUN = "runs/heat/version_{}"
 
 

@@ -20,19 +20,11 @@ def folder(tmp_path, monkeypatch):
 def test_the_command_line_changes_a_config(folder):
     (folder / "new.yaml").write_text("data:\n  steps: 7\n  num_homes: 5\n")
     cli = FitCLI(
-        [
-            "--config=mlp.yaml",
-            "--config=new.yaml",
-            "--data.num-homes",
-            "4",
-            "--data.batch_size=3",
-            "--model.dropout=0.2",
-            "--model.schedule=cosine",
-            "--data.home.dynamics",
-            "paper",
-            "--data.home.max_looks=4",
-            "--data.no_relevance",
-        ]
+        (
+            "--config=mlp.yaml --config=new.yaml --data.num-homes 4 --data.batch_size=3 "
+            "--model.dropout=0.2 --model.schedule=cosine --data.home.dynamics paper "
+            "--data.home.max_looks=4 --data.no_relevance"
+        ).split()
     )
     assert (cli.datamodule.train_config.steps, cli.datamodule.train_config.num_homes) == (7, 4)
     assert cli.datamodule.train_config.homes.home.max_looks == 4

@@ -279,19 +279,10 @@ def test_a_snapshot_takes_less_than_20_kilobytes(tmp_path):
 
 @pytest.mark.slow
 def test_the_module_runs_as_documented(tmp_path):
-    command = [
-        "--num_homes",
-        "1",
-        "--steps",
-        "2",
-        "--policy",
-        "bayesian",
-        "--task",
-        "predict_location",
-        "--workers",
-        "1",
-        "--home.no-dynamic-nodes",
-    ]
+    command = (
+        "--num_homes 1 --steps 2 --policy bayesian --task predict_location --workers 1 "
+        "--home.no-dynamic-nodes"
+    ).split()
     done = subprocess.run(
         [sys.executable, "-m", "simulator.collect", "--out", str(tmp_path / "data"), *command],
         cwd=ROOT,

@@ -66,17 +66,10 @@ def test_options_are_read_as_they_are_typed(typed, read):
 def test_every_rule_of_a_home_is_an_option():
     options = parse(
         make(),
-        [
-            "--home.furniture_per_room",
-            "6",
-            "--home.detection_error=0.1",
-            "--home.rooms",
-            "kitchen",
-            "--home.sensing",
-            "misses_per_type",
-            "--home.sensing.rates.mug",
-            "0.5",
-        ],
+        (
+            "--home.furniture_per_room 6 --home.detection_error=0.1 --home.rooms kitchen "
+            "--home.sensing misses_per_type --home.sensing.rates.mug 0.5"
+        ).split(),
     )
     source = HomeOptions(**pick(options, HomeOptions)).make()
     assert source.home == HomeConfig(

@@ -28,18 +28,9 @@ from collections.abc import Callable
 
 # What a fresh interpreter spends most of its time on.
 PACKAGES = (
-    "numpy",
-    "scipy.stats",
-    "numba",
-    "torch",
-    "torchmetrics",
-    "lightning.pytorch.cli",
-    "dgl",
-    "spacy",
-    "matplotlib.pyplot",
-    "rich.progress",
-    "joblib",
-)
+    "numpy scipy.stats numba torch torchmetrics lightning.pytorch.cli dgl spacy matplotlib.pyplot "
+    "rich.progress joblib"
+).split()
 
 _AT_EXIT: list[Callable[[], object]] = []  # what a fork does after all others
 

@@ -34,21 +34,12 @@ def fit(tmp_path_factory):
         patch.chdir(folder)
         patch.setattr(OnlineEvaluation, "_play", record)
         main(
-            [
-                "--config",
-                "mlp.yaml",
-                "--trainer.max_epochs=3",
-                "--data.num_homes=2",
-                "--data.steps=8",
-                "--data.num_val_homes=1",
-                "--data.batch_size=8",
-                "--data.workers=1",
-                "--online.num_homes=2",
-                "--online.steps=5",
-                "--online.every_n_epochs=2",
-                "--trainer.log_every_n_steps=1",
-                "--trainer.enable_progress_bar=false",
-            ]
+            (
+                "--config mlp.yaml --trainer.max_epochs=3 --data.num_homes=2 --data.steps=8 "
+                "--data.num_val_homes=1 --data.batch_size=8 --data.workers=1 --online.num_homes=2 "
+                "--online.steps=5 --online.every_n_epochs=2 --trainer.log_every_n_steps=1 "
+                "--trainer.enable_progress_bar=false"
+            ).split()
         )
     return folder / "runs" / "mlp" / "version_0", epochs
 

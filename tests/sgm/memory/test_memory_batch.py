@@ -56,13 +56,7 @@ def test_counters_over_a_sequence_of_looks(make_tiny_memory):
         memory.step()
         look(memory, furniture, seen)
     counters = (
-        "num_observed",
-        "num_true",
-        "num_changed",
-        "last_observed",
-        "last_changed",
-        "last_true",
-        "is_true",
+        "num_observed num_true num_changed last_observed last_changed last_true is_true".split()
     )
     assert read_edges(memory, *counters) == {
         # looked at 4 times, true twice; true -> false -> true -> false: 3 changes, last at 5

@@ -8,18 +8,7 @@ from sgm.names.comparison import ALL_SAID, compare
 from sgm.names.name_matching import RELATED, SYNONYM, NameIndex
 
 WORDS = "red blue mug cup box of soap bottle piano bench dad's phone glasses keys zorb 1 2".split()
-TABLES = (
-    "descriptions",
-    "readings",
-    "written",
-    "words",
-    "things",
-    "contents",
-    "endings",
-    "same",
-    "spelled",
-    "texts",
-)
+TABLES = "descriptions readings written words things contents endings same spelled texts".split()
 
 
 def sample_names(rng, number):

@@ -208,20 +208,10 @@ def test_tgb_columns_by_hand(tmp_path):
 
 
 def test_the_command_writes_once_and_refuses_other_settings(tmp_path, capsys):
-    small = [
-        "--format",
-        "events",
-        "--num_homes",
-        "2",
-        "--steps",
-        "4",
-        "--workers",
-        "1",
-        "--home.furniture_per_room",
-        "3",
-        "--home.objects_per_furniture",
-        "4",
-    ]
+    small = (
+        "--format events --num_homes 2 --steps 4 --workers 1 --home.furniture_per_room 3 "
+        "--home.objects_per_furniture 4"
+    ).split()
     out = tmp_path / "events"
     main([*small, "--out", str(out)])
     assert "events.csv, nodes.csv, questions.csv" in capsys.readouterr().out

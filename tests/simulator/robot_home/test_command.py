@@ -5,14 +5,8 @@ from sgm.memory.log_reader import read_log
 from simulator.robot_home.__main__ import main
 
 SMALL = (
-    "--home.furniture_per_room",
-    "2",
-    "--home.objects_per_furniture",
-    "2",
-    "--home.dynamics",
-    "paper",
-    "--quiet",
-)
+    "--home.furniture_per_room 2 --home.objects_per_furniture 2 --home.dynamics paper --quiet"
+).split()
 
 
 @pytest.mark.slow

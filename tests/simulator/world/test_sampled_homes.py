@@ -11,14 +11,9 @@ from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import Streams
 
 STATE = (
-    "furniture_type",
-    "furniture_code",
-    "place_weights",
-    "object_type",
-    "object_code",
-    "object_place",
-    "object_move_weight",
-)
+    "furniture_type furniture_code place_weights object_type object_code object_place "
+    "object_move_weight"
+).split()
 
 
 @pytest.fixture(scope="module")

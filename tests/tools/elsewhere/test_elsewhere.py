@@ -157,20 +157,9 @@ def test_scores_that_are_stored_were_scored_by_this_code():
 @pytest.mark.slow
 def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    command = [
-        "--kinds",
-        "carrying",
-        "--num_homes",
-        "2",
-        "--days",
-        "2",
-        "--play_days",
-        "1",
-        "--questions",
-        "12",
-        "--looks",
-        "4",
-    ]
+    command = (
+        "--kinds carrying --num_homes 2 --days 2 --play_days 1 --questions 12 --looks 4".split()
+    )
     main(command)
     text = Path("elsewhere.md").read_text(encoding="utf-8")
     assert "`python -m nep.bench elsewhere --kinds carrying --num_homes 2 --days 2" in text

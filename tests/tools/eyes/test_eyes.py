@@ -7,14 +7,8 @@ from tools.eyes.__main__ import main
 from tools.eyes.results import compute_ratio, format_results
 
 SMALL = (
-    "--home.furniture_per_room",
-    "2",
-    "--home.objects_per_furniture",
-    "2",
-    "--home.dynamics",
-    "paper",
-    "--quiet",
-)
+    "--home.furniture_per_room 2 --home.objects_per_furniture 2 --home.dynamics paper --quiet"
+).split()
 
 
 @pytest.mark.slow
