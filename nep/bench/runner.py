@@ -135,12 +135,6 @@ class TableSuite(Suite, Generic[GameType]):
         """Return checksums of networks that are no `--checkpoint`, by name."""
         return {}
 
-    def list_shown(self, options: Namespace, cache: ScoreCache, played: Sequence[str]) -> list[str]:
-        """Name the games in the table; `played` are those of this command, none if it plays not."""
-        if self.shows_all:
-            return [*(options.get("kinds") or cache.about)]
-        return [*(played or cache.about)]
-
     def list_needed(self, options: Namespace, networks: Sequence[str]) -> Sequence[str]:
         """Name the players without which no table is written."""
         return networks if self.needs_networks else ()
@@ -149,16 +143,17 @@ class TableSuite(Suite, Generic[GameType]):
         """Play what has not been played yet, if anything is to be, and write the table."""
         path = find_scores(options.out)
         networks = list_names(options.checkpoint)
-        played: list[str] = []
+        shown: Sequence[str] = ()
+        if self.shows_all and options.get("kinds"):
+            shown = options.kinds
         if options.play:
             with tempfile.TemporaryDirectory() as folder:
                 cache, played = self._play(options, path, Path(folder))
+            if not self.shows_all:
+                shown = played
         else:
-            needed = self.list_needed(options, networks)
-            cache = ScoreCache.load_all(
-                path, self.list_shown(options, ScoreCache(path), []), needed
-            )
-        shown = self.list_shown(options, cache, played)
+            cache = ScoreCache.load_all(path, shown, self.list_needed(options, networks))
+        shown = [*(shown or cache.about)]
         command = make_command(parser, options, networks)
         report = Report(options, command, cache, shown, networks)
         parts = [part.strip() for part in self.write(report)]
@@ -197,6 +192,7 @@ def play_all(
         ValueError: if the file is damaged, or has scores of other games.
     """
     cache = load_played(games, path, networks)
+    cache.about.update((name, game.tell()) for name, game in games.items())
     jobs = list_missing(games, list_players, cache)
     cache.save()
     if jobs:
@@ -233,7 +229,6 @@ def list_missing(
     """List what has not been played yet: name of a game, the game, and who plays in one go."""
     jobs: list[tuple[str, GameType, Mapping[str, Any]]] = []
     for name, game in games.items():
-        cache.about[name] = game.tell()
         players = list_players(game)
         missing = {who: make for who, make in players.items() if who not in cache.scores[name]}
         parts = [{who: make} for who, make in missing.items()]

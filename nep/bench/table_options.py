@@ -93,10 +93,10 @@ def list_names(sources: Sequence[str]) -> list[str]:
     return [source if name is None else name for name, source in names]
 
 
-def describe_made(played: ScoreCache, kinds: Sequence[str], networks: Sequence[str]) -> str:
+def describe_made(played: ScoreCache, games: Sequence[str], networks: Sequence[str]) -> str:
     """Say what the scores of a table were played with, as far as it was kept."""
     code: dict[str, list[str]] = {}
-    for game in kinds:
+    for game in games:
         code.setdefault(played.made.get(game, _NOT_KEPT), []).append(game)
     lines = [f"- Played with {made}: {', '.join(names)}." for made, names in code.items()]
     lines += [
@@ -104,7 +104,7 @@ def describe_made(played: ScoreCache, kinds: Sequence[str], networks: Sequence[s
         for name in networks
         if played.networks.get(name)
     ]
-    homes = ", ".join(f"{game} `{played.games[game][:_SHOWN]}`" for game in kinds)
+    homes = ", ".join(f"{game} `{played.games[game][:_SHOWN]}`" for game in games)
     lines.append(f"- Homes, SHA-256 of their rules and seeds: {homes}.")
     return "## Made with\n\n" + "\n".join(lines)
 
