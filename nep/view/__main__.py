@@ -37,19 +37,9 @@ LOG_ENDING = ".jsonl"
 
 # What the week is short for; options of the command line come after.
 _WEEK_OPTIONS = (
-    "--home.dynamics",
-    "routine",
-    "--home.dynamics.step_seconds",
-    "1800",
-    "--home.furniture_per_room",
-    "6",
-    "--home.objects_per_furniture",
-    "3",
-    "--home.looks",
-    "patrol",
-    "--home.looks_per_step",
-    "2",
-)
+    "--home.dynamics routine --home.dynamics.step_seconds 1800 --home.furniture_per_room 6 "
+    "--home.objects_per_furniture 3 --home.looks patrol --home.looks_per_step 2"
+).split()
 
 
 def list_options(source: str) -> list[str]:

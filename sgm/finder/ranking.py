@@ -17,19 +17,8 @@ from sgm.schema import NEVER
 
 SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
 _MONTHS = (
-    "January",
-    "February",
-    "March",
-    "April",
-    "May",
-    "June",
-    "July",
-    "August",
-    "September",
-    "October",
-    "November",
-    "December",
-)
+    "January February March April May June July August September October November December"
+).split()
 _WHERE = {"is": "it is this place", "part": "it stands in this room"}
 _NAMED = 2  # similar objects that are called by name
 
