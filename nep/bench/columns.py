@@ -77,11 +77,9 @@ def make_accuracy_table(scores: GameScores) -> str:
 
 
 def find_best_rule(
-    scores: Mapping[str, Mapping[str, Sequence[float] | np.ndarray]],
-    column: Metric,
-    rules: Sequence[str] = RULES,
+    scores: Mapping[str, Mapping[str, Sequence[float] | np.ndarray]], column: Metric
 ) -> str:
     """Return the rule that does best in a column, of those that have played."""
-    played = [player for player in scores if player in rules]
+    played = [player for player in scores if player in RULES]
     sign = 1 if column.is_higher_better else -1
     return max(played, key=lambda player: sign * float(np.mean(scores[player][column.name])))

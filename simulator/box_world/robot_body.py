@@ -173,11 +173,8 @@ class RobotBody:
         if door is not None:
             self.world.open_doors.discard(door)
 
-    def list_aims(self, furniture: int) -> list[np.ndarray]:
-        """Return the points at which the robot looks to see all of a piece of furniture."""
-        return self._list_aims(self.world.floor.furniture[furniture])
-
     def _list_aims(self, box: Box) -> list[np.ndarray]:
+        """Return the points at which the robot looks to see all of a piece of furniture."""
         _, width, height = box.size
         sides = [0.0] if width <= 0.7 else [-width / 4, width / 4]
         levels = [height / 2 + 0.1]

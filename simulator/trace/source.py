@@ -78,14 +78,12 @@ class RecordedSource(HomeSource):
         prior: PriorGraph | None = None,
         step_seconds: float | None = None,
         by_day: bool = False,
-        home: HomeConfig | None = None,
-        replays: int = 1,
     ) -> RecordedSource:
         """Cut traces that are loaded already into steps; see the constructor."""
         check_step_seconds(step_seconds)
         source = cls.__new__(cls)
         source._folders = ()
-        source._prepare(traces, prior, home, (step_seconds, by_day, replays))
+        source._prepare(traces, prior, None, (step_seconds, by_day, 1))
         return source
 
     def _prepare(

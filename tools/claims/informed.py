@@ -99,17 +99,12 @@ class Informed(Policy):
         config: HomeRules | Sequence[HomeRules],
         num_class_draws: int = 64,
         num_instance_draws: int = 16,
-        asks_moved: float = TASKS_ASK_MOVED,
         seed: int = 0,
     ) -> None:
-        """Keep the rules of all homes, or of each, and C and K.
-
-        `asks_moved` is the share of the queries that are about an object that has just moved.
-        """
+        """Keep the rules of all homes, or of each, and C and K."""
         self._prior = prior
         self._config = config
         self._num_draws = num_class_draws, num_instance_draws
-        self._asks_moved = asks_moved
         self._seed = seed
         whole = prior.weights.sum(axis=(1, 2), keepdims=True)
         weights = np.zeros(prior.weights.shape)
@@ -145,7 +140,7 @@ class Informed(Policy):
             self._configs,
             np.moveaxis(known, 0, 1),
             memory.home_num_furniture,
-            self._asks_moved,
+            TASKS_ASK_MOVED,
         )
         self._types: dict[tuple[int, int], _Type] = {}  # by home and type
         self._looks: list[list[tuple[int, int, float]]] = [[] for _ in range(num_homes)]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from sgm.names.aliases import AliasTable
 from sgm.names.name import Name
-from sgm.names.name_matching import NameIndex, Similarity
+from sgm.names.name_matching import NameIndex
 from sgm.names.resolution import Resolution
 from sgm.prior.prior_graph import load_prior
 from tools.names.label_lists import LabelList
@@ -46,16 +46,14 @@ class Taken:
         return "wrong" if self.wrong else "right"
 
 
-def ask_labels(
-    asked: LabelList, seen: LabelList, half: int | None, similarity: Similarity | None = None
-) -> Iterator[Taken]:
+def ask_labels(asked: LabelList, seen: LabelList, half: int | None) -> Iterator[Taken]:
     """Ask for the labels of one list, of a half or all, in a memory of another one."""
     index = NameIndex(
         tuple(object_type.label for object_type in load_prior(None).objects), AliasTable.household()
     )
     index.update(seen.seen)
     for name in asked.list_asked(half):
-        found = index.resolve(name, similarity)
+        found = index.resolve(name)
         wrong = tuple(match for match in found.matches if not is_right(name, match))
         yield Taken(seen.name, name, found, wrong)
 

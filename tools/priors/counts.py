@@ -7,6 +7,7 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+_SHOWN = 8  # names in a summary
 PlaceKey = tuple[str | None, str, str, str]  # room or None, furniture, object, relation
 
 
@@ -68,14 +69,14 @@ class PlacementCounts:
             totals[key[2]].append(rate)
         return {key: rate / math.fsum(totals[key[2]]) for key, rate in rates.items()}
 
-    def summarise(self, *, top: int = 8) -> str:
+    def summarise(self) -> str:
         """What was read and what fell outside the type tables, with the most frequent names."""
         lines = [
             f"{self.source}: {self.num_units} read, {sum(self.num_rooms.values())} rooms, "
             f"{len(self.placements)} different placements",
         ]
         for part, names in self.outside.items():
-            most = ", ".join(f"{name} {count}" for name, count in names.most_common(top))
+            most = ", ".join(f"{name} {count}" for name, count in names.most_common(_SHOWN))
             total = sum(names.values())
             lines.append(f"  outside the {part} table: {total}{f' ({most})' if total else ''}")
         if self.problems:
