@@ -162,7 +162,7 @@ class HomeHistory:
     def list_look_times(self, home: np.ndarray, share: np.ndarray | None) -> np.ndarray:
         """Return `look_times` of homes (Q,) that were about things, -1 for the others, (Q, F, n).
 
-        `share` is how likely each relation to furniture that a thing is at is, (Q, F, 2).
+        `share` is how likely each relation to furniture that a thing is at is, (Q, F, relations).
         """
         times: np.ndarray = self.look_times[home]
         if self.look_relations is None or share is None:

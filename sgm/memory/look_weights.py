@@ -37,8 +37,8 @@ class LookWeights:
     ) -> None:
         """Weigh looks of homes (n,) at furniture (n,).
 
-        `objects` is the table of all objects, `place_weights` the prior's, (H, types, F, 2).
-        The coverage is one share for each (n,), shares by relation (n, 2), or None for all of it.
+        `objects` are all objects, `place_weights` those of the prior, (H, types, F, relations).
+        The coverage is a share for each (n,), or by relation (n, relations), or None for all of it.
         Against `hidden` rows of objects (k,) the looks say nothing.
         """
         self._objects, num_homes = objects, len(place_weights)
@@ -88,7 +88,7 @@ class LookWeights:
     def find_out_of_view(self, objects: np.ndarray, relation: np.ndarray) -> np.ndarray | None:
         """Mark objects of edges (n,) whose remembered places here were out of view, bool (O,).
 
-        None where one share is for both relations, and nothing is hidden.
+        None where one share is for all relations, and nothing is hidden.
         """
         if self._by_relation is None and self._is_hidden is None:
             return None
@@ -110,7 +110,7 @@ class LookWeights:
 def _average(
     place_weights: np.ndarray, home: np.ndarray, furniture: np.ndarray, coverage: np.ndarray
 ) -> np.ndarray:
-    """Return coverages by relation (n, 2) as one number, by how much the prior expects of each."""
-    expected = place_weights[home, :, furniture].sum(axis=1)  # (n, 2)
+    """Return coverages (n, relations) as one number, by how much the prior expects of each."""
+    expected = place_weights[home, :, furniture].sum(axis=1)  # (n, relations)
     mean = sum_relations(share_relations(expected) * coverage)
     return np.where((coverage == coverage[:, :1]).all(axis=1), coverage[:, 0], mean)

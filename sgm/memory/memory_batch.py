@@ -217,7 +217,7 @@ class MemoryBatch(Remembered):
         return join_groups(queries.object, self.edges["object"], self.objects.num_rows)
 
     def compute_relation_shares(self, queries: Queries) -> np.ndarray:
-        """Return how likely each relation to furniture that things are at is, (Q, F, 2).
+        """Return how likely each relation to furniture that things are at is, (Q, F, relations).
 
         As they were seen there last; by the prior where they never were, and alike where that knows
         nothing.
@@ -233,7 +233,7 @@ class MemoryBatch(Remembered):
         return share
 
     def propose_places(self, queries: Queries) -> np.ndarray:
-        """Mark the hypothetical edges of queries, bool (Q, F, 2)."""
+        """Mark the hypothetical edges of queries, bool (Q, F, relations)."""
         return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])
 
     def observe(
@@ -262,7 +262,7 @@ class MemoryBatch(Remembered):
             seen_object: rows of `objects` that were detected there, (m,).
             seen_relation: by number in `RELATIONS`, (m,).
             coverage: share of the furniture that was in view, in (0, 1], (n,), or shares by
-                relation, in [0, 1], (n, 2); None for all of it.
+                relation, in [0, 1], (n, relations); None for all of it.
             confidence: probability that each detection is right, in [0, 1], (m,); None for 1.
             hidden: rows of `objects` that were not seen because their spots were out of view, (k,):
                 nothing is counted against them. None for none.
@@ -386,14 +386,14 @@ class MemoryBatch(Remembered):
         edges["num_absent"][rows] = (edges["num_absent"][rows] + 1) * ~is_seen
 
     def _mark_looked_up(self, looked: np.ndarray) -> np.ndarray:
-        """Mark hypothetical edges that were looked at, by object and relation, bool (O, 2)."""
+        """Mark hypothetical edges that were looked at, bool (O, relations)."""
         is_looked_up = np.zeros((self.objects.num_rows, NUM_RELATIONS), dtype=bool)
         if self._pending is None:
             return is_looked_up
         queries = self._pending
         place = looked[queries.home]
         proposed = self.propose_places(queries)
-        proposed = proposed[np.arange(len(place)), place] & (place >= 0)[:, None]  # (Q, 2)
+        proposed = proposed[np.arange(len(place)), place] & (place >= 0)[:, None]  # (Q, relations)
         query, relation = np.nonzero(proposed)
         is_looked_up[queries.object[query], relation] = True
         return is_looked_up

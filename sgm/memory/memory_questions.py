@@ -303,7 +303,7 @@ def _weigh_carried(things: _AskedThings) -> np.ndarray:
 
 def _choose_relation(memory: MemoryBatch, queries: Queries, edges: np.ndarray) -> np.ndarray:
     """Return `Asked.relation` of things whose edges these are in a memory, (n,)."""
-    prior = queries.prior.sum(axis=0)  # (F, 2)
+    prior = queries.prior.sum(axis=0)  # (F, relations)
     relation = NUM_RELATIONS - 1 - prior[:, ::-1].argmax(axis=1)  # the last of equal ones
     table = memory.edges
     seen = edges[table["num_true"][edges] > 0]
@@ -351,7 +351,7 @@ def _list_looks(
     num_seen, negative = (seen > 0).astype(np.int64), np.zeros(seen.shape)
     if state.before is not None and batch.time == now == state.time:
         _count_seen(state, things, num_seen)
-        share = None  # how likely each relation to the furniture that it is at is, (K, F, 2)
+        share = None  # of each relation to the furniture that it is at, (K, F, relations)
         if state.step.looks_by_relation or batch.history.look_relations is not None:
             share = batch.compute_relation_shares(queries)
         _sum_negative(state, things, share, negative)

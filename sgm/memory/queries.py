@@ -19,7 +19,7 @@ class Queries:
     Attributes:
         home: home index, (Q,).
         object: row of the query object in `MemoryBatch.objects`, (Q,).
-        prior: prior weight of each place for it, float32 (Q, F, 2).
+        prior: prior weight of each place for it, float32 (Q, F, relations).
         more_asked: how many more questions than the memory has counted were put when each was, of
             those that leave it as it is (`MemoryBatch.ask`), (Q,); None for 0.
     """
@@ -79,7 +79,7 @@ def propose_places(
     for an object, every furniture node, in the usual relation: no query is without candidates.
 
     Args:
-        prior_rows: prior weight per place, (..., F, 2); so is what is returned, bool.
+        prior_rows: prior weight per place, (..., F, relations); so is what is returned, bool.
         threshold: non-negative; 0 keeps everything the prior deems possible.
         is_furniture: which columns are furniture of the home asked, bool (..., F); None for all.
 
@@ -98,7 +98,7 @@ def propose_rows(
 ) -> np.ndarray:
     """Mark places as `propose_places` does, where queries have different numbers of furniture.
 
-    The furniture of all queries stands in one row: prior weights (n, 2) in, bool (n, 2) out;
+    The furniture of all queries stands in one row: prior weights (n, relations) in, bool alike out;
     `query` is the query that each furniture node is for, (n,).
     """
     proposed = prior_rows > threshold
@@ -110,7 +110,7 @@ def propose_rows(
 def sample_places(counts: np.ndarray, count: int, *, rng: np.random.Generator) -> np.ndarray:
     """Mark `count` furniture nodes of each query at random, in the usual relation: an ablation.
 
-    Of queries with `counts` furniture nodes each (Q,), all of these in one row, bool (sum, 2).
+    Of queries with `counts` furniture nodes each (Q,), all in one row, bool (sum, relations).
 
     Source: docs/design.md, ruling 13.
     """

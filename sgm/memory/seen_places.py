@@ -327,7 +327,7 @@ def sum_negative(
     """Return the coverage of the looks of a step that did not show an object, by furniture id.
 
     Where it was seen in this step, surely or not, these are the looks since. `share` is how
-    likely it lies in each relation to the furniture that it is at, (F, 2) by `position`; None
+    likely it lies in each relation to furniture that it is at, (F, relations) by `position`; None
     where no look was `looks_by_relation`.
     """
     found = step.num_until_seen.get(object_row, {})
