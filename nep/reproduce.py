@@ -9,7 +9,6 @@ from typing import ClassVar, Literal
 
 from jsonargparse import ArgumentParser, Namespace
 
-from nep.bench.paper.beside import Beside
 from nep.bench.paper.experiments import (
     ABLATION_SETTING,
     CLAIMED_ORDER,
@@ -23,6 +22,7 @@ from nep.bench.paper.experiments import (
 )
 from nep.bench.paper.paper_tables import Provenance, load_table_1, make_table_1, make_table_2
 from nep.bench.paper.plan import PAPER_TABLES, Plan
+from nep.bench.paper.temporal_scores import TemporalScores
 from nep.bench.paper.weights import check_weights, export_weights
 from nep.bench.paper.work import (
     list_work_options,
@@ -63,7 +63,7 @@ _TINY_COST = (
 
 
 def make_files(
-    plan: Plan, cache: ScoreCache, page: str = "table_1", beside: Beside | None = None
+    plan: Plan, cache: ScoreCache, page: str = "table_1", beside: TemporalScores | None = None
 ) -> dict[str, bytes]:
     """Make files, by name, from kept scores; the same scores give the same bytes."""
     results = {}
@@ -102,7 +102,7 @@ def make_files(
 
 
 def _join(
-    beside: Beside, told: Provenance, columns: dict[Setting, dict[str, ScoreSummary]]
+    beside: TemporalScores, told: Provenance, columns: dict[Setting, dict[str, ScoreSummary]]
 ) -> tuple[Provenance, dict[Setting, dict[str, ScoreSummary]]]:
     """Add rows of temporal networks, and what they are."""
     num, checkpoints = told.num_trainings, dict(told.checkpoints)
@@ -259,7 +259,7 @@ class Paper(Suite):
             write_files(options.out, files, console)
             return
         plan = _make_plan(options)
-        beside = None if options.beside is None else Beside.load(options.beside)
+        beside = None if options.beside is None else TemporalScores.load(options.beside)
         for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)
         if options.tiny:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nep.bench.paper.beside import MEMORY, TableRow, make_temporal_error, read_temporal
+from nep.bench.paper.temporal_scores import MEMORY, TableRow, make_temporal_error, read_temporal
 from nep.report.statistics import correct_holm
 from nep.report.tables import (
     Difference,

@@ -86,7 +86,7 @@ class Provenance:
         seed, num_homes, steps: of the test homes.
         num_trainings: of every network, the first one with this seed, too.
         title: of the page.
-        beside: what to say of networks from elsewhere (`nep.bench.paper.beside`), a paragraph each.
+        beside: what to say of networks from elsewhere (`TemporalScores`), a paragraph each.
         played: version and commit that the homes were played with, each once.
         versions: of packages.
         test_sets: names of the test homes (`simulator.test_sets`), those that have one.

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from nep.bench.comparisons import correct_rows
-from nep.bench.paper.beside import Beside
 from nep.bench.paper.experiments import (
     ABLATED,
     ABLATION_SETTING,
@@ -31,6 +30,7 @@ from nep.bench.paper.paper_tables import (
     make_table_1,
     make_table_2,
 )
+from nep.bench.paper.temporal_scores import TemporalScores
 from nep.report.results import ScoreSummary
 from nep.report.tables import compute_difference
 from nep.reproduce import _join
@@ -396,7 +396,7 @@ def write_beside(path, bayesian=(0.2, 0.3, 0.5), **changes):
 
 def test_temporal_networks_beside_those_of_the_paper(tmp_path):
     scores = {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)}
-    beside = Beside.load(write_beside(tmp_path / "temporal.json"))
+    beside = TemporalScores.load(write_beside(tmp_path / "temporal.json"))
     rows = beside.list_rows("predict_location-on", scores, 2)
     # Of three trainings the first two count; who has one alone is left out, but for a memory.
     assert sorted(rows) == ["TGN (sightings)", "ours (graph memory)"]
@@ -430,7 +430,7 @@ def test_temporal_networks_beside_those_of_the_paper(tmp_path):
 
 
 def test_the_command_joins_rows_checksums_and_what_they_are(tmp_path):
-    beside = Beside.load(write_beside(tmp_path / "temporal.json"))
+    beside = TemporalScores.load(write_beside(tmp_path / "temporal.json"))
     told = replace(PROVENANCE, num_trainings=2, checkpoints={"mlp": "ff"})
     columns = {
         ABLATION_SETTING: {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)},
@@ -454,7 +454,7 @@ def test_networks_of_other_homes_are_refused_beside_others(tmp_path):
         ((0.2, 0.3, 0.501), "must have rules that scored the same .* got bayesian in"),
         ((0.2, 0.3), "must have rules that scored the same .* got bayesian in"),
     ):
-        beside = Beside.load(write_beside(tmp_path / "temporal.json", bayesian))
+        beside = TemporalScores.load(write_beside(tmp_path / "temporal.json", bayesian))
         with pytest.raises(ValueError, match=message):
             beside.list_rows("predict_location-on", scores, 2)
     with pytest.raises(ValueError, match="got no shared rule in"):
@@ -463,7 +463,7 @@ def test_networks_of_other_homes_are_refused_beside_others(tmp_path):
     with pytest.raises(
         ValueError, match=r"beside must be a temporal\.json of nep\.bench temporal, got"
     ):
-        Beside.load(tmp_path / "temporal.json")
+        TemporalScores.load(tmp_path / "temporal.json")
 
 
 @pytest.mark.slow

@@ -79,14 +79,14 @@ def make_temporal_error(option: str, error: Exception, path: Path) -> ValueError
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
+class TemporalScores:
     """What `temporal.json` says of networks that were trained."""
 
     content: Mapping[str, Any]
     path: Path
 
     @classmethod
-    def load(cls, path: Path) -> Beside:
+    def load(cls, path: Path) -> TemporalScores:
         """Read `temporal.json`.
 
         Raises:
