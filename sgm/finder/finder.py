@@ -12,7 +12,7 @@ import numpy as np
 from sgm.belief import Belief, Detector, Posterior, compute_posterior
 from sgm.checks import check_kind, check_shares
 from sgm.finder.judged import JudgedBeliefs
-from sgm.finder.ranking import Place, Ranking, gather_evidence, rank_place
+from sgm.finder.ranking import Ranking, describe_places, rank_place
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import SearchPlan, plan_search
 from sgm.finder.travel_costs import Distance, check_start, find_distance
@@ -24,7 +24,6 @@ from sgm.messages import shorten
 from sgm.names.name_matching import Similarity
 from sgm.names.resolution import Resolution
 from sgm.policies.policy import Policy
-from sgm.schema import IS_INSIDE, RELATIONS
 from sgm.text.vectors import TextVectors
 
 _MOST_PAIRS = 16_000  # of a thing and a place that a policy is asked for at once: 50 MB
@@ -148,29 +147,12 @@ class Finder:
             return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
         asked = memory.ask(resolution.matches or (description,), at=at, question=description)
         cosines, posterior = self._get_cosines(asked), self._compute_posterior(asked)
-        relations = asked.relation.tolist()
         order = np.argsort(-posterior.places, kind="stable")
         if exclude:
             order = order[[asked.furniture_ids[place] not in exclude for place in order]]
-        chosen = order[:k].tolist()
-        likely, shown = posterior.places.tolist(), posterior.detection.tolist()
-        evidence = gather_evidence(asked, cosines, chosen)
-        places = []
-        for place, found in zip(chosen, evidence, strict=True):
-            places.append(
-                Place(
-                    furniture=asked.furniture_ids[place],
-                    name=asked.furniture_names[place],
-                    relation=RELATIONS[relations[place]],
-                    probability=likely[place],
-                    evidence=found,
-                    detection=shown[place],
-                    open_cost=asked.open_costs[place] if IS_INSIDE[relations[place]] else None,
-                )
-            )
         return Ranking(
             description=description,
-            places=tuple(places),
+            places=describe_places(asked, posterior, cosines, order[:k].tolist()),
             elsewhere=posterior.elsewhere,
             with_robot=float(1 - np.prod(1 - asked.carried)),
             last_seen=asked.sightings[0] if asked.sightings else None,

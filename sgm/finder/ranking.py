@@ -8,12 +8,13 @@ from datetime import datetime
 
 import numpy as np
 
+from sgm.belief import Posterior
 from sgm.memory.clock import Clock
 from sgm.memory.memory_questions import Asked
 from sgm.memory.sighting import Point, SeenAt
 from sgm.memory.thing import ROBOT, Statement
 from sgm.names.resolution import Resolution
-from sgm.schema import NEVER
+from sgm.schema import IS_INSIDE, NEVER, RELATIONS
 
 SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
 _MONTHS = (
@@ -242,6 +243,28 @@ def tell_time(time: datetime, now: datetime) -> str:
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def describe_places(
+    asked: Asked, posterior: Posterior, cosines: np.ndarray | None, furniture: Sequence[int]
+) -> tuple[Place, ...]:
+    """Say what is believed of some furniture nodes, and why; arguments as in `gather_evidence`."""
+    relations = asked.relation.tolist()
+    probability, detection = posterior.places.tolist(), posterior.detection.tolist()
+    return tuple(
+        Place(
+            furniture=asked.furniture_ids[place],
+            name=asked.furniture_names[place],
+            relation=RELATIONS[relations[place]],
+            probability=probability[place],
+            evidence=evidence,
+            detection=detection[place],
+            open_cost=asked.open_costs[place] if IS_INSIDE[relations[place]] else None,
+        )
+        for place, evidence in zip(
+            furniture, gather_evidence(asked, cosines, furniture), strict=True
+        )
+    )
 
 
 def gather_evidence(
