@@ -175,6 +175,7 @@ def test_a_declared_relation_is_kept_asked_and_joined(tmp_path):
     assert groups.startswith("6 [0, ")  # floor, room, furniture, and one for each relation
 
 
+@pytest.mark.slow
 def test_cameras_see_a_declared_relation():
     seen, blind, believed, is_placed = _run(DECLARED + EYES)
     assert seen == str([("ball", "nextTo"), ("mug", "onTop")])
@@ -183,6 +184,7 @@ def test_cameras_see_a_declared_relation():
     assert is_placed == "True"
 
 
+@pytest.mark.slow
 def test_homes_of_boxes_have_a_declared_relation():
     there, spot = _run(DECLARED + WORLD)
     assert there == str(["nextTo"])

@@ -133,6 +133,7 @@ def test_evaluated_in_recorded_homes_alone(checkpoint, homes, tmp_path, capsys):
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_exported_and_asked(checkpoint, tmp_path, capsys):
     with pytest.raises(SystemExit):
         export.main([str(checkpoint), str(tmp_path / "net")])

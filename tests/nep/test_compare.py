@@ -82,6 +82,7 @@ def test_the_setting_that_differs_is_named_before_checksums():
         compare(first, make_results(config | {"homes": homes}, a=(4, 6)))
 
 
+@pytest.mark.slow
 def test_two_runs_of_the_command_line(tmp_path, capsys):
     small = ["--num_homes", "2", "--steps", "4", "--tasks", "find_object"]
     paths = []

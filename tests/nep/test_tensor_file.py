@@ -264,6 +264,7 @@ def test_days_of_homer_are_read_by_it_too(name, tmp_path):
         read_homer(tmp_path)
 
 
+@pytest.mark.slow
 def test_hostile_files_take_no_memory(tmp_path):
     """In a process that may not have 300 MB more than it has after its imports."""
     for name, (save, _) in HOSTILE.items():

@@ -96,6 +96,7 @@ def find_bare_imports(source: str) -> set[str]:
     return found
 
 
+@pytest.mark.slow
 def test_what_is_used_is_there_in_windows_too():
     used = {name: find_names(file.read_text("utf-8")) for name, file in MODULES.items()}
     allowed = {(module, name) for module, names in EVERYWHERE.items() for name in names}
@@ -103,6 +104,7 @@ def test_what_is_used_is_there_in_windows_too():
     assert set().union(*used.values()) == allowed  # no name is allowed that is not used
 
 
+@pytest.mark.slow
 def test_modules_of_posix_are_imported_where_they_are():
     bare = {name: find_bare_imports(file.read_text("utf-8")) for name, file in MODULES.items()}
     assert {name: found for name, found in bare.items() if found} == {}

@@ -128,6 +128,7 @@ def test_random_texts_equal_spacys(encoder: Tok2Vec, nlp: Language, seed: int) -
     check_equal(encoder, nlp, make_texts(nlp, rng=random.Random(seed), number=4000))
 
 
+@pytest.mark.slow
 def test_a_new_vector_is_the_same_to_the_bit_in_any_batch(encoder: Tok2Vec, nlp: Language) -> None:
     texts = make_texts(nlp, rng=random.Random(3), number=200)
     together = np.stack(list(encoder.encode(texts)))

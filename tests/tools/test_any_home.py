@@ -100,6 +100,7 @@ def test_simulated_kinds_can_be_played_by_policies():
     assert "ceiling" not in kinds["mixed"].list_players([])
 
 
+@pytest.mark.slow
 def test_the_command_plays_on_where_it_stopped(tmp_path, capsys):
     out = tmp_path / "any_home.md"
     size = ["--num_homes", "2", "--steps", "4", "--searches", "2", "--out", str(out)]

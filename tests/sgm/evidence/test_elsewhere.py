@@ -88,6 +88,7 @@ def test_it_is_learnt_and_no_matter_of_names():
     assert say(Finder(Bayesian()), memory, "red thing", 9, 50) > 0.75
 
 
+@pytest.mark.slow
 def test_a_negative_look_says_more_where_it_goes_out(memory):
     """Not at its place at nine on a working day: out. At seven in the evening: left, or moved."""
     said = {}

@@ -32,6 +32,7 @@ def count_passes(finder, monkeypatch):
     return passes
 
 
+@pytest.mark.slow
 def test_other_things_come_along_and_have_their_own_answers(make_home, network, monkeypatch):
     home = make_home(clock=Clock(datetime(2026, 11, 16), 2 * 3600))
     finder = ObjectFinder(network)
@@ -94,6 +95,7 @@ def test_names_of_several_things_come_along_as_they_would_be_asked_for(
     assert evidence[0] != evidence[1]
 
 
+@pytest.mark.slow
 def test_what_changes_in_the_memory_changes_what_comes_along(make_home, network, monkeypatch):
     """Statements, ids, names of several things, merges, what is new or gone, another detector."""
     home = make_home()

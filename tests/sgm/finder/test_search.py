@@ -275,6 +275,7 @@ def test_a_place_twice_in_vain_cannot_stay_the_best():
     assert others
 
 
+@pytest.mark.slow
 def test_a_closed_room_and_a_place_without_a_way(make_home):
     home = make_home()
     bathroom = home.furniture[13:16]

@@ -187,6 +187,7 @@ def compare_with_optimum(seed: int, num_places: int, most: int) -> float:
     return spent / optimum((0,) * num_places, num_places)
 
 
+@pytest.mark.slow
 def test_planning_anew_is_near_the_optimum():
     """Measured over 30 homes of three and of four places: .02 % and .12 % on average."""
     ratios = [compare_with_optimum(seed, 3, 4) for seed in range(8)]

@@ -336,6 +336,7 @@ def test_a_log_is_written_by_one_process_at_a_time(tmp_path):
     SceneGraphMemory(log=log).add_room("hall")  # and free again
 
 
+@pytest.mark.slow
 def test_in_a_process_the_latest_memory_has_the_log(tmp_path):
     log = tmp_path / "looks.jsonl"
     first = SceneGraphMemory(log=log)
@@ -381,6 +382,7 @@ def test_what_is_no_file_is_no_log(tmp_path, make, what):
     assert [path.name for path in tmp_path.iterdir()] == ["looks"]  # no lock beside it
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="forks are asked for here on Linux alone")
 def test_a_fork_does_not_write_the_log(tmp_path):
     code = """

@@ -188,6 +188,7 @@ def test_an_encoder_that_gives_something_else():
         broken.resolve("blarf")
 
 
+@pytest.mark.slow
 def test_words_and_things_are_those_of_the_first_reading():
     table = AliasTable.household(None)
     reader = make_reader(table)

@@ -1,6 +1,7 @@
 """The policy that collects for a network: in each home it looks about in another way."""
 
 import numpy as np
+import pytest
 
 from sgm.policies import exploring
 from sgm.policies.adaptive import Adaptive
@@ -40,6 +41,7 @@ def test_half_of_the_homes_have_noise_and_half_of_the_questions_there(
     assert 0.5 < same[is_noisy].mean() < 0.9
 
 
+@pytest.mark.slow
 def test_who_believes_less_in_new_places_leaves_more_of_them_alone(make_default_homes, monkeypatch):
     monkeypatch.setattr(exploring, "_TEMPERATURES", np.zeros(1))
     unseen = []

@@ -111,6 +111,7 @@ def test_without_emergence_it_is_the_persistence_filter(make_tiny_memory):
         assert policy._pairs["pair"]["presence"][0, 0] == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_rates_are_learnt_from_the_home(make_tiny_memory):
     """Half of the objects leave their place at 0.3 a step, half at 0.01; all come at 0.05.
 

@@ -238,6 +238,7 @@ def test_nothing_there_is_told(tmp_path):
         KeptHome.open(tmp_path / "none" / "home.sgm", is_new=True)
 
 
+@pytest.mark.slow
 def test_another_process_is_refused(tmp_path):
     home = begin(tmp_path / "home.sgm")
     home.snapshot()

@@ -139,6 +139,7 @@ def test_what_is_refused_is_refused_in_the_same_line(served):
     assert served.asked == []
 
 
+@pytest.mark.slow
 def test_without_it_the_server_answers_itself(served):
     os.kill(served.reader._process.pid, signal.SIGKILL)
     wait_until(lambda: not served.reader.is_ready)

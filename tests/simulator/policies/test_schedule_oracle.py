@@ -42,6 +42,7 @@ def test_hours_alike_are_of_one_kind_of_day():
     assert over_midnight.tolist() == [day * 24 + 13 for day in (0, 1, 7, 8)]
 
 
+@pytest.mark.slow
 def test_a_certain_life_is_known_beforehand():
     homes = make_source(CERTAIN).make(Streams(0, "test", range(3)))
     lived = homes.sample_hours(60)

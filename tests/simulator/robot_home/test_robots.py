@@ -54,6 +54,7 @@ def test_what_shows_is_there_and_the_rest_is_hidden(make_robot):
     assert blind.look_at(0).seen == ()
 
 
+@pytest.mark.slow
 def test_looks_of_eyes_are_near_the_truth(make_robot):
     robot = make_robot(SeeingRobot, position_sd=0.02, angle_sd=0.005)
     num_there = num_seen = num_false = 0
@@ -70,6 +71,7 @@ def test_looks_of_eyes_are_near_the_truth(make_robot):
     assert not robot.world.open_doors  # all are shut again
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [PerfectRobot, SeeingRobot, ShownRobot])
 def test_what_was_just_seen_is_fetched_with_one_look(make_robot, kind):
     robot = make_robot(kind)

@@ -32,6 +32,7 @@ def ask(usual, code, *furniture):
     return bool(usual.compute_out_of_place(np.array([0]), np.array([code]), answers)[0])
 
 
+@pytest.mark.slow
 def test_the_usual_place_is_where_things_of_a_name_were_most_often(homes):
     usual = UsualPlaces(homes)  # mugs: 2 on furniture 0
     homes.object_place[0, 0] = 2

@@ -37,6 +37,7 @@ def test_zeroing_scaling_and_normalising_by_hand():
     np.testing.assert_allclose(noisy, [[0.4 / 0.65, 0, 0.25 / 0.65, 0]])
 
 
+@pytest.mark.slow
 def test_the_two_places_that_came_nearest_survive():
     weights = np.array([[0.5, 0.3, 0.2, 0.0]])
     draws = np.array([[[0.01, 0.5], [0.20, 0.5], [0.10, 0.5], [0.99, 0.5]]])

@@ -58,6 +58,7 @@ def test_rows_come_in_order_however_they_are_asked_for(requests):
         np.testing.assert_array_equal(found, expected)
 
 
+@pytest.mark.slow
 @given(st.integers(1, 40), st.integers(1, 5), st.integers(0, 2**32))
 def test_any_number_of_a_row_can_be_read(width, every, seed):
     streams = Streams(seed, "train", [4, 0, 2])

@@ -223,6 +223,7 @@ def test_what_was_not_run_is_listed(plan):
     )
 
 
+@pytest.mark.slow
 def test_informed_plays_some_homes_at_a_time(plan, monkeypatch):
     game = plan.make_informed("paper", "on")
     players = plan.list_players(game, {})

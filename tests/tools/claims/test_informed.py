@@ -115,6 +115,7 @@ def follow(weights, transition, key, rate, asked_rate, asked):
     return x
 
 
+@pytest.mark.slow
 def test_it_is_exact_enumeration_where_that_can_be_done():
     memory = make_memory()
     policy = Informed(PRIOR, CONFIG, num_class_draws=300, num_instance_draws=40)

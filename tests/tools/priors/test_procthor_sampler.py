@@ -117,6 +117,7 @@ def test_counts_keep_the_generators_rules(databases):
     assert ("kitchen", "desk", "book", "onTop") not in counts.placements  # books have no weight
 
 
+@pytest.mark.slow
 def test_house_bias_follows_its_law(databases):
     # On a bed a book spawns with p = 0 + .2 + bias, bias = -.3 + .4 Beta(3.5, 1.9). With one copy
     # (p = 0), E = .2 - .3 + .4 * 3.5 / 5.4 = .159; the clip at 0 touches Beta < .25, which adds

@@ -24,6 +24,7 @@ def test_sizes_rules_and_words_of_the_papers_homes():
     assert source.describe() != MixtureSource().describe()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pace", "lengths"), [("minutes", {30, 60, 120, 300}), ("hours", {600, 1200, 1800, 3600, 7200})]
 )

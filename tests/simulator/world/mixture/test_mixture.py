@@ -130,6 +130,7 @@ def test_people_keep_things_at_new_places_in_a_share_of_the_homes():
     assert own["resettling_share"] == share
 
 
+@pytest.mark.slow
 def test_a_home_does_not_depend_on_those_beside_it(source, homes):
     alone = source.make(Streams(0, "train", [37]))
     assert homes.configs[37] == alone.configs[0]
