@@ -37,6 +37,9 @@ COMMANDS = {
     "tools.names": "tools.names.__main__",
     "tools.eyes": "tools.eyes.__main__",
     "tools.headlines": "tools.headlines",
+    "tools.make_paper_homes": "tools.make_paper_homes",
+    "tools.measure_design": "tools.measure_design",
+    "tools.closures": "tools.closures",
 }
 
 
