@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -37,6 +37,20 @@ from sgm.prior.prior_graph import PriorGraph
 
 if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame
+
+
+class MemoryParts(NamedTuple):
+    """What a memory hands some of its calls to, and the state that all its parts share.
+
+    For what is made of logs (`sgm.replay`), which makes a memory what it was: these calls write no
+    line, say more in it, or change which files are written. A robot calls the memory itself.
+    """
+
+    state: MemoryState
+    layout: MemoryLayout
+    looks: MemoryLooks
+    statements: MemoryStatements
+    files: MemoryFiles
 
 
 class SceneGraphMemory:
@@ -180,6 +194,11 @@ class SceneGraphMemory:
         memory._make(*self._files.copy_content(), *self._given)
         memory._looks.watch.warns_of_scores = self._looks.watch.warns_of_scores
         return memory
+
+    @property
+    def parts(self) -> MemoryParts:
+        """The parts that what is made of logs calls; see `MemoryParts`."""
+        return MemoryParts(self._state, self._layout, self._looks, self._statements, self._files)
 
     # Rooms and furniture
 

@@ -91,13 +91,13 @@ class KeptHome:
         elif path.exists():
             start_clock = _begin_before(clock, load_content(path))
             home = cls(path, SceneGraphMemory.load(path, clock=start_clock, aliases=aliases))
-            home.memory._files.keep(path)
-            home.memory._files.start_log(log, goes_on=True)
+            home.memory.parts.files.keep(path)
+            home.memory.parts.files.start_log(log, goes_on=True)
         elif is_new:
             home = cls(path, SceneGraphMemory(clock=clock, aliases=aliases))
             home.memory.save(path)  # so that there is a file to have
-            home.memory._files.keep(path)
-            home.memory._files.start_log(log, goes_on=True)
+            home.memory.parts.files.keep(path)
+            home.memory.parts.files.start_log(log, goes_on=True)
         else:
             raise FileNotFoundError(
                 f"home must be a memory file or its log, got neither at {path}. Check the path, or "
@@ -112,17 +112,17 @@ class KeptHome:
         On a full disk the log is gone on with, so that what is known can be asked for.
         """
         memory = self.memory
-        content = memory._state.get_content_to_save()
+        content = memory.parts.state.get_content_to_save()
         if self.path.exists():
             _check_same(self.path, content, self.log, lines)
-        memory._files.keep(self.path)
+        memory.parts.files.keep(self.path)
         start_clock = _begin_before(clock, content)
         if start_clock is not None:
-            memory._state.begin(replace(content, clock=start_clock), memory._state.prior)
+            memory.parts.state.begin(replace(content, clock=start_clock), memory.parts.state.prior)
         if self.log_bytes:
-            memory._files.go_on_in(self.log)
+            memory.parts.files.go_on_in(self.log)
         else:  # it ended between the old log and the new one
-            memory._files.start_log(self.log, goes_on=True)
+            memory.parts.files.start_log(self.log, goes_on=True)
         try:
             self.snapshot()
         except OSError as error:

@@ -65,7 +65,7 @@ class Replayer:
         furniture is distinguished from what was there before.
         """
         self.memory = memory
-        memory._looks.watch.warns_of_scores = False  # the process that looked was warned
+        memory.parts.looks.watch.warns_of_scores = False  # the process that looked was warned
         self._prior = prior
         self._clock = clock
         self._gives_new_ids = gives_new_ids
@@ -116,10 +116,10 @@ class Replayer:
             self._remove_room(values["room"])
         elif kind == "remove_furniture":
             furniture = self.furniture.pop(values["furniture"])
-            memory._layout.remove_furniture(furniture, values.get("by"))
+            memory.parts.layout.remove_furniture(furniture, values.get("by"))
         elif kind == "remove_object":
             node = (values["description"], values.get("id", ""), values.get("by"))
-            memory._statements.remove_object(*node)
+            memory.parts.statements.remove_object(*node)
         elif kind == "look":
             seen = [Sighting(*arguments) for arguments in values["seen"]]
             coverage = values["coverage"]
@@ -132,7 +132,7 @@ class Replayer:
             relation, speaker, sure = values.get("relation"), values["by"], values["confidence"]
             statement = Statement(memory.time, kind, place, relation, speaker, sure)
             was_at = self._find(values.get("was_at"))
-            memory._statements.note(ThingName.from_json(values), statement, was_at)
+            memory.parts.statements.note(ThingName.from_json(values), statement, was_at)
         elif kind == "rename":
             memory.rename(ThingName.from_json(values), values["name"], values["by"])
         elif kind == "merge":
@@ -162,7 +162,7 @@ class Replayer:
                 self.memory.layout, rooms={}, furniture={}, map_id=content.layout.map_id
             )
             content = replace(content, layout=layout)
-        self.memory._files.go_on_from(content, prior)
+        self.memory.parts.files.go_on_from(content, prior)
         self._rooms = {number: number for number in content.layout.rooms}
         self.furniture.clear()
         self.furniture.update((number, number) for number in content.layout.furniture)

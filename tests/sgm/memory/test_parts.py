@@ -1,6 +1,7 @@
 """A memory hands each call to one part, and each part can be read alone."""
 
 import inspect
+import re
 from pathlib import Path
 
 import pytest
@@ -24,8 +25,8 @@ PARTS = (
     MemoryStatements,
     MemoryFiles,
 )
-# Makes or copies a memory, or asks a part for each kind of what is forgotten.
-OTHER_CALLS = {"load", "copy", "forget"}
+# Makes or copies a memory, asks a part for each kind of what is forgotten, or names the parts.
+OTHER_CALLS = {"load", "copy", "forget", "parts"}
 CALLS = sorted(
     name for name in vars(SceneGraphMemory) if not name.startswith("_") and name not in OTHER_CALLS
 )
@@ -64,3 +65,9 @@ def test_parts_share_one_state():
     assert len(parts) == len(PARTS)
     assert {id(part._state) for part in parts} == {id(memory._state)}
     assert memory.copy()._state is not memory._state
+
+
+def test_what_is_made_of_logs_reads_no_private_name_of_a_memory():
+    replay = Path(inspect.getfile(SceneGraphMemory)).parents[1] / "replay"
+    texts = {path.name: path.read_text("utf-8") for path in replay.glob("*.py")}
+    assert {name for name, text in texts.items() if re.search(r"memory\._[a-z]", text)} == set()
