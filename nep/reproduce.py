@@ -43,15 +43,11 @@ from simulator.policies import POLICIES
 from simulator.process import run_main
 
 # Everything as small as it can be, to try the command: minutes instead of hours.
-_TINY_FIT = (
-    "--data.num_homes=2",
-    "--data.steps=6",
-    "--data.num_val_homes=1",
-    "--data.batch_size=8",
-    "--trainer.max_epochs=1",
-    "--trainer.log_every_n_steps=1",
-    "--online.num_homes=1",
-    "--online.steps=2",
+_TINY_FIT = tuple(
+    (
+        "--data.num_homes=2 --data.steps=6 --data.num_val_homes=1 --data.batch_size=8 "
+        "--trainer.max_epochs=1 --trainer.log_every_n_steps=1 --online.num_homes=1 --online.steps=2"
+    ).split()
 )
 _TINY_HOMES, _TINY_STEPS = 3, 4
 _CHOICES = (*PAPER_TABLES, "all")
@@ -181,17 +177,8 @@ OPTIONS = (
     Option("tiny", False, "everything as small as can be, to try the command: three minutes"),
 )
 # Options that scores depend on, in the order in which commands name them.
-_TELLING = (
-    "seeds",
-    "homes",
-    "models",
-    "settings",
-    "num_homes",
-    "steps",
-    "epochs",
-    "beside",
-    "called",
-    "encoders",
+_TELLING = tuple(
+    "seeds homes models settings num_homes steps epochs beside called encoders".split()
 )
 _DEFAULTS = {option.name: option.default for option in OPTIONS}
 
