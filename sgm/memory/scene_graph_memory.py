@@ -198,7 +198,13 @@ class SceneGraphMemory:
     @property
     def parts(self) -> MemoryParts:
         """The parts that what is made of logs calls; see `MemoryParts`."""
-        return MemoryParts(self._state, self._layout, self._looks, self._statements, self._files)
+        return MemoryParts(
+            state=self._state,
+            layout=self._layout,
+            looks=self._looks,
+            statements=self._statements,
+            files=self._files,
+        )
 
     # Rooms and furniture
 
