@@ -67,20 +67,27 @@ class ObjectCounts(NamedTuple):
             ufunc.at(reduced, cell, value)
             return reduced.reshape(shape)
 
-        # Edges become true and false in turn: half of their changes were of this kind.
-        num_left = (edges["num_changed"][edge] + ~is_true) // 2
         num_missed = gather(np.minimum, edges["missed"][edge].astype(float), np.inf)
         return cls(
             num_true=gather(np.add, edges["num_true"][edge]),
             last_true=gather(np.maximum, edges["last_true"][edge], -1),
             num_absent=np.minimum(num_missed, looks),
-            num_left=gather(np.add, num_left),
+            num_left=gather(np.add, _count_left(edges["num_changed"][edge], is_true)),
             time_true=gather(np.add, edges["time_true"][edge]),
             num_known=gather(np.maximum, edges["num_observed"][edge]),
             last_known=gather(np.maximum, edges["last_observed"][edge], -1),
             is_true=gather(np.logical_or, is_true, False),
             hours=_gather_hours(memory, edge, cell, shape),
         )
+
+
+def _count_left(num_changed: np.ndarray, is_true: np.ndarray) -> np.ndarray:
+    """Count the looks that found edges false which had been true, (k,), (k,) -> (k,).
+
+    Edges become true and false in turn: half of their changes were of this kind.
+    """
+    left: np.ndarray = (num_changed + ~is_true) // 2
+    return left
 
 
 def _gather_hours(
@@ -154,8 +161,7 @@ class HomeSums(NamedTuple):
         is_placed = (edges["num_true"] > 0) & is_typed[edges["object"]]
         placed_home = edges["home"][is_placed]
         even = edges["prior"][is_placed].astype(float) * memory.home_num_furniture[placed_home]
-        # Edges become true and false in turn: half of their changes were of this kind.
-        num_left = (edges["num_changed"] + ~edges["is_true"]) // 2
+        num_left = _count_left(edges["num_changed"], edges["is_true"])
         arrivals = history.moves.sum(axis=1)
         num_crossing = np.zeros(shape[0], dtype=np.int64)
         if arrivals.any():

@@ -71,6 +71,19 @@ def make_node(category, number, position, label=0, size=None, turn=0.0):
     return {"id": symbol, "layer": LAYERS[category], "attributes": attributes}
 
 
+def write_graph(path, nodes, edges=()):
+    content = {
+        "directed": False,
+        "multigraph": False,
+        "layer_ids": [2, 3, 4, 5],
+        "mesh_layer_id": 1,
+        "mesh_edges": [],
+        "nodes": nodes,
+        "edges": edges,
+    }
+    path.write_text(json.dumps(content))
+
+
 @pytest.fixture
 def apartment(tmp_path):
     """One room without a box, nodes named as their symbols, numbers alone, the first encoding."""
@@ -93,16 +106,7 @@ def apartment(tmp_path):
         for one, other in (("R(0)", "p(0)"), ("p(0)", "O(0)"))
     ]
     path = tmp_path / "apartment.json"
-    content = {
-        "directed": False,
-        "multigraph": False,
-        "layer_ids": [2, 3, 4, 5],
-        "mesh_layer_id": 1,
-        "mesh_edges": [],
-        "nodes": nodes,
-        "edges": edges,
-    }
-    path.write_text(json.dumps(content))
+    write_graph(path, nodes, edges)
     (tmp_path / "labels.yaml").write_text(LABELS)
     return path
 
@@ -142,16 +146,7 @@ def test_graphs_without_rooms_or_furniture_are_put_into_one_room(tmp_path, capfd
         (cushions, ["floor"], [0, 0]),
     ):
         path, memory_file = tmp_path / "graph.json", tmp_path / "home.sgm"
-        content = {
-            "directed": False,
-            "multigraph": False,
-            "layer_ids": [2, 3, 4, 5],
-            "mesh_layer_id": 1,
-            "mesh_edges": [],
-            "nodes": nodes,
-            "edges": [],
-        }
-        path.write_text(json.dumps(content))
+        write_graph(path, nodes)
         arguments = ["import", "spark-dsg", str(path), "--memory", str(memory_file)]
         arguments += ["--labels", str(labels)]
         assert main(arguments) == 1
