@@ -14,15 +14,13 @@ from nep.bench.paper.experiments import (
     CLAIMED_ORDER,
     MODELS,
     SETTINGS,
-    Setting,
     enter,
     find_models,
     list_ablations,
     list_full_models,
 )
-from nep.bench.paper.paper_tables import Provenance, load_table_1, make_table_1, make_table_2
+from nep.bench.paper.paper_tables import load_table_1, make_table_1, make_table_2
 from nep.bench.paper.plan import PAPER_TABLES, Plan
-from nep.bench.paper.temporal_scores import TemporalScores
 from nep.bench.paper.weights import check_weights, export_weights
 from nep.bench.paper.work import (
     list_work_options,
@@ -36,7 +34,7 @@ from nep.bench.runner import Suite
 from nep.bench.score_cache import ScoreCache
 from nep.bench.table_options import Option
 from nep.report.figures import draw_over_steps, make_png
-from nep.report.results import ScoreSummary, unpack_summary
+from nep.report.results import unpack_summary
 from sgm.messages import shorten
 from simulator.command_line import one_line_errors
 from simulator.policies import POLICIES
@@ -58,9 +56,7 @@ _TINY_COST = (
 )
 
 
-def make_files(
-    plan: Plan, cache: ScoreCache, page: str = "table_1", beside: TemporalScores | None = None
-) -> dict[str, bytes]:
+def make_files(plan: Plan, cache: ScoreCache, page: str = "table_1") -> dict[str, bytes]:
     """Make files, by name, from kept scores; the same scores give the same bytes."""
     results = {}
     for setting in plan.list_settings():
@@ -76,8 +72,6 @@ def make_files(
         games = [plan.make_game(setting).name for setting in plan.settings]
         made = dict.fromkeys(cache.made[name] for name in games if name in cache.made)
         told = replace(plan.describe("1"), played=tuple(made))
-        if beside is not None:
-            told, columns = _join(beside, told, columns)
         files |= make_table_1(columns, told, page)
     if "2" in plan.tables:
         networks = [*list_full_models(), *list_ablations()]
@@ -95,19 +89,6 @@ def make_files(
         )
         files["figure_4.png"] = make_png(figure, Comment=plan.describe("figure").command)
     return files
-
-
-def _join(
-    beside: TemporalScores, told: Provenance, columns: dict[Setting, dict[str, ScoreSummary]]
-) -> tuple[Provenance, dict[Setting, dict[str, ScoreSummary]]]:
-    """Add rows of temporal networks, and what they are."""
-    num, checkpoints = told.num_trainings, dict(told.checkpoints)
-    joined = {}
-    for setting, scores in columns.items():
-        joined[setting] = scores | beside.list_rows(setting.name, scores, num)
-        checkpoints |= beside.list_checkpoints(setting.name, num)
-    about = (*told.beside, beside.describe())
-    return replace(told, checkpoints=checkpoints, beside=about), joined
 
 
 _COUNT = int | None
@@ -151,13 +132,6 @@ OPTIONS = (
         "table_1.json: write Table 1 again from its scores, and train and play nothing",
         type=Path | None,
     ),
-    Option(
-        "beside",
-        None,
-        "temporal.json of nep.bench temporal with the same --num_homes and "
-        "--steps: its networks are rows of Table 1",
-        type=Path | None,
-    ),
     Option("page", "table_1", "name of the files of Table 1"),
     Option("called", "Table 1", "title of its page"),
     Option(
@@ -177,9 +151,7 @@ OPTIONS = (
     Option("tiny", False, "everything as small as can be, to try the command: three minutes"),
 )
 # Options that scores depend on, in the order in which commands name them.
-_TELLING = tuple(
-    "seeds homes models settings num_homes steps epochs beside called encoders".split()
-)
+_TELLING = tuple("seeds homes models settings num_homes steps epochs called encoders".split())
 _DEFAULTS = {option.name: option.default for option in OPTIONS}
 
 
@@ -246,7 +218,6 @@ class Paper(Suite):
             write_files(options.out, files, console)
             return
         plan = _make_plan(options)
-        beside = None if options.beside is None else TemporalScores.load(options.beside)
         for folder in (plan.runs, plan.data, options.out):
             folder.mkdir(parents=True, exist_ok=True)
         if options.tiny:
@@ -255,7 +226,7 @@ class Paper(Suite):
             failed = run_stages(plan.plan_stages(), options.workers, console)
             cache = plan.play(options.workers, options.backend)
             stop_if_failed(failed)
-            files = make_files(plan, cache, options.page, beside)
+            files = make_files(plan, cache, options.page)
             write_files(options.out, files, console)
             if options.weights is not None:
                 for name in export_weights(plan, options.weights):

@@ -44,12 +44,11 @@ def test_from_the_command_to_a_trained_tgn(tmp_path, python):
     assert (tmp_path / "my_tgn.pt").is_file()
 
 
-def test_the_page_names_every_network_and_rule():
+def test_the_page_names_every_rule():
     from simulator.policies.registry import EVENT_RULES
-    from tools.temporal.registry import NETWORKS
 
     rows = [line.split("`")[1] for line in PAGE.splitlines() if line.startswith("| `")]
-    assert [*NETWORKS, *EVENT_RULES] == rows[-len(NETWORKS) - len(EVENT_RULES) :]
+    assert [*EVENT_RULES] == rows[-len(EVENT_RULES) :]
 
 
 def test_the_table_names_every_file_and_column():

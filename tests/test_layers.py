@@ -48,7 +48,7 @@ ORDER = """
     nep.evaluate nep.export nep.compare nep.bench nep.igridson nep.reproduce
     nep
     nep.__main__
-    tools.robot_life tools.home_games tools.any_home tools.recorded tools.igridson tools.temporal
+    tools.robot_life tools.home_games tools.any_home tools.recorded tools.igridson
     tools.priors tools.text_training tools.realism tools.names tools.eyes tools.searches
     tools.elsewhere tools.kitchens tools.claims tools.measure_design tools.headlines
     tools.make_paper_homes tools.closures

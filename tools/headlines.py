@@ -27,7 +27,6 @@ from nep.report.statistics import LEVEL, compute_detectable, compute_error, corr
 from nep.report.tables import BOUNDED, TOP, Difference, join_table
 from sgm.files import read_json
 from simulator.command_line import make_parser, one_line_errors, parse
-from simulator.policies import POLICIES
 from simulator.process import run_main
 from tools.kitchens.robot import compute_calibration_error
 
@@ -112,10 +111,9 @@ def say_order(claims: Mapping[str, Any]) -> str:
 
 
 def say_trainings(setting: Setting, scores: Mapping[str, ScoreSummary]) -> str:
-    """Say how networks of several trainings compare in many homes, and with other ways."""
+    """Say how networks of several trainings compare in many homes."""
     claims = correct_rows(list_claims(setting, compute_table(setting, scores), scores))
     titles = [model.title for model in MODELS if model.title in scores]
-    others = sorted(title for title in scores if title not in {*POLICIES, *titles})
     between = [claim for claim in claims if claim.better in titles and claim.worse in titles]
     decided = [claim for claim in between if claim.verdict != "undecided"]
     num_homes = len(scores[titles[0]].home_values)
@@ -141,13 +139,6 @@ def say_trainings(setting: Setting, scores: Mapping[str, ScoreSummary]) -> str:
         ends = sorted(abs(x) for x in (claim.difference.low, claim.difference.high))
         mean, low, high = (_write(x, ".3f") for x in (abs(claim.difference.mean), *ends))
         parts.append(f"{pair[0]} is ahead of {pair[1]} by {mean} [{low}, {high}].")
-    if others:
-        beside = [claim for claim in claims if claim.worse in others and claim.better in titles]
-        ahead = sum(claim.verdict == "holds" for claim in beside)
-        parts.append(
-            f"{' and '.join(f'{title} {means[title]}' for title in others)} have learnt from less "
-            f"data: in {ahead} of {len(beside)} comparisons the networks above are ahead."
-        )
     return " ".join(parts)
 
 

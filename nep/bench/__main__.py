@@ -14,7 +14,6 @@ from simulator.process import run_main
 SUITES = {
     "any_home": ("tools.any_home", "networks and policies in every kind of home"),
     "recorded": ("tools.recorded", "networks and policies in recorded homes"),
-    "temporal": ("tools.temporal.suite", "temporal graph networks"),
     "igridson": ("tools.igridson", "searches in the home on a grid"),
     "searches": ("tools.searches.suite", "how soon searches find things"),
     "elsewhere": ("tools.elsewhere.suite", "what finders know is out"),

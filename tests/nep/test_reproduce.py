@@ -252,16 +252,10 @@ def test_a_table_of_one_column_trains_and_plays_for_that_alone(tmp_path):
     assert plan.describe("1").title == "Table 1"
 
 
-def test_a_table_is_called_otherwise_and_says_what_stands_beside_it(tmp_path, capsys):
-    beside = tmp_path / "temporal.json"
-    plan = make_plan(tmp_path, "--table", "1", "--beside", str(beside), "--called", "Two weeks")
-    told = plan.describe("1")
+def test_a_table_is_called_otherwise(tmp_path):
+    told = make_plan(tmp_path, "--table", "1", "--called", "Two weeks").describe("1")
     assert told.title == "Two weeks"
-    assert told.command.endswith("--beside temporal.json --called 'Two weeks' --tiny")
-    with pytest.raises(SystemExit):  # before anything is trained
-        reproduce(tmp_path, "--table", "1", "--beside", str(beside))
-    assert "beside must be a temporal.json of nep.bench temporal, got" in capsys.readouterr().err
-    assert not (tmp_path / "runs").exists()
+    assert told.command.endswith("--called 'Two weeks' --tiny")
 
 
 def test_the_figure_has_its_column_whichever_ones_table_1_has(tmp_path):

@@ -86,7 +86,6 @@ class Provenance:
         seed, num_homes, steps: of the test homes.
         num_trainings: of every network, the first one with this seed, too.
         title: of the page.
-        beside: what to say of networks from elsewhere (`TemporalScores`), a paragraph each.
         played: version and commit that the homes were played with, each once.
         versions: of packages.
         test_sets: names of the test homes (`simulator.test_sets`), those that have one.
@@ -100,7 +99,6 @@ class Provenance:
     steps: int
     num_trainings: int = 1
     title: str = "Table 1"
-    beside: Sequence[str] = ()
     played: Sequence[str] = ()
     versions: Mapping[str, str]
     test_sets: Sequence[str] = ()
@@ -247,7 +245,6 @@ def make_table_1(
             for title, text in _ABOUT_ROWS.items()
             if any(title in by_title for by_title in results.values())
         ),
-        *(f"{text}\n" for text in provenance.beside),
         *provenance.list_configs(),
         "## The paper's Table 1\n",
         _make_paper_table_1(results),

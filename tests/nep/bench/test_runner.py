@@ -13,8 +13,7 @@ from nep.bench.score_cache import ScoreCache
 from nep.bench.table_options import Option, count, make_command
 from nep.report.tables import TableColumn, lay_out
 from simulator.command_line import parse
-from tools.temporal.plan import keep_unit, read_unit
-from tools.temporal.suite import Temporal
+from tools.recorded import Recorded
 
 PLAYERS = {"one": 1.0, "two": 2.0, "three": 3.0}
 
@@ -179,33 +178,14 @@ def test_bounds_of_options(option, value, message):
     ],
 )
 def test_a_command_says_where_a_network_of_ones_own_goes(text, name, shown):
-    parser = Temporal().make_parser()
+    parser = Recorded().make_parser()
     options = parse(parser, ["--checkpoint", text])
     assert (
         make_command(parser, options, [name])
-        == f"python -m nep.bench temporal --checkpoint {shown}"
+        == f"python -m nep.bench recorded --checkpoint {shown}"
     )
 
 
 def test_tables_are_lists_of_columns():
     columns = (TableColumn("who", str), TableColumn("twice", lambda row: str(2 * row)))
     assert lay_out([1, 2], columns) == "| who | twice |\n| --- | ---: |\n| 1 | 2 |\n| 2 | 4 |\n"
-
-
-def test_a_unit_of_work_is_kept_until_it_would_be_another(tmp_path):
-    path, done = tmp_path / "new" / "unit.json", []
-
-    def work(number):
-        done.append(number)
-        return 2 * number
-
-    assert read_unit(path) is None
-    assert keep_unit(path, {"number": 3}, lambda: work(3)) == 6
-    path.write_text(path.read_text().replace('"done": 6', '"done": 7'))
-    assert keep_unit(path, {"number": 3}, lambda: work(3)) == 7  # what is there is not done again
-    assert done == [3]
-    assert read_unit(path, {"number": 4}) is None
-    assert keep_unit(path, {"number": 4}, lambda: work(4)) == 8
-    assert read_unit(path)["done"] == 8
-    path.write_text("[")
-    assert read_unit(path) is None

@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,14 +30,11 @@ from nep.bench.paper.paper_tables import (
     make_table_1,
     make_table_2,
 )
-from nep.bench.paper.temporal_scores import TemporalScores
 from nep.report.results import ScoreSummary
 from nep.report.tables import compute_difference
-from nep.reproduce import _join
 from simulator.policies import POLICIES
 from simulator.tasks.metrics import METRICS
 from simulator.tasks.registry import TASKS
-from tools.temporal.plan import Sizes
 
 PROVENANCE = Provenance(
     command="python -m nep.reproduce --table 1",
@@ -350,122 +347,6 @@ def test_trainings_stay_in_the_stored_scores(tmp_path):
     assert "Find Object" not in paper
 
 
-def write_beside(path, bayesian=(0.2, 0.3, 0.5), **changes):
-    def play(*values):
-        own = values[: len(bayesian)]  # all play the same homes
-        scores = {"first_guess": own, "mrr": own, "looks": own}
-        return {**scores, "nll": [1.5, 2.0, 2.5][: len(bayesian)], "milliseconds": 1.0}
-
-    rows = [
-        {"name": "bayesian", "reads": "rule", "plays": [play(*bayesian)], "checkpoints": []},
-        {
-            "name": "ours",
-            "reads": "graph memory",
-            "plays": [play(0.3, 0.3, 0.2)],
-            "checkpoints": ["0a"],
-        },
-        {
-            "name": "TGN",
-            "reads": "sightings",
-            "num_trainings": 3,
-            "seconds": 1.0,
-            "checkpoints": ["0b", "0c", "0d"],
-            "plays": [play(0.1, 0.2, 0.4), play(0.3, 0.4, 0.5), play(0.9, 0.9, 0.9)],
-        },
-        {
-            "name": "GRU per thing",
-            "reads": "sightings",
-            "num_trainings": 1,
-            "seconds": 1.0,
-            "plays": [play(0.1, 0.1, 0.1)],
-        },
-    ]
-    content = {
-        "command": "python -m nep.bench temporal",
-        "made": "played by hand",
-        "note": "Ours is small.",
-        "version": 1,
-        "sizes": {**asdict(Sizes()), "train_homes": 32, "train_steps": 50},
-        "missing": [],
-        "kinds": {"paper_on": {"title": "on", "units": None, "rows": rows}},
-        **changes,
-    }
-    path.write_text(json.dumps(content), encoding="utf-8")
-    return path
-
-
-def test_temporal_networks_beside_those_of_the_paper(tmp_path):
-    scores = {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)}
-    beside = TemporalScores.load(write_beside(tmp_path / "temporal.json"))
-    rows = beside.list_rows("predict_location-on", scores, 2)
-    # Of three trainings the first two count; who has one alone is left out, but for a memory.
-    assert sorted(rows) == ["TGN (sightings)", "ours (graph memory)"]
-    np.testing.assert_allclose(
-        rows["TGN (sightings)"].by_training, [[0.1, 0.2, 0.4], [0.3, 0.4, 0.5]]
-    )
-    assert rows["TGN (sightings)"].metrics["nll"] == 2.0
-    assert beside.list_rows("find_object-on", scores, 2) == {}
-    assert beside.list_checkpoints("predict_location-on", 2) == {
-        "predict_location-on, ours (graph memory), seed 0": "0a",
-        "predict_location-on, TGN (sightings), seed 0": "0b",
-        "predict_location-on, TGN (sightings), seed 1": "0c",
-    }
-    assert "32 homes x 50 steps" in beside.describe()
-    assert beside.describe().endswith("played by hand. Ours is small.")
-    claims = list_claims(
-        ABLATION_SETTING, compute_table(ABLATION_SETTING, scores | rows), scores | rows
-    )
-    pairs = {(claim.better, claim.worse): claim.difference.mean for claim in claims}
-    # MLP (.3, .4, .6) and (.4, .5, .7) minus TGN: .2 in each home, and .1, .1, .2.
-    assert pairs["NEP-MLP", "TGN (sightings)"] == pytest.approx(1 / 6)
-    assert ("NEP-MLP", "ours (graph memory)") in pairs
-    told = replace(PROVENANCE, num_trainings=2, beside=(beside.describe(),))
-    files = make_table_1({ABLATION_SETTING: scores | rows}, told)
-    path = tmp_path / "table_1.json"
-    path.write_bytes(files["table_1.json"])
-    again = make_table_1(*load_table_1(path))["table_1.md"]
-    assert again.partition(b"## The")[2] == files["table_1.md"].partition(b"## The")[2]
-    assert beside.describe() in again.decode()
-    assert cells(files["table_1.md"].decode(), "TGN (sightings)")[1:] == ["", "0.317 ± 0.103"]
-
-
-def test_the_command_joins_rows_checksums_and_what_they_are(tmp_path):
-    beside = TemporalScores.load(write_beside(tmp_path / "temporal.json"))
-    told = replace(PROVENANCE, num_trainings=2, checkpoints={"mlp": "ff"})
-    columns = {
-        ABLATION_SETTING: {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)},
-        FIND: {"bayesian": train(4.0)},
-    }
-    joined, rows = _join(beside, told, columns)
-    assert [*rows[ABLATION_SETTING]] == [
-        "bayesian",
-        "NEP-MLP",
-        "ours (graph memory)",
-        "TGN (sightings)",
-    ]
-    assert [*rows[FIND]] == ["bayesian"]
-    assert [*joined.checkpoints.values()] == ["ff", "0a", "0b", "0c"]
-    assert joined.beside == (beside.describe(),)
-
-
-def test_networks_of_other_homes_are_refused_beside_others(tmp_path):
-    scores = {"bayesian": train(0.2), "NEP-MLP": train(0.3, 0.4)}
-    for bayesian, message in (
-        ((0.2, 0.3, 0.501), "must have rules that scored the same .* got bayesian in"),
-        ((0.2, 0.3), "must have rules that scored the same .* got bayesian in"),
-    ):
-        beside = TemporalScores.load(write_beside(tmp_path / "temporal.json", bayesian))
-        with pytest.raises(ValueError, match=message):
-            beside.list_rows("predict_location-on", scores, 2)
-    with pytest.raises(ValueError, match="got no shared rule in"):
-        beside.list_rows("predict_location-on", {"NEP-MLP": train(0.3)}, 2)
-    (tmp_path / "temporal.json").write_text("{}", encoding="utf-8")
-    with pytest.raises(
-        ValueError, match=r"beside must be a temporal\.json of nep\.bench temporal, got"
-    ):
-        TemporalScores.load(tmp_path / "temporal.json")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("page", ["table_1", "location_200"])
 def test_a_page_that_ships_is_what_its_scores_say(page):
@@ -478,7 +359,7 @@ def test_what_ships_of_location_has_five_trainings_and_names_what_played():
     path = Path(__file__).parents[4] / "results" / "location_200.json"
     results, told = load_table_1(path)
     (scores,) = results.values()
-    for title in ("NEP-MLP", "NEP-GCN", "NEP-HEAT", "DyGFormer (sightings)"):
+    for title in ("NEP-MLP", "NEP-GCN", "NEP-HEAT", "NEP-HEAT+ (no belief)"):
         assert scores[title].by_training.shape == (5, 200)
         assert sum(f", {title}, seed" in name for name in told.checkpoints) == 5
     assert len(set(told.checkpoints.values())) == len(told.checkpoints)
