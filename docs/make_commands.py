@@ -16,6 +16,7 @@ FOLDER = "reference/commands"
 # What is run as `python -m NAME`, by the module that holds its `main`.
 COMMANDS = {
     "sgm.serve": "sgm.serve.__main__",
+    "sgm.export": "sgm.export.__main__",
     "simulator.collect": "simulator.collect.__main__",
     "simulator.compile": "simulator.compile",
     "simulator.trace": "simulator.trace.__main__",

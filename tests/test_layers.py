@@ -33,7 +33,8 @@ ORDER = """
     sgm.schema sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.text
     sgm.prior sgm.names sgm.layout sgm.memory sgm.replay sgm.belief sgm.evidence
     sgm.policies
-    sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm sgm.__main__
+    sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm.export sgm
+    sgm.__main__
     simulator.caches simulator.kernel_store simulator.kernel simulator.yaml_text simulator.process
     simulator.fan_out
     simulator.priors simulator.world simulator.box_world simulator.policies
@@ -62,6 +63,7 @@ LEARNING = {"dgl", "lightning", "pytorch_lightning", "torch", "torchmetrics"}
 SGM_NEEDS = {"numpy", "sgm"}
 SGM_OPTIONAL = {
     "sgm/eyes/__main__.py": {"yaml"},
+    "sgm/export/mcap_file.py": {"foxglove_schemas_protobuf", "google", "mcap"},
     "sgm/files.py": {"filelock"},
     "sgm/memory/memory_things.py": {"pandas"},
     "sgm/memory/scene_graph_memory.py": {"pandas"},
@@ -257,8 +259,8 @@ def test_a_variable_says_what_its_value_is(folder):
 
 @pytest.mark.parametrize(
     "part",
-    "arrays belief evidence eyes finder layout memory names network policies prior replay ros "
-    "serve text".split(),
+    "arrays belief evidence export eyes finder layout memory names network policies prior replay "
+    "ros serve text".split(),
 )
 def test_a_variable_of_sgm_says_what_its_value_is(part):
     """Detection, sighting, box, volume, position, area, ...: no pronoun and no adverb either."""

@@ -106,10 +106,14 @@ def read_line(text: bytes, path: Path) -> LogLine:
     return _read_line(parse_json(text), path)
 
 
-def read_lines(content: bytes, path: Path) -> list[LogLine]:
-    """Read whole lines; raises ValueError for what is none of a log, and names it."""
+def read_lines(content: bytes, path: Path, first: int = 1) -> list[LogLine]:
+    """Read whole lines, of which `first` is the number of the first one in the file.
+
+    Raises:
+        ValueError: for what is none of a log, and names it.
+    """
     lines = []
-    for number, text in enumerate(content.splitlines(), 1):
+    for number, text in enumerate(content.splitlines(), first):
         try:
             lines.append(read_line(text, path))
             if number == 1 and lines[0].kind != "start":

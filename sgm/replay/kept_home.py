@@ -47,7 +47,7 @@ class KeptHome:
     def __init__(self, path: Path, memory: SceneGraphMemory) -> None:
         """Keep a memory that writes the log of a path; `open` makes one."""
         self.path = path
-        self.log = _name_log(path)
+        self.log = name_log(path)
         self.memory = memory
 
     @classmethod
@@ -75,7 +75,7 @@ class KeptHome:
             OSError: if a file cannot be read or written.
         """
         path = Path(os.path.realpath(path))  # of a link, the log lies beside what it leads to
-        log = _name_log(path)
+        log = name_log(path)
         # First of all, so that no process writes while the files are read; the memory has it later.
         lock = LogLock.of(log)
         lines = _read_latest(log)
@@ -185,12 +185,18 @@ def _begin_before(clock: Clock | None, content: MemoryContent) -> Clock | None:
     return clock.shift(-content.time * clock.step_seconds)
 
 
-def _name_log(path: Path) -> Path:
+def name_log(path: Path) -> Path:
+    """Return the log beside a memory file."""
     return path.with_name(path.name + LOG_ENDING)
 
 
 def _number(log: Path, number: int) -> Path:
     return log.with_name(f"{log.name}.{number:06}")
+
+
+def list_ended_logs(log: Path) -> list[Path]:
+    """List the logs before one, the latest last."""
+    return [_number(log, number) for number in _list_numbers(log)]
 
 
 def _list_numbers(log: Path) -> list[int]:

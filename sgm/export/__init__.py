@@ -1,0 +1,1 @@
+"""A memory over time in files that other programs open: MCAP for Foxglove and Rerun."""

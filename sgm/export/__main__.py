@@ -1,0 +1,164 @@
+"""Writes a memory over time to a file: `python -m sgm.export mcap home.sgm out.mcap`."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import signal
+import sys
+import time
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+from types import FrameType
+from typing import BinaryIO
+
+from sgm.export.log_tail import LogTail
+from sgm.export.mcap_file import McapFile
+from sgm.export.timeline import NUM_THINGS, Timeline
+from sgm.files import make_write_error, write_whole
+from sgm.memory.log_reader import LogLine
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import shorten
+from sgm.names.words import read_words
+from sgm.replay.replay import replay
+from sgm.serve.finders import make_finder
+
+_MAGIC = b"\x89MCAP0\r\n"
+_SECONDS = 0.25  # between two looks at a log that is followed
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the options."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sgm.export",
+        description="Writes a memory over time to a file that other programs open (docs/mcap.md).",
+        allow_abbrev=False,
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    mcap = commands.add_parser(
+        "mcap",
+        help="a file of MCAP for Foxglove and Rerun (extra mcap)",
+        description="Writes furniture, things, looks and what is believed over time to a file of "
+        "MCAP, by the schemas of Foxglove. Needs the extra mcap (docs/mcap.md).",
+        allow_abbrev=False,
+    )
+    add = mcap.add_argument
+    add("source", type=Path, help="a memory file, whose logs lie beside it, or a log of looks")
+    add("out", type=Path, help="file to write, out.mcap")
+    add(
+        "--things",
+        nargs="*",
+        metavar="NAME",
+        help=f"whose belief is shown, in words; left out: the {NUM_THINGS} that were seen last",
+    )
+    add("--finder", default="any_home", help="any_home, bayesian, adaptive, or an exported folder")
+    add(
+        "--follow",
+        action="store_true",
+        help="go on with what is written to the log, as by a server, until Ctrl-C",
+    )
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command, and return its status: 0 if all is well, 1 on bad input."""
+    options = make_parser().parse_args(arguments)
+    try:
+        _export(options)
+    except (OSError, ValueError, KeyError, ModuleNotFoundError) as error:
+        text = " ".join(str(error.args[-1] if error.args else error).split())
+        print(f"error: {text}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _export(options: argparse.Namespace) -> None:
+    for name in options.things or ():
+        read_words("thing", name)
+    _check_out(options.out)
+    with LogTail(options.source) as tail:
+        _write(options, tail)
+
+
+def _write(options: argparse.Namespace, tail: LogTail) -> None:
+    lines = tail.read_new()
+    things = options.things
+    if things is None:
+        things = _choose_things(lines, options.source) or None
+    about = {"source": options.source.name, "frame": "map", "times": "local, as if they were UTC"}
+
+    def begin(file: McapFile) -> Timeline:
+        timeline = Timeline(file, lambda: make_finder(options.finder), things)
+        if lines:
+            timeline.take(lines)
+        elif not tail.is_log:
+            timeline.show(SceneGraphMemory.load(options.source))
+        timeline.finish_step()
+        return timeline
+
+    if options.follow:
+        with _open_new(options.out) as out, McapFile(out, about, at_once=True) as file:
+            timeline = begin(file)
+            print(f"following {options.source}; Ctrl-C ends {options.out}", flush=True)
+            _follow(tail, timeline)
+    else:
+        content = io.BytesIO()
+        with McapFile(content, about) as file:
+            begin(file)
+        write_whole(options.out, content.getvalue())
+    print(f"mcap: {options.out}, {file.num_messages} messages in {file.num_topics} topics")
+
+
+def _follow(tail: LogTail, timeline: Timeline) -> None:
+    """Go on until the process is asked to end."""
+    is_ending = False
+
+    def end(*_: int | FrameType | None) -> None:
+        nonlocal is_ending
+        is_ending = True
+
+    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        while not is_ending:
+            lines = tail.read_new()
+            timeline.take(lines)
+            timeline.finish_step()
+            if not lines:
+                time.sleep(_SECONDS)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _choose_things(lines: Sequence[LogLine], source: Path) -> list[str]:
+    """Return the things that were seen last, each name once."""
+    if lines:
+        memory = deque(replay(lines), maxlen=1)[0][0]
+    else:
+        memory = SceneGraphMemory.load(source)
+    return list(dict.fromkeys(name for name, _ in memory.list_seen(most=NUM_THINGS)[0]))
+
+
+def _check_out(out: Path) -> None:
+    """Check that no other file is written over."""
+    try:
+        with out.open("rb") as file:
+            is_mcap = file.read(len(_MAGIC)) in (_MAGIC, b"")
+    except FileNotFoundError:
+        return
+    if not is_mcap:
+        raise ValueError(
+            f"out must be a new file, or one of MCAP, got {shorten(str(out))}. Name another one."
+        )
+
+
+def _open_new(out: Path) -> BinaryIO:
+    try:
+        return out.open("wb")
+    except OSError as error:
+        raise make_write_error(error, out, 0) from error
+
+
+if __name__ == "__main__":
+    sys.exit(main())
