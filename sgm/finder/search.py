@@ -20,7 +20,8 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.memory.thing import ThingName
 from sgm.messages import shorten
-from sgm.names.words import read_name, strip_question
+from sgm.names.phrase import strip_question
+from sgm.names.words import read_name
 from sgm.schema import RELATIONS
 
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was

@@ -23,8 +23,9 @@ from sgm.memory.sighting import SeenAt
 from sgm.memory.thing import ROBOT_CONFIDENCE, Said, Statement
 from sgm.names.name import Name
 from sgm.names.name_matching import Similarity
+from sgm.names.phrase import strip_question
 from sgm.names.resolution import Resolution
-from sgm.names.words import read_words, strip_question
+from sgm.names.words import read_words
 from sgm.schema import NEVER, NUM_RELATIONS
 
 _NOTHING_SAID = -2  # as a place

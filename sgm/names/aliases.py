@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from sgm.messages import shorten
+from sgm.names.language import ENGLISH
 from sgm.names.words import OWN_PLURALS, compute_singular, make_key, read_words, split_words
 
 # Rows of one's own: a CSV file, or {name: its aliases, or {"kind": ..., "aliases": ...}}.
@@ -43,6 +44,8 @@ class AliasTable:
         longest: most words of a name.
         words: of all names, singular.
     """
+
+    language = ENGLISH
 
     def __init__(self, rows: Iterable[Row] = ()) -> None:
         """Take over rows.

@@ -31,6 +31,7 @@ class DescriptionTables:
         same: numbers by what descriptions are exactly the same by (`list_keys`).
         spelled: numbers by the words without numbers.
         texts: numbers by the names without numbers.
+        owners: whose things there are.
     """
 
     def __init__(self, reader: NameReader, declared: Sequence[Row]) -> None:
@@ -50,6 +51,7 @@ class DescriptionTables:
         self.same = NumbersByKey()
         self.spelled: dict[tuple[tuple[str, ...], str], list[int]] = {}
         self.texts: dict[str, list[int]] = {}
+        self.owners: set[str] = set()
 
     def update(self, descriptions: Sequence[str]) -> None:
         """Take over the descriptions of a memory; only those that are new are read."""
@@ -71,6 +73,7 @@ class DescriptionTables:
         self.descriptions.append(description)
         self.readings.append(self._reader.read(description))
         name = Name.read(description)
+        self.owners |= {reading.owner for reading in self.readings[number] if reading.owner}
         self.written.add(name.words)
         for same in self.list_keys(name):
             self.same.add(same, number)
@@ -93,6 +96,7 @@ class DescriptionTables:
         self.written.discard(before.words)
         self.descriptions[number] = description
         self.readings[number] = self._reader.read(description)
+        self.owners |= {reading.owner for reading in self.readings[number] if reading.owner}
         self.written.add(after.words)
         for same in self.list_keys(after):
             self.same.add(same, number)

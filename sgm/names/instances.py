@@ -23,6 +23,15 @@ _LISTED = re.compile(  # "006_mustard_bottle", "track_12_bottle", "[3] bottle", 
     rf"(?P<mark>0\d+|(?:(?:track|object|{_NUMBER})[\s.:#-]*|#)\d+|\[\d+\]|\(\d+\)|\d+:)"
     r"[\s.-]+(?=.*[^\W\d_]{2})"
 )
+# As trackers and data sets write them, where "_" parts what spaces do not: no "railway track 3".
+_TRACKED = re.compile(rf"_(?:track|object|{_NUMBER})_(?=\d+$)", re.IGNORECASE)
+_BEFORE_NAME = re.compile(
+    r"^(?:[a-z]+_0(?=\d)|(?=[1-9]\d*_))(?P<mark>\d+)_(?=[^\W\d_]{2})", re.IGNORECASE
+)
+_WHAT_IT_IS = re.compile(  # "object 12 (cup)"
+    rf"^(?:track|object|item|{_NUMBER})[\s_.#-]*(?P<mark>\d+)\s*\((?P<name>[^()]*[^\W\d_]{{2}}[^()]*)\)$",
+    re.IGNORECASE,
+)
 _ON_SIGN = re.compile(r"(?<=[\u3040-\uffff])(?P<mark>\d+)$")  # "杯子1": no spaces
 _WRITTEN_ON = re.compile(r"(?P<word>[^\W\d_]{3,})(?P<mark>\d{1,4})$")  # "mug3"
 _MEASURE = re.compile(
@@ -47,13 +56,13 @@ def split_instance(name: str) -> tuple[str, str]:
 
     Understood are "mug_1", "mug 1", "cup.001", "mug (2)", "mug #2", "Mug_3f2a1b", "mug[2]",
     "mug no. 2", "mug_track2", "mug id 2", "mug (id 2)", "002_mug", "track_2_mug", "[2] mug",
-    "杯子2", "pizza.n.01_1", "bottom_cabinet_nddvba_0" and "Mug|-01.23|+00.95". Leading zeros
-    make no difference.
+    "杯子2", "pizza.n.01_1", "bottom_cabinet_nddvba_0", "Mug|-01.23|+00.95", "mug_track_9",
+    "3_soap bottle", "ycb_025_mug" and "object 12 (cup)". Leading zeros make no difference.
 
     Returns:
         The words, as `normalize` gives them, and the instance; empty where the name has none.
     """
-    text = normalize(name)
+    text = normalize(_write_mark_last(name))
     words, _, mark = text.rpartition(" ")
     if mark.isdecimal() and is_spelled(words):  # most of them
         return words, mark.lstrip("0") or "0"
@@ -76,6 +85,17 @@ def split_instance(name: str) -> tuple[str, str]:
         marks.append(number.lstrip("0") or "0")
         text = text[listed.end() :]
     return text, " ".join(reversed(marks))
+
+
+def _write_mark_last(name: str) -> str:
+    """Write the number of a tracker or data set after the name, "mug_9" for "mug_track_9"."""
+    if "_" not in name and "(" not in name:
+        return name
+    found = _BEFORE_NAME.match(name)
+    if found:
+        return f"{name[found.end() :]}_{found['mark']}"
+    found = _WHAT_IT_IS.match(name.strip())
+    return f"{found['name']}_{found['mark']}" if found else _TRACKED.sub("_", name)
 
 
 @lru_cache(maxsize=MOST_NAMES)

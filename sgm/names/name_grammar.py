@@ -187,7 +187,7 @@ class NameReader:
         self._table = table
         self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
         self._read_text = lru_cache(maxsize=MOST_NAMES)(self._read_words_of)
-        self._spell = lru_cache(maxsize=20_000)(self._spell_by_table)
+        self.spell = lru_cache(maxsize=20_000)(self._spell_by_table)
         self._read_head = lru_cache(maxsize=20_000)(self._read_head_of)
         # One set for all that are equal: most names say the same few properties.
         self._share: Callable[[frozenset[str]], frozenset[str]] = lru_cache(maxsize=20_000)(
@@ -303,10 +303,10 @@ class NameReader:
             if len(turned[0].head) > len(readings[0].head):
                 return turned
         if link == "of":  # "cream of tartar" is no cream
-            after_link = frozenset(map(self._spell, (word for word, _ in right))) - DETERMINERS
+            after_link = frozenset(map(self.spell, (word for word, _ in right))) - DETERMINERS
             readings = [_add_kinds(reading, after_link) for reading in readings]
         if link in WITH:
-            features = frozenset(map(self._spell, (word for word, _ in right))) - DETERMINERS - WITH
+            features = frozenset(map(self.spell, (word for word, _ in right))) - DETERMINERS - WITH
             if link == "without":
                 features = frozenset(f"no {word}" for word in features)
             readings = [
@@ -447,19 +447,24 @@ class NameReader:
 
     def _spell_before(self, word: str) -> str:
         """Return a word before a thing as it is compared: "snorkelling" and "snorkel" are one."""
-        spelled = self._spell(word)
+        spelled = self.spell(word)
         is_free = spelled not in PROPERTIES and not self._table.find([word])
         return _drop_ing(spelled) if is_free else spelled
 
     def _spell_all(self, words: Sequence[str]) -> frozenset[str]:
         """Return words that end in a thing as they are compared."""
-        return frozenset((*map(self._spell_before, words[:-1]), *map(self._spell, words[-1:])))
+        return frozenset((*map(self._spell_before, words[:-1]), *map(self.spell, words[-1:])))
 
 
 @lru_cache(maxsize=16)  # most memories have the same table
 def make_reader(table: AliasTable) -> NameReader:
     """Return the reader of a table, which remembers what it has read."""
     return NameReader(table)
+
+
+def is_measure(word: str) -> bool:
+    """Tell whether a word before "of" says how much: "pair of scissors", "tin of tuna"."""
+    return compute_singular(word) in _MEASURES | _CONTAINERS
 
 
 def _drop_ing(word: str) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import lru_cache, partial
+from typing import Any
 
 from sgm.names.aliases import AliasTable
 from sgm.names.comparison import (
@@ -19,13 +21,15 @@ from sgm.names.comparison import (
 )
 from sgm.names.description_tables import DescriptionTables, Entry
 from sgm.names.known_words import is_word
-from sgm.names.modifiers import MATERIALS, spell
+from sgm.names.modifiers import MATERIALS, PROPERTIES, is_property, says_how, spell
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.name_grammar import Reading, make_reader
+from sgm.names.name_grammar import Reading, is_measure, make_reader
+from sgm.names.phrase import Phrase, make_phrase_reader
 from sgm.names.resolution import MOST_ALTERNATIVES, Resolution
-from sgm.names.spelling import is_near, is_typo
-from sgm.names.words import read_name, read_words, split_words, strip_question
+from sgm.names.sentence import Sentence, make_sentence_reader
+from sgm.names.spelling import count_mistakes, is_near, is_typo
+from sgm.names.words import BREAKS, DETERMINERS, WITH, read_name, read_words, split_words
 
 # How alike two labels are, -1 to 1: cosine of their text vectors.
 Similarity = Callable[[str, Sequence[str]], Sequence[float]]
@@ -82,6 +86,9 @@ class NameIndex:
         declared = () if table is None else table.declared
         self._tables = DescriptionTables(self._reader, declared)
         self._encoder = encoder
+        self._sentences = make_sentence_reader(self._aliases.language)
+        self._phrases = make_phrase_reader(self._aliases.language)
+        self._nobodys = self._sentences.language.list_words("nobody's")
         self._resolved: dict[str, Resolution] = {}
 
     def update(self, descriptions: Sequence[str]) -> None:
@@ -100,13 +107,24 @@ class NameIndex:
             Matches, "exact"; else none, "unknown", and in `doubtful` what may be meant: what a
             question of that name would be taken for, and what is spelled nearly alike.
         """
-        asked = Name.read(name)
-        found = {n for key in self._tables.list_keys(asked) for n in self._tables.same.find(key)}
-        written = [n for n in found if read_name(self._tables.descriptions[n]) == read_name(name)]
+        found = self._find_exact(name)
         if found:
-            return Resolution(name, self._name(sorted(written or found)), "exact")
+            return self._resolution(name, found, "exact")
+        things = self.part(name)
+        if len(things) > 1:
+            return self._resolution(name, (), "several things", things=things)
+        phrase = self.read_phrase(things[0])
+        said: dict[str, Any] = {
+            "unused": self._list_unused(phrase),
+            "quantity": phrase.quantity,
+        }
+        if phrase.name and not phrase.excluded:
+            found = self._find_exact(phrase.name)
+            if found:
+                said |= {"where": phrase.where, "is_not_there": phrase.is_not_there}
+                return self._resolution(name, found, "exact", **said)
         taken = self.resolve(name)
-        readings = self._read_main(name)
+        readings = self._read_main(phrase.name) if phrase.name else []
         near = [
             number
             for reading in readings
@@ -114,25 +132,107 @@ class NameIndex:
             for number, _ in self._tables.endings.get(key, ())
             if not any(reading.stem ^ other.stem for other in self._tables.readings[number])
         ]
-        spelled = self._find_spelled(asked)
-        names = (*taken.matches, *taken.doubtful, *self._name([*spelled, *near]))
-        return Resolution(
+        spelled = self._find_spelled(Name.read(phrase.name)) if phrase.name else []
+        names = [*taken.matches, *taken.doubtful]
+        if not phrase.excluded:
+            names += self._name([*spelled, *near])
+        return self._resolution(
             name,
             (),
             "unknown",
-            taken.alternatives,
+            alternatives=taken.alternatives,
             owner=taken.owner,
             doubtful=tuple(dict.fromkeys(names)),
+            **said,
         )
+
+    def _find_exact(self, name: str) -> list[int]:
+        """Find the descriptions of exactly a name; of those, what is written as it is."""
+        asked = Name.read(name)
+        found = {n for key in self._tables.list_keys(asked) for n in self._tables.same.find(key)}
+        written = [n for n in found if read_name(self._tables.descriptions[n]) == read_name(name)]
+        return sorted(written or found)
+
+    def read_sentence(self, question: str, speaker: str = "") -> Sentence:
+        """Read a sentence, and part what it asks for into things, each in words of its own.
+
+        `speaker` is who says "my"; empty if that is not known.
+        """
+        if read_words("description", question) in self._tables.written:
+            return Sentence("thing", (question,), text=question)
+        sentence = self._sentences.read(question)
+        things = [
+            self._phrases.name_speaker(part, speaker)
+            for thing in sentence.things
+            for part in self._sentences.part(thing, self._is_name, _is_property)
+        ]
+        return sentence._replace(things=tuple(things))
+
+    def part(self, question: str) -> tuple[str, ...]:
+        """Part a question into the things that it is about; itself, if it is about none."""
+        return self.read_sentence(question).things or (question,)
+
+    def read_phrase(self, thing: str) -> Phrase:
+        """Read what is said of one thing; a name that something has is all of it."""
+        if self._is_name(read_words("description", thing)):
+            return Phrase(thing, is_speakers=self._phrases.is_speakers(thing))
+        return self._phrases.read(self._phrases.turn_owner(thing, self._is_person))
+
+    def _is_name(self, text: str) -> bool:
+        """Tell whether something is called so, here or in the table."""
+        return text in self._tables.written or bool(self._aliases.find(split_words(text)))
+
+    def _is_person(self, text: str) -> bool:
+        """Tell whether a word names no thing, or who owns one here."""
+        return text in self._tables.owners or not any(map(is_word, text.split()))
 
     def resolve(self, question: str, similarity: Similarity | None = None) -> Resolution:
         """Say what a question means, such as "the red mugs"; see `SceneGraphMemory.resolve`."""
         if question in self._resolved:
             return self._resolved[question]
-        words = read_words("description", question)
-        text = question if words in self._tables.written else strip_question(question)
+        resolution, is_by_words = self._resolve(question, similarity)
+        if is_by_words:  # for any way to compare names: it says the same until there are others
+            if len(self._resolved) >= _MOST_RESOLVED:
+                self._resolved.clear()
+            self._resolved[question] = resolution
+        return resolution
+
+    def _resolve(self, question: str, similarity: Similarity | None) -> tuple[Resolution, bool]:
+        """Say what a question means, and whether words alone said so."""
+        things = self.part(question)
+        if len(things) > 1:
+            several = [self.resolve(thing, similarity) for thing in things]
+            near = dict.fromkeys(name for found in several for name in found.matches)
+            said = {"doubtful": tuple(near), "things": things}
+            return self._resolution(question, (), "several things", **said), False
+        phrase = self.read_phrase(things[0])
+        if not phrase.name:
+            excluded = [self.resolve(name, similarity) for name in phrase.excluded]
+            near = dict.fromkeys(name for out in excluded for name in out.alternatives)
+            return self._resolution(
+                question,
+                (),
+                "unknown",
+                unused=self._list_unused(phrase),
+                doubtful=tuple(near),
+            ), False
+        resolution, is_by_words = self._resolve_phrase(question, phrase, similarity)
+        time = self._sentences.read(question).time
+        is_written = read_words("description", question) in self._tables.written
+        if time is not None and not is_written:
+            resolution = replace(resolution, unused=(*resolution.unused, time.words))
+        return resolution, is_by_words
+
+    def _resolve_phrase(
+        self, question: str, phrase: Phrase, similarity: Similarity | None
+    ) -> tuple[Resolution, bool]:
+        """Say what is meant by what is said of one thing."""
+        text = phrase.name
         readings = self._read_main(text)
         how, groups = self._match(readings, text)
+        if not groups and (turned := _turn(text)) != text:  # "mug red"
+            text, readings = turned, self._read_main(turned)
+            how, groups = self._match(readings, text)
         if not groups:
             mended = " ".join(self._mend(word) for word in text.split())
             if mended != text:
@@ -141,23 +241,132 @@ class NameIndex:
         synonyms, related = ([], []) if groups else self._find_similar(readings, similarity)
         if not groups:
             how, groups = "similar meaning", synonyms
+        said: dict[str, Any] = {
+            "owner": readings[0].owner,
+            "where": phrase.where,
+            "is_not_there": phrase.is_not_there,
+            "quantity": phrase.quantity,
+        }
+        unused = self._list_unused(phrase)
+        if phrase.where and groups:
+            groups, said = self._find_said_place(phrase, groups, said)
+        if phrase.excluded and groups:
+            how, groups, left_out = self._leave_out(phrase, how, groups, similarity)
+            if not groups:
+                said |= {"doubtful": self._name(left_out), "unused": unused}
+                return self._resolution(question, (), "unknown", **said), False
         found = sorted({number for group in groups for number in group})
-        owner = readings[0].owner
         if not found:
             doubtful = self._name(self._list_doubtful(readings, text))
             others = self._suggest(readings, [], related)
-            others = tuple(name for name in others if name not in doubtful)
-            return Resolution(question, (), "unknown", others, owner=owner, doubtful=doubtful)
+            said |= {
+                "alternatives": tuple(name for name in others if name not in doubtful),
+                "doubtful": doubtful,
+                "unused": unused,
+            }
+            return self._resolution(question, (), "unknown", **said), False
         others = self._suggest(readings, found, ())
+        words = read_words("description", question)
         if len(found) == 1 and self._tables.descriptions[found[0]].casefold() == words:
             how = "exact"
-        meanings = tuple(self._name(group) for group in groups)
-        resolution = Resolution(question, self._name(found), how, others, meanings, owner)
-        if is_by_words:  # for any way to compare names: it says the same until there are others
-            if len(self._resolved) >= _MOST_RESOLVED:
-                self._resolved.clear()
-            self._resolved[question] = resolution
-        return resolution
+        groups = self._part_owners(phrase, found) or groups
+        if phrase.clause and len(found) > 1:  # which of them that was, nothing says
+            unused = (*unused, phrase.clause)
+        said |= {
+            "alternatives": others,
+            "readings": tuple(self._name(group) for group in groups),
+            "unused": (*unused, *self._list_unread(text, readings, found, how)),
+        }
+        return self._resolution(question, found, how, **said), is_by_words
+
+    def _resolution(self, question: str, found: Iterable[int], how: str, **said: Any) -> Resolution:
+        language = self._aliases.language
+        return Resolution(question, self._name(found), how, language=language, **said)
+
+    def _list_unused(self, phrase: Phrase) -> tuple[str, ...]:
+        """List the words of a phrase that say something, and that no rule reads."""
+        if phrase.pronoun:
+            return (phrase.pronoun,)
+        if self._is_name(phrase.name):  # "post it notes"
+            return ()
+        words = self._phrases.list_unused(phrase.name)
+        if phrase.name and self._phrases.is_one(phrase.name):
+            words += (phrase.name.split()[-1],)
+        return words
+
+    def _list_unread(
+        self, name: str, readings: Sequence[Reading], found: Sequence[int], how: str
+    ) -> tuple[str, ...]:
+        """List the words of a question that what was found does not say, and no table knows.
+
+        What comes after "of", "for" and the like, and what is before a thing and no English word.
+        """
+        if how in ("exact", "same words", "typo", "similar meaning"):
+            return ()
+        unread: dict[str, None] = {}
+        for reading in readings:
+            said = [other for number in found for other in self._tables.readings[number]]
+            known = frozenset().union(*(other.said for other in said))
+            missing = reading.properties - known - PROPERTIES
+            for word in missing - reading.head_words:
+                slip = any(count_mistakes(word, other, 1) == 1 for other in known)
+                if not slip and not is_word(word):
+                    unread[word] = None
+            unread |= dict.fromkeys(self._list_after_link(name, reading, known))
+        return tuple(unread)
+
+    def _list_after_link(self, name: str, reading: Reading, known: frozenset[str]) -> Iterable[str]:
+        """List the words after "of", "for" and the like that no name found says, nor the head."""
+        words = split_words(name)
+        links = [place for place, word in enumerate(words) if word in BREAKS and place > 0]
+        if not links or words[links[0]] in WITH or is_measure(words[links[0] - 1]):
+            return ()
+        after = [word for word in words[links[0] + 1 :] if word not in DETERMINERS | BREAKS]
+        things = self._aliases.find(after) if after else ()
+        names = [split_words(self._aliases.names[thing]) for thing in things]
+        if any(known.issuperset(map(spell, other)) for other in names):  # "for the air con"
+            return ()
+        used = known | reading.head_words | frozenset(map(spell, reading.owner.split()))
+        return [word for word in after if used.isdisjoint((spell(word), self._reader.spell(word)))]
+
+    def _find_said_place(
+        self, phrase: Phrase, groups: list[list[int]], said: dict[str, Any]
+    ) -> tuple[list[list[int]], dict[str, Any]]:
+        """Take what says a place for a part of a name, where a name says so: "tuna in a tin"."""
+        _, where = self._phrases.split_where(phrase.where)
+        words = frozenset(map(spell, split_words(where)))
+        kept = [[n for n in group if words <= self._tables.readings[n][0].said] for group in groups]
+        if not any(kept):
+            return groups, said
+        return [group for group in kept if group], {**said, "where": ""}
+
+    def _leave_out(
+        self,
+        phrase: Phrase,
+        how: str,
+        groups: list[list[int]],
+        similarity: Similarity | None,
+    ) -> tuple[str, list[list[int]], list[int]]:
+        """Leave out what something is not; what may be that, too: "mug" of "not the red mug"."""
+        head = self._read_main(phrase.name)[0].head
+        out: set[str] = set()
+        for excluded in phrase.excluded:
+            words = excluded.split()
+            is_bare = all(_is_property(word) or word.endswith("'s") for word in words)
+            meant = " ".join((*words, *head)) if is_bare else excluded
+            resolution, _ = self._resolve_phrase(meant, self.read_phrase(meant), similarity)
+            out |= {*resolution.matches, *resolution.doubtful}
+        kept = [[n for n in group if self._tables.descriptions[n] not in out] for group in groups]
+        left_out = sorted({n for group in groups for n in group} - {n for g in kept for n in g})
+        kept = [group for group in kept if group]
+        return ("any of the kind" if left_out else how), kept, left_out
+
+    def _part_owners(self, phrase: Phrase, found: Sequence[int]) -> list[list[int]]:
+        """Part what "my phone" may be, where it is known whose some are, and not who speaks."""
+        owners = [self._tables.readings[number][0].owner for number in found]
+        if not phrase.is_speakers or not any(owners) or len(found) < 2:
+            return []
+        return [[number] for number in found]
 
     def _name(self, numbers: Iterable[int]) -> tuple[str, ...]:
         return tuple(self._tables.descriptions[number] for number in numbers)
@@ -336,6 +545,8 @@ class NameIndex:
                 found += [n for n, said in entries if is_doubtful(reading, said)]
             if not reading.things:
                 found += self._find_holding(reading)
+        if readings[0].owner in self._nobodys:  # "their phone"
+            found += [n for group in self._match(_disown(readings), text)[1] for n in group]
         if not is_word(readings[0].head[-1]):
             found += self._find_spelled(Name.read(text))
         return list(dict.fromkeys(found))
@@ -454,3 +665,26 @@ def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:
         known.update(new)
         kept += [new] if new else []
     return kept
+
+
+def _disown(readings: Sequence[Reading]) -> list[Reading]:
+    """Return readings of a name that does not say whose it is."""
+    return [reading._replace(owner="") for reading in readings]
+
+
+def _turn(name: str) -> str:
+    """Return a name with the properties that stand behind it before it: "red mug" of "mug red"."""
+    words = name.split()
+    place = len(words)
+    while place > 1 and _says_how(words[place - 1]):
+        place -= 1
+    return " ".join((*words[place:], *words[:place]))
+
+
+def _says_how(word: str) -> bool:
+    """Tell whether a word says how a thing is, and names none, as "glass" does."""
+    return says_how(spell(word)) and spell(word) not in MATERIALS
+
+
+def _is_property(word: str) -> bool:
+    return is_property(spell(word))

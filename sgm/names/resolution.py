@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from sgm.names.asking import make_asking
+from sgm.names.language import ENGLISH
+
 MOST_ALTERNATIVES = 3
 _UNSURE = (
     "another property",
@@ -12,6 +15,7 @@ _UNSURE = (
     "part of the name",
     "what it holds",
     "similar meaning",
+    "several things",
     "unknown",
 )
 _SAYS_LESS = ("fewer words", "more general name")
@@ -29,12 +33,19 @@ class Resolution:
             question says less than the descriptions); "synonym"; "fewer words" (the descriptions
             say less than the question); "more general name"; "another property" (they say another
             one than the question); "part of the name"; "what it holds"; "typo"; "similar meaning"
-            (by text vectors); or "unknown".
+            (by text vectors); "several things" (the question is about more than one); or "unknown".
         alternatives: other descriptions that may have been meant, the nearest first.
         doubtful: where nothing matches, descriptions that may well be meant, and may be another
             thing: a "piano bench" where a bench is asked for. Ask the user.
         readings: the matches by what the name may mean: eyeglasses, and drinking glasses.
         owner: whose it is, by the question: "dad" of "dad's phone"; empty if it names no owner.
+        unused: words of the question that say something, and that nothing was made of.
+        things: where it is about several, each in words of its own.
+        where: words of a place in the question, "on the dinner table"; the finder looks it up.
+        is_not_there: whether the thing is not there, by the question.
+        contradiction: how what is known contradicts that place, in one sentence.
+        quantity: "both" or "every", where the question says so.
+        language: in which is asked back.
     """
 
     question: str
@@ -44,13 +55,23 @@ class Resolution:
     readings: tuple[tuple[str, ...], ...] = ()
     owner: str = ""
     doubtful: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()
+    things: tuple[str, ...] = ()
+    where: str = ""
+    is_not_there: bool = False
+    contradiction: str = ""
+    quantity: str = ""
+    language: str = ENGLISH
 
     @property
     def is_ambiguous(self) -> bool:
         """Whether it is to be asked what is meant; see `ask_back`.
 
-        The name means different things, perhaps one of `doubtful`, or what has another property.
+        The name means different things, perhaps one of `doubtful`, or what has another property; or
+        there are words that nothing was made of.
         """
+        if self.unused or self.things or self.contradiction:
+            return True
         if self.matches:
             return self.means_several or self.how == "another property"
         return bool(self.doubtful)
@@ -63,7 +84,7 @@ class Resolution:
     @property
     def is_sure(self) -> bool:
         """Whether the matches are meant by their names, so that finding one ends a search."""
-        return self.how not in _UNSURE
+        return self.how not in _UNSURE and not self.unused
 
     @property
     def says_less(self) -> bool:
@@ -83,15 +104,20 @@ class Resolution:
         """What to ask the user, "Do you mean the eyeglasses or the wine glass?"; else empty."""
         if not self.is_ambiguous:
             return ""
-        meant = self.readings if self.matches else [(name,) for name in self.doubtful]
-        return f"Do you mean {' or '.join(f'the {list_some(names)}' for names in meant)}?"
+        asking = make_asking(self.language)
+        if self.things:
+            return asking.say("several", names=asking.list_names(self.things))
+        meant = self.matches or self.doubtful
+        told = [asking.tell_unused(self.unused)] if self.unused else []
+        told += [self.contradiction] if self.contradiction else []
+        return " ".join([*told, asking.ask_which(meant)] if meant else told)
 
     def __str__(self) -> str:
         """Say it in one line."""
         line = self.question
         if self.how == "exact":
             return line
-        if self.how != "unknown":
+        if self.matches:
             line += f" (taken for {list_some(self.matches)}: {self.how})"
         if self.is_ambiguous:
             line += f" ({self.ask_back})"

@@ -129,48 +129,6 @@ OWN_PLURALS = frozenset(
     "glasses shades shorts briefs trunks tights braces boxers goods arms greens irons".split()
 )
 
-_WHO = r"(?:i|we|you|he|she|they|it|someone|somebody|anyone|anybody|(?:my|our|the) \w+|[^\W\d_]+)"
-_DID = r"(?:put|place|leave|left|keep|kept|see|seen|saw|store|drop|lay|lose|lost|have|go|gone|been)"
-_BEFORE = re.compile(
-    r"^(?:"
-    r"(?:hey|hi|hello|ok|okay|please|sorry|excuse me|well|so|and|um|now)\b"
-    r"|robot(?=[,:!])"
-    r"|(?:can|could|would|will) (?:you|u|we|i|somebody|someone|anybody|anyone)\b(?: (?:please|just|"
-    r"maybe|kindly|quickly))?"
-    r"|(?:do|does|did) (?:you|we|anyone|anybody|someone) (?:happen to )?"
-    r"(?:know|remember|see|have)\b"
-    r"|(?:have|has) (?:you|we|anyone|anybody|someone|somebody) (?:seen|got|found|taken|moved)\b"
-    r"|(?:any|have you an|no) idea\b|i wonder\b|(?:tell|show) (?:me|us)\b"
-    r"|(?:i am|i[\u2019']m|im|we are|we[\u2019']re) (?:looking|searching|hunting) for\b"
-    r"|(?:i am|i[\u2019']m|im|we are|we[\u2019']re) missing\b|(?:looking|searching) for\b"
-    r"|(?:i|we) (?:really )?(?:need|want|lost|have lost|misplaced|miss|can[\u2019']?t find|cannot "
-    r"find|would like|[\u2019']?d like|have to find|must find)\b|i[\u2019']d like\b"
-    r"|help (?:me|us)\b(?: to)?|(?:go (?:and )?)?(?:find|fetch|get|bring|look for|search for|"
-    r"locate)\b(?: me\b| us\b| him\b| her\b)?"
-    r"|(?:grab|pass|hand|give|search)\b(?: me\b| us\b| him\b| her\b"
-    r"|(?= (?:a|an|the|my|our|that|this)\b))"
-    r"|in which (?:room|drawer|place)\b|which (?:room|drawer|place)\b"
-    r"|(?:where|wher)(?: (?:did|do|does|have|has|had|could|might|can|should)"
-    rf" {_WHO} (?:last )?{_DID}\b)(?: (?:put|seen|left))?"
-    r"|where(?: (?:on earth|the hell|exactly|again))?(?:[\u2019']?s| is| are| was| were|[\u2019']re"
-    r"| did| do| does| have| has| had| can| could| might| would| should)\b"
-    r"(?: (?:i|we) (?:find|get)\b)?"
-    r"|where\b|what happened to\b|who (?:has|took|moved|used)\b|is|are|there"
-    r")[\s,:!]+"
-)
-_AFTER = re.compile(
-    r"[\s,]+(?:please|pls|thanks|thank you|thx|cheers|now|again|today|right now|gone|at|be|"
-    r"is|are|was|were|located|kept|stored|hiding|hidden|go|gone to|went|got to|anywhere|somewhere|"
-    r"here|around|for me|for us|to me|last|then|currently|anymore|any more|i wonder|usually|"
-    r"at home|in the house|in here)$"
-)
-_ROBOT = re.compile(r",\s*robot$")
-_LEFT = re.compile(r"^((?:.* )?any .+) left$")  # "any milk left?"; a "slipper left" is a left one
-# What follows says what was done with it: "the mug that I used", "the book I am reading".
-_CLAUSE = re.compile(
-    r"\s(?:that|which|who|(?:i|we|you|he|she|they)(?:[\u2019'](?:m|ve|re|d|s|ll))?)\s(?=\S).*$"
-)
-
 
 def read_words(field: str, text: str) -> str:
     """Return the words of a name, by which two names are the same or not.
@@ -335,18 +293,6 @@ def order_words(words: Sequence[str]) -> tuple[str, ...]:
         else:
             part.append(word)
     return (*ordered, *sorted(part[:-1]), *part[-1:])
-
-
-def strip_question(question: str) -> str:
-    """Return what a question is about: "could you find my keys, please?" is about "my keys"."""
-    text = normalize(question).strip(" ?!.,;:")
-    text = _LEFT.sub(r"\1", _ROBOT.sub("", text))
-    before = None
-    while before != text:
-        before = text
-        for shorter in (_BEFORE.sub("", text, count=1), _AFTER.sub("", text)):
-            text = shorter.strip(" ?!.,;:") if len(shorter) < len(text) and shorter else text
-    return _CLAUSE.sub("", text).strip() or text
 
 
 def _find_words(name: str) -> list[str]:

@@ -8,7 +8,7 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.names.aliases import AliasTable
 from sgm.names.name_grammar import NameReader, make_reader
-from sgm.names.words import strip_question
+from sgm.names.phrase import strip_question
 from simulator import Bayesian, SceneGraphMemory, Sighting
 
 
@@ -82,7 +82,7 @@ def test_any_words_are_read():
     for _ in range(300):
         question = " ".join(rng.choice(words, size=rng.integers(1, 12)).tolist())
         found = memory.resolve(question)
-        assert (found.how == "unknown") == (found.matches == ()), question
+        assert (found.how in ("unknown", "several things")) == (found.matches == ()), question
         assert memory.resolve("question", among=[question]).question == "question"
 
 

@@ -1,0 +1,76 @@
+"""What is asked back, in the words of a language."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+from sgm.messages import shorten, shorten_text
+from sgm.names.language import ENGLISH, load_answers
+
+MOST_NAMED = 5  # names in a question
+MOST_NAME = 60  # characters of a name in a question
+
+
+class Asking:
+    """Writes sentences by the tables of a language (`answers.txt`).
+
+    Example:
+        >>> make_asking("en").ask_which(["anna's phone", "red mug"])
+        "Do you mean anna's phone or the red mug?"
+    """
+
+    def __init__(self, code: str) -> None:
+        """Write by the tables of a language; raises ValueError if there is none of that code."""
+        answers = load_answers(code)
+        self._names, self._ask = answers["names"], answers["ask"]
+        marks = [mark.strip() for mark in self._names["no article"].split("|")]
+        self._owned = tuple(mark for mark in marks if mark.startswith("'"))
+        self._words = frozenset(marks) - frozenset(self._owned)
+
+    def say(self, sentence: str, **values: object) -> str:
+        """Return a sentence with values filled in."""
+        return self._ask[sentence].format(**values)
+
+    def say_the(self, name: str) -> str:
+        """Return a name as it stands in a sentence: "the red mug", "anna's phone"."""
+        name = shorten_text(name, MOST_NAME)
+        words = name.casefold().replace("\u2019", "'").split()
+        is_owned = any(word.endswith(self._owned) for word in words[:-1]) if self._owned else False
+        if is_owned or (words and words[0] in self._words):
+            return name
+        return self._names["the"].format(name=name)
+
+    def list_names(self, names: Sequence[str], link: str = "or") -> str:
+        """Return "the red mug, the blue mug or the bowl"."""
+        told = [self.say_the(name) for name in dict.fromkeys(names)]
+        return self.join(told, link)
+
+    def join(self, told: Sequence[str], link: str = "or") -> str:
+        """Return texts with commas, and "or" before the last one."""
+        if len(told) > MOST_NAMED:
+            more = self._ask["others"].format(number=len(told) - MOST_NAMED)
+            told = [*told[:MOST_NAMED], more]
+        if len(told) < 2:
+            return "".join(told)
+        return f"{', '.join(told[:-1])} {self._names[link]} {told[-1]}"
+
+    def ask_which(self, names: Sequence[str]) -> str:
+        """Return "Do you mean the red mug or the blue mug?"."""
+        return self.say("which", names=self.list_names(names))
+
+    def ask_unknown(self, name: str, near: Sequence[str], call: str) -> str:
+        """Return what to ask of a name that nothing has; a call tells what there is."""
+        nothing = self.say("unknown", name=shorten(name, MOST_NAME))
+        return f"{nothing} {self.ask_which(near) if near else self.say(call)}"
+
+    def tell_unused(self, words: Sequence[str]) -> str:
+        """Return "I do not understand 'zorb'."."""
+        quoted = [shorten(word, MOST_NAME) for word in words]
+        return self.say("unused", words=self.join(quoted, "and"))
+
+
+@lru_cache(maxsize=8)
+def make_asking(code: str = ENGLISH) -> Asking:
+    """Return what writes the sentences of a language."""
+    return Asking(code)

@@ -1,0 +1,225 @@
+"""What is said of one thing: its name, what it is not, whose it is, and where it is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+from sgm.names.language import ENGLISH, load_language
+from sgm.names.modifiers import is_property, spell
+from sgm.names.sentence import SentenceReader, make_sentence_reader
+from sgm.names.words import MOST_NAMES
+
+IsName = Callable[[str], bool]
+
+
+class Phrase(NamedTuple):
+    """One thing, as it was asked for.
+
+    Attributes:
+        name: what it is called, "red mug"; empty if nothing is said but what it is not.
+        excluded: what it is not: "blue", or "blue mug".
+        where: words of a place: "on the dinner table".
+        is_not_there: whether it is elsewhere: "the mug that is not on the table".
+        is_speakers: whether it is of who speaks, "my", "our".
+        quantity: "both" or "every"; else empty.
+        clause: what was done with it, "that I used": it tells nothing of one thing from another.
+        pronoun: "it" and the like, where that is all that is said.
+    """
+
+    name: str
+    excluded: tuple[str, ...] = ()
+    where: str = ""
+    is_not_there: bool = False
+    is_speakers: bool = False
+    quantity: str = ""
+    clause: str = ""
+    pronoun: str = ""
+
+
+class PhraseReader:
+    """Reads what is said of one thing by the tables of a language.
+
+    - "not the red mug", "non-red mug", "the mug that is not red", "anything but the red mug";
+    - "the mug in the sink", "the mug from the desk", "the mug that is on the desk";
+    - "the phone belonging to Anna", "the phone of Anna", "my phone";
+    - "both mugs", "all mugs"; "the mug that I used"; "it".
+    """
+
+    def __init__(self, sentences: SentenceReader) -> None:
+        """Read by the tables of the language of a reader of sentences."""
+        language = sentences.language
+        self._split_words = sentences.split_words
+        self._articles = language.list_words("articles")
+        self._speakers = language.list_words("speaker's")
+        self._ours = self._speakers | language.list_words("our")
+        self._pronouns = language.list_words("pronouns")
+        self._any, self._one = language.list_words("any"), language.list_words("one")
+        self._people = language.list_words("people")
+        self._function_words = language.list_words("function words")
+        self._signals = sentences.signals | language.list_words("of") | self._one
+        compiled = language.compile_section
+        self._quantities = [
+            (name, re.compile(f"^{compiled(name)}(?= )")) for name in ("both", "every")
+        ]
+        that_is, negation, but = compiled("that is"), compiled("not"), compiled("but")
+        x, y = "(?P<x>(?: [^ ]+)+?)", "(?P<y>(?: [^ ]+)+)"
+        self._exclusions = [
+            re.compile(pattern)
+            for pattern in (
+                rf"^{x}(?: ,)?(?:{that_is})(?:{negation}){y}$",
+                rf"^(?P<x>)(?:{but})?(?:{negation}){y}$",
+                rf"^{x}(?: ,)?(?:{but})(?:{negation}){y}$",
+                rf"^{x}(?: ,)?(?:{negation}){y}$",
+                rf"^{x}(?: ,)?(?:{but}){y}$",
+            )
+        ]
+        self._that_is = re.compile(rf"^{x}(?:{that_is}){y}$")
+        self._owned = re.compile(rf"^{x}(?:{compiled('owned')}){y}$")
+        self._of = re.compile(rf"^{x}(?:{compiled('of')}){y}$")
+        links = "|".join(f"(?P<{link}>{compiled(link)})" for link in ("at", "near", "from"))
+        self._places = re.compile(rf"^{x}(?:{links}){y}$")
+        self._where = re.compile(rf"^(?:{links}){y}$")
+        self._clause = re.compile(rf"(?:{compiled('clauses')})$")
+        self._joins = language.list_words("and") | {"/", ","}
+        self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
+
+    def _read(self, text: str) -> Phrase:
+        words = self._split_words(text)
+        if self._signals.isdisjoint(words):
+            return Phrase(text)
+        padded = "".join(f" {word}" for word in words)
+        quantity = ""
+        for name, pattern in self._quantities:
+            shorter = pattern.sub("", padded)
+            if shorter != padded:
+                quantity, padded = name, shorter
+                break
+        phrase = self._read_words(padded)
+        return phrase._replace(quantity=quantity) if quantity else phrase
+
+    def _read_words(self, padded: str) -> Phrase:
+        for pattern in self._exclusions:
+            found = pattern.match(padded)
+            if found:
+                return self._exclude(found["x"], found["y"])
+        found = self._owned.match(padded)
+        if found:
+            padded = f" {self._make_owner(found['y'])}{self._drop_articles(found['x'])}"
+        found = self._that_is.match(padded)
+        if found:
+            place = self._where.match(found["y"])
+            if place is None:  # "the mug that is red"
+                x = self._drop_articles(found["x"])
+                padded = f"{self._drop_articles(found['y'])}{x}"
+            else:
+                padded = f"{found['x']}{found['y']}"
+        clause = self._clause.search(
+            padded, padded.find(" ", 1) if " " in padded[1:] else len(padded)
+        )
+        told = ""
+        if clause is not None:
+            told, padded = clause[0].strip(), padded[: clause.start()]
+        found = self._places.match(padded)
+        where = ""
+        if found:
+            padded, where = found["x"], padded[found.end("x") :].strip()
+        return self._finish(padded, where, told)
+
+    def split_where(self, where: str) -> tuple[str, str]:
+        """Split "on the dinner table": how a thing lies there ("at", "near", "from"), and what."""
+        found = self._where.match(f" {where}")
+        if found is None:
+            return "at", where
+        link = next(name for name in ("at", "near", "from") if found[name])
+        return link, self._drop_articles(found["y"]).strip()
+
+    def _finish(self, padded: str, where: str, clause: str) -> Phrase:
+        words = padded.split()
+        is_speakers = not self._ours.isdisjoint(words[:1])
+        bare = self._drop_articles(padded).split()
+        pronoun = bare[0] if len(bare) == 1 and bare[0] in self._pronouns | self._ours else ""
+        name = "" if pronoun else " ".join(words)
+        return Phrase(name, (), where, False, is_speakers, "", clause, pronoun)
+
+    def _exclude(self, x: str, y: str) -> Phrase:
+        """Read what is one thing, and not another."""
+        phrase = self._read_words(x) if x.strip() else Phrase("")
+        place = self._where.match(y)
+        if place is not None:  # "the mug that is not on the desk"
+            return phrase._replace(where=y.strip(), is_not_there=True)
+        head = phrase.name
+        others = tuple(self._list_excluded(y))
+        if not head and not x.strip():  # "not the red mug", "non-red mug"
+            words = [word for word in others[0].split() if word not in self._one]
+            head = " ".join(words[1:]) if len(words) > 1 else ""
+        return phrase._replace(name=head, excluded=others)
+
+    def _list_excluded(self, y: str) -> list[str]:
+        """List what something is not, "red" of "the red one"."""
+        parts: list[list[str]] = [[]]
+        for word in y.split():
+            if word in self._joins:
+                parts.append([])
+            elif word not in self._articles and word not in self._one:
+                parts[-1].append(word)
+        return [" ".join(part) for part in parts if part] or [y.strip()]
+
+    def _drop_articles(self, padded: str) -> str:
+        words = padded.split()
+        start = 0
+        while start < len(words) - 1 and words[start] in self._articles:
+            start += 1
+        return "".join(f" {word}" for word in words[start:])
+
+    def _make_owner(self, padded: str) -> str:
+        """Return "anna's" of " anna", and "my" of " me"."""
+        words = self._drop_articles(padded).split()
+        return f"{' '.join(words)}'s"
+
+    def turn_owner(self, text: str, is_person: IsName) -> str:
+        """Return "anna's phone" of "the phone of anna", the text itself without such an owner."""
+        padded = "".join(f" {word}" for word in self._split_words(text))
+        found = self._of.match(padded)
+        if found is None:
+            return text
+        owner = self._drop_articles(found["y"]).strip()
+        is_owner = is_person(owner) or not self._people.isdisjoint(owner.split()[-1:])
+        if not is_owner:
+            return text
+        return f"{self._make_owner(found['y'])}{self._drop_articles(found['x'])}".strip()
+
+    def is_speakers(self, name: str) -> bool:
+        """Tell whether a name says that it is of who speaks: "my phone"."""
+        return not self._ours.isdisjoint(name.split()[:1])
+
+    def name_speaker(self, thing: str, speaker: str) -> str:
+        """Return "anna's phone" of "my phone" said by Anna."""
+        words = self._split_words(thing)
+        if speaker and words and words[0] in self._speakers:
+            return " ".join((f"{speaker}'s", *words[1:]))
+        return thing
+
+    def list_unused(self, name: str) -> tuple[str, ...]:
+        """List the words of a name that no name has, "and", "is", "who"."""
+        return tuple(word for word in self._split_words(name) if word in self._function_words)
+
+    def is_one(self, name: str) -> bool:
+        """Tell whether a name says "one" for the thing: "the red one"."""
+        words = name.split()
+        return len(words) > 1 and words[-1] in self._one and is_property(spell(words[-2]))
+
+
+@lru_cache(maxsize=8)
+def make_phrase_reader(code: str = ENGLISH) -> PhraseReader:
+    """Return the reader of a language, which remembers what it has read."""
+    load_language(code)
+    return PhraseReader(make_sentence_reader(code))
+
+
+def strip_question(question: str, code: str = ENGLISH) -> str:
+    """Return what a question is about: "could you find my keys, please?" is about "my keys"."""
+    text = make_sentence_reader(code).read(question).text or question
+    return make_phrase_reader(code).read(text).name or text

@@ -1,0 +1,239 @@
+"""A sentence read whole: what kind of question it is, what it asks for, and what is left over."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+from sgm.names.language import ENGLISH, Language, load_language
+from sgm.names.time_words import TimeReader, TimeSaid
+from sgm.names.words import MOST_NAMES, normalize
+
+IsName = Callable[[str], bool]
+_TOKEN = re.compile(r",|[^\s,]+")
+_ENDS = '?!.;:\u2026"\u201c\u201d'
+_LONGEST_SHORTENED = 3  # letters and a point: "no. 4"
+_APOSTROPHE = "\u2019"
+_SLASH = re.compile(r"(?<=[^\W\d_]{2})/(?=[^\W\d_]{2})")
+
+
+class Sentence(NamedTuple):
+    """What a sentence asks.
+
+    Attributes:
+        kind: "thing" of a name alone; else of the table of questions: "where", "past", "future",
+            "when", "who", "moved", "history", "changes", "count", "what_at", "is_at", "room",
+            "place"; "command" of what is no question.
+        things: what is asked for, each in words of its own ("red mug", "blue mug").
+        where: of `what_at` and `count`, "in the fridge".
+        time: when, if that is said.
+        tense: "past" or "future", where a word says so.
+        text: what is asked for, as it stands.
+    """
+
+    kind: str
+    things: tuple[str, ...]
+    where: str = ""
+    time: TimeSaid | None = None
+    tense: str = ""
+    text: str = ""
+
+
+class SentenceReader:
+    """Reads sentences by the tables of a language (`sentences.txt`).
+
+    What says nothing, "please", is taken off both ends, and so is a time. The first pattern of a
+    question that fits all the rest says what kind it is, and what it asks for. Without one it is a
+    name. Several things are parted at "and", "or", commas and slashes: "red and blue mug" is two
+    mugs, and "salt and pepper" one thing, where it has that name.
+    """
+
+    def __init__(self, language: Language) -> None:
+        """Read by the tables of a language."""
+        self.language = language
+        self._times = TimeReader(language)
+        self._short = language.read_pairs("short forms")
+        prefixes = "|".join(map(re.escape, language.list_words("not"))) or "(?!)"
+        self._prefixes = re.compile(rf"\b({prefixes})-(?=\w)")  # "non-red"
+        first, last, after = (
+            language.compile_section(f"chat {where}") for where in ("first", "last", "after thing")
+        )
+        self._first = re.compile(rf"^(?:(?: ,)*{first}(?= |$))+(?: ,)*(?= )")
+        self._last = re.compile(rf"(?:(?: ,)*{last})+(?: ,)*$")
+        self._after = re.compile(rf"(?:(?: ,)*(?:{after}|{last}))+(?: ,)*$")
+        self._commands = [
+            re.compile(f"^{language.compile(line)}$") for line in language.list_lines("commands")
+        ]
+        self._past, self._future = (
+            language.list_words(f"{tense} words") for tense in ("past", "future")
+        )
+        self._joins = language.list_words("and") | {"/", ","}
+        self._negations = language.list_words("not") | language.list_words("but")
+        self._bare = language.list_words("articles") | language.list_words("speaker's")
+        self._one = language.list_words("one")
+        self.signals = self._list_signals()
+        self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
+
+    def _list_signals(self) -> frozenset[str]:
+        """List the words of which a plain name has none."""
+        sections = (
+            "chat first, chat last, questions, commands, and, not, but, pronouns, both, every, "
+            "that is, owned, at, near, from, function words, times, parts of the day, days, units, "
+            "ago, ahead, clock, speaker's, clauses"
+        )
+        words = {
+            word
+            for section in sections.split(", ")
+            for line in self.language.list_lines(section)
+            for word in re.findall(r"[^\W\d_]+", line)
+        }
+        return frozenset(words | self._short.keys())
+
+    def _read(self, text: str) -> Sentence:
+        words = self.split_words(text)
+        if self.signals.isdisjoint(words) and "," not in words and "/" not in words:
+            return Sentence("thing", (text,), text=text)
+        tense = self._find_tense(words)
+        padded = self._strip(_pad(words), self._first, self._last)
+        words, time = self._times.split(padded.split())
+        if not words and time is not None:  # "now", "tomorrow": a name, perhaps
+            return Sentence("thing", (text,), text=text)
+        padded = self._strip(_pad(words), self._first, self._last)
+        kind, asked, where = self._match(padded)
+        if kind == "thing" and any(pattern.match(padded) for pattern in self._commands):
+            return Sentence("command", (), time=time, tense=tense, text=padded.strip())
+        if asked and kind != "thing":
+            asked = self._strip(asked, self._first, self._after)
+        if time is None:
+            words, time = self._times.split(asked.split())
+            asked = _pad(words) if time is not None and words else asked
+        text = asked.strip()
+        return Sentence(kind, (text,) if text else (), where.strip(), time, tense, text)
+
+    def split_words(self, text: str) -> list[str]:
+        """Return the words of a sentence, and its commas; short forms are written out."""
+        text = _SLASH.sub(" / ", normalize(text).replace(_APOSTROPHE, "'"))
+        text = self._prefixes.sub(r"\g<1> ", text)
+        words: list[str] = []
+        for token in _TOKEN.findall(text.rstrip(_ENDS + " ")):
+            word = token.strip(_ENDS) if len(token) > _LONGEST_SHORTENED else token.lstrip(_ENDS)
+            if word in self._short:
+                words += self._short[word].split()
+            elif word and word not in _ENDS:
+                words.append(word)
+                if token[-1] in ".;:" and word != token:
+                    words.append(",")
+        return words[:-1] if words[-1:] == [","] else words
+
+    def _find_tense(self, words: Sequence[str]) -> str:
+        if not self._future.isdisjoint(words):
+            return "future"
+        return "" if self._past.isdisjoint(words) else "past"
+
+    def _strip(self, padded: str, first: re.Pattern[str], last: re.Pattern[str]) -> str:
+        """Take what says nothing off both ends, but never all."""
+        before = None
+        while before != padded:
+            before = padded
+            for pattern in (first, last):
+                shorter = pattern.sub("", padded, count=1)
+                padded = shorter if shorter.strip(" ,") else padded
+        return padded
+
+    def _match(self, padded: str) -> tuple[str, str, str]:
+        """Return the kind of a question, what it asks for and where."""
+        for kind, pattern in self.language.questions:
+            found = pattern.match(padded)
+            if found:
+                slots = found.groupdict("")
+                return kind, slots.get("thing", ""), slots.get("where", "")
+        return "thing", padded, ""
+
+    def part(self, text: str, is_name: IsName, is_property: IsName) -> tuple[str, ...]:
+        """Part what is asked for into things, each in words of its own.
+
+        Args:
+            text: "red and blue mugs".
+            is_name: whether something is called so, and is one thing.
+            is_property: whether a word says how a thing is.
+        """
+        words = self.split_words(text)
+        if self._joins.isdisjoint(words) or not self._negations.isdisjoint(words):
+            return (text,)
+        if is_name(text) or is_name(" ".join(self._drop_articles(words))):
+            return (text,)
+        parts = self._split(words, is_name)
+        if len(parts) < 2:
+            return (" ".join(parts[0]),) if parts else (text,)
+        return tuple(" ".join(part) for part in self._lend(parts, is_property))
+
+    def _split(self, words: Sequence[str], is_name: IsName) -> list[list[str]]:
+        """Split words at "and" and the like, but where a name has it."""
+        parts: list[list[str]] = [[]]
+        place = 0
+        while place < len(words):
+            if words[place] not in self._joins:
+                parts[-1].append(words[place])
+                place += 1
+                continue
+            left = parts[-1][-2:]
+            whole = [
+                (start, end)
+                for start in range(len(left))
+                for end in (place + 3, place + 2)
+                if is_name(" ".join((*left[start:], *words[place:end])))
+            ]
+            if words[place].isalpha() and whole:  # "salt and pepper"
+                parts[-1] += words[place : whole[0][1]]
+                place = whole[0][1]
+                continue
+            parts.append([])
+            place += 1
+        return [part for part in parts if part]
+
+    def _lend(self, parts: list[list[str]], is_property: IsName) -> list[list[str]]:
+        """Give each part the thing that is named once: "red and blue mug"."""
+        whole: list[list[str]] = []
+        head: list[str] = []  # of the part after this one, or before
+        for part in reversed(parts):
+            kept = self._count_bare(part, is_property)
+            if kept < len(part):
+                head = part[kept:]
+            whole.append([*part, *head] if kept == len(part) else part)
+        whole.reverse()
+        for number, part in enumerate(whole):  # "the red mug and the blue one"
+            if part[-1] in self._one and number:
+                before = whole[number - 1]
+                kept = self._count_bare(before, is_property)
+                whole[number] = [*part[:-1], *before[kept:]]
+        return whole
+
+    def _count_bare(self, words: Sequence[str], is_property: IsName) -> int:
+        """Count the words at the beginning that name no thing: articles, owners, properties."""
+        place = 0
+        while place < len(words) and (
+            words[place] in self._bare
+            or words[place].endswith(("'s", "s'"))
+            or is_property(words[place])
+        ):
+            place += 1
+        return place
+
+    def _drop_articles(self, words: Sequence[str]) -> Sequence[str]:
+        start = 0
+        while start < len(words) - 1 and words[start] in self._bare:
+            start += 1
+        return words[start:]
+
+
+@lru_cache(maxsize=8)
+def make_sentence_reader(code: str = ENGLISH) -> SentenceReader:
+    """Return the reader of a language, which remembers what it has read."""
+    return SentenceReader(load_language(code))
+
+
+def _pad(words: Sequence[str]) -> str:
+    """Write words with a space before each, as patterns are compiled for."""
+    return "".join(f" {word}" for word in words)

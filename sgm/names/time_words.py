@@ -1,0 +1,254 @@
+"""Words that say when: "yesterday evening", "at noon", "two hours ago", "since Monday"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime, timedelta
+from typing import Any, NamedTuple
+
+from sgm.names.language import Language
+
+_DAY = timedelta(days=1)
+_CLOCK = re.compile(r"(?P<hour>\d{1,2})(?:[:.](?P<minutes>\d{2}))?(?P<half>[a-z]+)?")
+_LONGEST = 8  # words
+_EARLIEST = 7  # hour of the clock that is of the morning where nothing else is said
+
+
+class TimeSaid(NamedTuple):
+    """A time as it was said.
+
+    Attributes:
+        words: as they stand.
+        link: "at", "since" or "before".
+        day: days from today; None where no day is said.
+        weekday: 0 for Monday; None where none is said.
+        hours: of that day, from and to; None where none are said.
+        ago: seconds back, or ahead below 0; None where none are said.
+        is_last: whether "last" is said of a weekday or of `ago`.
+        is_next: whether "next" is.
+    """
+
+    words: str
+    link: str = "at"
+    day: int | None = None
+    weekday: int | None = None
+    hours: tuple[float, float] | None = None
+    ago: float | None = None
+    is_last: bool = False
+    is_next: bool = False
+
+    def find(self, now: datetime, tense: str = "") -> tuple[datetime, datetime]:
+        """Return the first and the last moment that are meant, of the present time.
+
+        `tense` is "past" or "future" where the sentence says it; else the nearest time is meant.
+        """
+        if self.ago is not None:
+            moment = now - timedelta(seconds=self.ago)
+            if self.is_last:  # "last week": all of it
+                return moment, now
+            if abs(self.ago) >= _DAY.total_seconds():  # "two days ago": that day
+                return _bound_day(moment) if self.hours is None else self._bound_hours(moment)
+            return moment, moment
+        today = now.replace(hour=0, minute=0, second=0, microsecond=0)
+        if self.weekday is not None:
+            back = (now.weekday() - self.weekday) % 7
+            if tense == "future" or self.is_next:
+                day = today + ((self.weekday - now.weekday()) % 7 or 7) * _DAY
+            else:
+                day = today - (back or (7 if self.is_last else 0)) * _DAY
+        else:
+            day = today + (self.day or 0) * _DAY
+        if self.hours is None:
+            return (day, min(now, day + _DAY)) if day <= now else (day, day + _DAY)
+        begin, end = self._bound_hours(day)
+        if self.day is None and self.weekday is None:  # the hour alone
+            if tense == "past" and begin > now:
+                begin, end = begin - _DAY, end - _DAY
+            elif tense != "past" and end < now:
+                begin, end = begin + _DAY, end + _DAY
+        return begin, end
+
+    def _bound_hours(self, day: datetime) -> tuple[datetime, datetime]:
+        assert self.hours is not None
+        midnight = day.replace(hour=0, minute=0, second=0, microsecond=0)
+        begin, end = (midnight + timedelta(hours=hour) for hour in self.hours)
+        if begin == end:
+            return begin, begin
+        return begin, end
+
+
+def _bound_day(moment: datetime) -> tuple[datetime, datetime]:
+    day = moment.replace(hour=0, minute=0, second=0, microsecond=0)
+    return day, day + _DAY
+
+
+class TimeReader:
+    """Takes what says when off the end or the beginning of a sentence, by tables of a language."""
+
+    def __init__(self, language: Language) -> None:
+        """Read by the tables of a language."""
+        self._named = _make_phrases(language.read_pairs("times"))
+        self._parts = _make_phrases(language.read_pairs("parts of the day"))
+        self._links = _make_phrases(language.read_pairs("time links"))
+        self._units = _make_phrases(language.read_pairs("units"))
+        self._numbers = _make_phrases(language.read_pairs("numbers"))
+        self._clock = _make_phrases(language.read_pairs("clock"))
+        days = [line.split("|") for line in language.list_lines("days")]
+        names = {name.strip(): str(number) for line in days for number, name in enumerate(line)}
+        self._days = _make_phrases(names)
+        self._last, self._next = (
+            _make_phrases(dict.fromkeys(language.list_phrases(section), ""))
+            for section in ("last", "next")
+        )
+        self._counted = [
+            (side, *(part.split() for part in line.split("<time>")))
+            for side in ("ago", "ahead")
+            for line in language.list_lines(side)
+        ]
+        tables = (self._named, self._parts, self._units, self._clock, self._days)
+        self._signals = frozenset(phrase[-1] for table in tables for phrase, _ in table)
+        self._signals |= {word for _, *sides in self._counted for side in sides for word in side}
+
+    def split(self, words: Sequence[str]) -> tuple[list[str], TimeSaid | None]:
+        """Split a time from the end or the beginning of words."""
+        words = list(words)
+        if not any(word in self._signals or word[:1].isdigit() for word in words):
+            return words, None
+        for start in range(max(len(words) - _LONGEST, 0), len(words)):
+            said = self._read(words[start:])
+            if said is not None:
+                return _drop_comma(words[:start]), said
+        for end in range(min(_LONGEST, len(words)), 0, -1):
+            said = self._read(words[:end])
+            if said is not None:
+                return _drop_comma(words[end:]), said
+        return words, None
+
+    def _read(self, words: Sequence[str]) -> TimeSaid | None:
+        """Read words that all say when; None if they do not."""
+        found: dict[str, Any] = {"words": " ".join(words)}
+        place, is_told = 0, False
+        while place < len(words):
+            link, value = _match(self._links, words, place)
+            if link and not self._read_counted(words, place)[0]:
+                if found.get("link", "at") == "at":
+                    found["link"] = value
+                place += link
+            length, said = self._read_piece(words, place, has_link=bool(link))
+            if not length or any(found.get(name) is not None for name in said):
+                return None
+            found |= said
+            place += length
+            is_told = True
+        return TimeSaid(**found) if is_told else None
+
+    def _read_piece(
+        self, words: Sequence[str], place: int, has_link: bool
+    ) -> tuple[int, dict[str, Any]]:
+        """Read a day, a part of it, a time of the clock or a span; the words that it took."""
+        length, value = _match(self._named, words, place)
+        if length:
+            return length, _read_named(value)
+        length, said = self._read_counted(words, place)
+        if length:
+            return length, said
+        last, _ = _match(self._last, words, place)
+        coming, _ = _match(self._next, words, place)
+        skipped = last or coming
+        length, value = _match(self._days, words, place + skipped)
+        if length:
+            said = {"weekday": int(value), "is_last": bool(last), "is_next": bool(coming)}
+            return skipped + length, {
+                name: told for name, told in said.items() if told is not False
+            }
+        length, value = _match(self._units, words, place + skipped)
+        if length and last:
+            return skipped + length, {"ago": float(value), "is_last": True}
+        if length and coming:
+            return skipped + length, {"ago": -float(value), "is_last": True}
+        length, value = _match(self._parts, words, place)
+        if length:
+            first, end = map(float, value.split())
+            is_said = has_link or place > 0  # no "dinner knife"
+            return (length, {"hours": (first, end)}) if is_said else (0, {})
+        return self._read_clock(words, place, has_link)
+
+    def _read_counted(self, words: Sequence[str], place: int) -> tuple[int, dict[str, Any]]:
+        """Read "two hours ago", or "in ten minutes"."""
+        for side, before, after in self._counted:
+            start = place + len(before)
+            if list(words[place:start]) != before:
+                continue
+            length, value = _match(self._numbers, words, start)
+            if not length and start < len(words) and words[start].isdecimal():
+                length, value = 1, words[start]
+            unit, size = _match(self._units, words, start + length)
+            end = start + length + unit
+            if length and unit and list(words[end : end + len(after)]) == after:
+                seconds = float(value) * float(size)
+                ago = seconds if side == "ago" else -seconds
+                return end + len(after) - place, {"ago": ago}
+        return 0, {}
+
+    def _read_clock(
+        self, words: Sequence[str], place: int, has_link: bool
+    ) -> tuple[int, dict[str, Any]]:
+        """Read "5 pm", "17:30", and "5" where a link stands before it."""
+        found = _CLOCK.fullmatch(words[place]) if place < len(words) else None
+        if found is None:
+            return 0, {}
+        length, value = _match(self._clock, words, place + 1)
+        if found["half"]:
+            length, value = 0, dict(_join(self._clock)).get(found["half"], "-1")
+        if not (length or found["half"] or found["minutes"] or has_link):
+            return 0, {}
+        hour = int(found["hour"]) + int(found["minutes"] or 0) / 60
+        if value == "12" and hour < 12:
+            hour += 12
+        elif value == "0" and hour >= 12:
+            hour -= 12
+        elif not value and not found["minutes"] and hour < _EARLIEST:
+            hour += 12  # "at five" is in the afternoon
+        return (1 + length, {"hours": (hour, hour)}) if hour <= 24 else (0, {})
+
+
+def _make_phrases(pairs: Mapping[str, str]) -> list[tuple[list[str], str]]:
+    """Return phrases as words with their values, the longest first."""
+    return sorted(
+        ((name.split(), value) for name, value in pairs.items()), key=lambda p: -len(p[0])
+    )
+
+
+def _join(phrases: Sequence[tuple[list[str], str]]) -> Iterator[tuple[str, str]]:
+    return ((" ".join(words), value) for words, value in phrases)
+
+
+def _match(
+    phrases: Sequence[tuple[list[str], str]], words: Sequence[str], place: int
+) -> tuple[int, str]:
+    """Return how many words a phrase takes from a place on, and its value; 0 for none."""
+    for phrase, value in phrases:
+        if list(words[place : place + len(phrase)]) == phrase:
+            return len(phrase), value
+    return 0, ""
+
+
+def _read_named(value: str) -> dict[str, Any]:
+    """Read "day -1, 18 24", or "now"."""
+    if value == "now":
+        return {"ago": 0.0}
+    day, _, hours = value.partition(",")
+    said: dict[str, Any] = {"day": int(day.split()[1])}
+    if hours:
+        first, end = map(float, hours.split())
+        said["hours"] = (first, end)
+    return said
+
+
+def _drop_comma(words: list[str]) -> list[str]:
+    while words and words[-1] == ",":
+        words = words[:-1]
+    while words and words[0] == ",":
+        words = words[1:]
+    return words
