@@ -301,7 +301,7 @@ class NameIndex:
 
         What comes after "of", "for" and the like, and what is before a thing and no English word.
         """
-        if how in ("exact", "same words", "typo", "similar meaning"):
+        if how in ("exact", "same words", "typo", "similar meaning") or self._is_name(name):
             return ()
         unread: dict[str, None] = {}
         for reading in readings:
