@@ -4,31 +4,25 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 from sgm.checks import check_at_least
 from sgm.files import write_whole
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
 from sgm.memory.log_reader import read_log
 from sgm.prior.prior_graph import PRIOR_HELP, SHIPPED, load_prior
-from simulator.command_line import choose, make_parser, parse, pick
+from simulator.command_line import choose, make_parser, parse
 from simulator.home_options import HomeOptions
 from simulator.process import run_main
 from simulator.trace.from_log import make_trace, split_trace
-from simulator.trace.importers import IMPORTERS
+from simulator.trace.import_command import bring
 from simulator.trace.importers.occupancy_grid import find_rooms, load_grid
 from simulator.trace.layout import read_start
 from simulator.trace.record import record_homes
 from simulator.trace.source import RecordedSource, check_step_seconds
-from simulator.trace.trace import Trace, find_traces, load_trace, remember_trace, save_trace
+from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
 from simulator.world.sampled_homes import SampledHomes
 from simulator.world.streams import SPLITS, Streams
-
-if TYPE_CHECKING:
-    from jsonargparse import ArgumentParser
 
 PROG = "python -m simulator.trace"
 
@@ -115,164 +109,6 @@ def list_priors_that_know(types: Sequence[str], prior: str | None) -> list[str]:
         if known and name != (prior or "default"):
             lines.append(f"--prior {name} knows {', '.join(known)}")
     return lines
-
-
-def bring(arguments: Sequence[str]) -> int:
-    """Make a trace or a memory of a home from another program."""
-    if arguments[:1] == ["bag"]:
-        return bring_bag(arguments[1:])
-    if arguments[:1] == ["hd_epic"]:
-        return bring_hd_epic(arguments[1:])
-    parser = make_parser(
-        f"{PROG} import",
-        "Make a trace or a memory of a home from another program. Formats: "
-        + "; ".join(f"{name}: {importer.help}" for name, importer in IMPORTERS.items())
-        + f"; bag: a recording of ROS 2, and hd_epic: kitchens of HD-EPIC, which have options of "
-        f"their own: {PROG} import bag --help, {PROG} import hd_epic --help",
-    )
-    parser.add_argument("format", choices=list(IMPORTERS), metavar="FORMAT", help="see above")
-    parser.add_argument("file", type=Path, help="the file to read")
-    _add_outputs(parser)
-    parser.add_argument(
-        "--furniture",
-        type=tuple[str, ...],
-        default=(),
-        help="labels that are furniture besides those of the type table (docs/priors.md)",
-    )
-    parser.add_argument(
-        "--labels",
-        type=Path | None,
-        help="of spark-dsg: names of the numbers of labels, a label space of Hydra (YAML)",
-    )
-    parser.add_argument(
-        "--room",
-        type=str | None,
-        help="of spark-dsg: name of one room for all that is in none; objects without furniture "
-        "lie on its floor then",
-    )
-    parser.add_argument(
-        "--start", type=str | None, help="local date and time of the file's state: 2024-05-06T07:30"
-    )
-    options = parse(parser, arguments)
-    if options.out is None and options.memory is None:
-        raise ValueError("import must make something, got neither. Give --out or --memory.")
-    trace, builder = IMPORTERS[options.format].read(
-        options.file, list(options.furniture), labels=options.labels, room=options.room
-    )
-    if options.start is not None:
-        trace = replace(trace, start=read_start(options.start))
-    print(builder.summarise())
-    if options.out is not None:
-        save_trace(trace, options.out)
-        print(f"trace: {options.out}")
-    if options.memory is not None:
-        remember_trace(trace, load_prior(options.prior)).save(options.memory)
-        print(f"memory: {options.memory}")
-    return 0
-
-
-def _add_outputs(parser: ArgumentParser) -> None:
-    """Add the options of what an import makes."""
-    parser.add_argument("--out", type=Path | None, help="folder for the trace")
-    memory = "file for a memory that has seen all of it"
-    parser.add_argument("--memory", type=Path | None, help=memory)
-    prior = "of the memory: default or household, which ship, or a prior file"
-    parser.add_argument("--prior", default="household", help=prior)
-
-
-def bring_bag(arguments: Sequence[str]) -> int:
-    """Make a log of looks, a memory or a trace of a recording of ROS 2."""
-    from simulator.trace.importers.bag import (
-        BagOptions,
-        load_areas,
-        load_furniture_labels,
-        load_home_map,
-        read_bag,
-    )
-
-    parser = make_parser(
-        f"{PROG} import bag",
-        "Let a memory look at a recording of ROS 2 (sqlite3 or MCAP), and write its log, the "
-        "memory or a trace (docs/bags.md). Needs the package rosbags (extra bag), and no ROS.",
-    )
-    parser.add_argument("folder", type=Path, help="of the bag, or its file, .mcap or .db3")
-    parser.add_argument(
-        "--map",
-        type=Path | None,
-        help="rooms and furniture with their boxes (YAML); without it they are found in the frames",
-    )
-    parser.add_argument(
-        "--areas", type=Path | None, help="rooms as polygons by name (YAML), for what is found"
-    )
-    parser.add_argument(
-        "--furniture_names",
-        type=Path | None,
-        help="further names of furniture: aliases by label (YAML), as fridge: [Kühlschrank]",
-    )
-    parser.add_class_arguments(BagOptions)
-    parser.add_argument("--log", type=Path | None, help="new file for the log of the looks")
-    _add_outputs(parser)
-    options = parse(parser, arguments)
-    if options.out is None and options.memory is None and options.log is None:
-        raise ValueError(
-            "import must make something, got none of them. Give --log, --memory or --out."
-        )
-    if options.log is not None and options.log.exists():
-        raise ValueError(f"log must be a new file, got {options.log}. Name another one.")
-    home = None if options.map is None else load_home_map(options.map)
-    areas = None if options.areas is None else load_areas(options.areas)
-    names = options.furniture_names
-    labels = None if names is None else load_furniture_labels(names)
-    with TemporaryDirectory() as folder:
-        log = options.log or (options.out and Path(folder) / "looks.jsonl")
-        bag_options = BagOptions(**pick(options, BagOptions))
-        looks = read_bag(
-            options.folder,
-            home,
-            bag_options,
-            areas=areas,
-            labels=labels,
-            prior=load_prior(options.prior),
-            log=log,
-        )
-        print(looks.summarise())
-        if options.log is not None:
-            print(f"log: {options.log}")
-        if options.memory is not None:
-            looks.memory.save(options.memory)
-            print(f"memory: {options.memory}")
-        if options.out is not None:
-            save_trace(make_trace(read_log(log), options.folder.name), options.out)
-            print(f"trace: {options.out}")
-    return 0
-
-
-def bring_hd_epic(arguments: Sequence[str]) -> int:
-    """Make traces of kitchens of HD-EPIC."""
-    from simulator.trace.importers.hd_epic import read_hd_epic
-
-    parser = make_parser(
-        f"{PROG} import hd_epic",
-        "Make a trace of the kitchen of each participant of HD-EPIC, from its annotations of what "
-        "was moved (docs/importers.md).",
-    )
-    parser.add_argument("folder", type=Path, help="with assoc_info.json and mask_info.json")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the traces")
-    parser.add_argument(
-        "--participants", type=tuple[str, ...], default=(), help="such as P01; all if left out"
-    )
-    parser.add_argument(
-        "--gap_minutes",
-        type=float | None,
-        help="between videos, which then have no date; the true times if left out",
-    )
-    options = parse(parser, arguments)
-    read = read_hd_epic(options.folder, options.participants, options.gap_minutes)
-    print(read.summarise())
-    for trace in read.traces:
-        save_trace(trace, options.out / trace.name)
-        print(f"trace: {options.out / trace.name}")
-    return 0
 
 
 def draw_rooms(arguments: Sequence[str]) -> int:

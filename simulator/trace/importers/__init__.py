@@ -1,4 +1,4 @@
-"""Homes of other programs and data sets as traces: ProcTHOR, spark_dsg, HOMER, HD-EPIC."""
+"""Homes of other programs and data sets, as traces, maps and looks."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, Protocol
 
+from simulator.trace.importers.home_assistant import read_home_assistant
 from simulator.trace.importers.procthor import read_procthor
 from simulator.trace.importers.scene_graph import read_scene_graph
+from simulator.trace.importers.virtualhome import read_virtualhome
 from simulator.trace.trace import Trace
 
 
@@ -69,6 +71,13 @@ IMPORTERS: Mapping[str, Importer] = {
         "a scene graph of spark_dsg (Hydra), JSON or binary; needs the package spark_dsg",
         read_scene_graph,
         options=("labels", "room"),
+    ),
+    "virtualhome": Importer(
+        "a scene graph of VirtualHome, one JSON object with nodes and edges", read_virtualhome
+    ),
+    "home-assistant": Importer(
+        "areas, devices and entities of Home Assistant, its folder of configuration",
+        read_home_assistant,
     ),
     "homer": Importer(
         "a household of HOMER or HOMER+, a folder with days as tensors; needs torch",

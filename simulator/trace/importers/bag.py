@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from datetime import datetime, timedelta, timezone
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.finder.finder import Finder
 from sgm.layout.areas import Areas
-from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.policies.adaptive import Adaptive
@@ -34,14 +32,14 @@ from simulator.trace.importers.bag_messages import (
     TRANSFORMS,
     YOLO,
 )
+from simulator.trace.importers.imported_looks import ImportedLooks, TimeOptions
 from simulator.yaml_text import read_yaml
 
 MOST_MESSAGE_BYTES = 1 << 26  # 64 MiB: an image of 16 million depths
-_YEAR_OF_CLOCKS = 2000  # stamps before it are of a simulation and say no date
 
 
 @dataclass(frozen=True, slots=True)
-class BagOptions:
+class BagOptions(TimeOptions):
     """What of a bag is read, and how.
 
     A topic that is not there, and was not named, is the only one of its type in the bag.
@@ -62,8 +60,6 @@ class BagOptions:
         angle_sd: likewise its yaw, radians.
         ignore: names of what is no thing, such as person and wall.
         discover: whether furniture that is on no map is found, where there is a map, too.
-        step_seconds: length of a time step of the memory.
-        utc_hours: of the home's local time; 2 means UTC+2.
     """
 
     detections: str = "/detections"
@@ -79,44 +75,30 @@ class BagOptions:
     angle_sd: float = 0.02
     ignore: tuple[str, ...] = ()
     discover: bool = False
-    step_seconds: float = 600.0
-    utc_hours: float = 0.0
 
     def __post_init__(self) -> None:
         """Raise ValueError if a number is out of range."""
+        TimeOptions.__post_init__(self)
         check_at_least(0, position_sd=self.position_sd, angle_sd=self.angle_sd)
-        check_at_least(1, step_seconds=self.step_seconds)
-        if not -24 <= self.utc_hours <= 24:
-            raise ValueError(
-                f"utc_hours must lie in -24 to 24, got {self.utc_hours}. Give the hours of the "
-                "time zone."
-            )
 
 
 @dataclass(frozen=True, slots=True)
-class BagLooks:
-    """A bag that was read: a memory that has seen it, and what became of messages and frames.
+class BagLooks(ImportedLooks):
+    """A bag that was read.
 
     `topics` are those that were read, by the option that names them. `gap` says what is missing
     where no frame could be located, "" for nothing.
     """
 
-    memory: SceneGraphMemory
-    num_looks: int
-    counts: Counter[str]
     topics: Mapping[str, str]
     gap: str = ""
 
     def summarise(self) -> str:
         """Say in a few lines what was read and what was left out."""
-        counts = ", ".join(f"{number} {name}" for name, number in sorted(self.counts.items()))
         topics = ", ".join(f"{topic} ({option})" for option, topic in self.topics.items())
         gap = f"\nnote: {self.gap}" if self.gap else ""
-        return (
-            f"{self.num_looks} looks, {len(self.memory.descriptions)} things, "
-            f"{self.memory.num_furniture} pieces of furniture, {self.memory.time} time steps\n"
-            f"topics: {topics}\nread: {counts}{gap}"
-        )
+        looks, read = ImportedLooks.summarise(self).split("\n")
+        return f"{looks}\ntopics: {topics}\n{read}{gap}"
 
 
 def load_home_map(path: Path) -> HomeMap:
@@ -207,7 +189,7 @@ def read_bag(
         for topic, message, seconds in _list_messages(reader, path, option_of, counts):
             option = option_of[topic]
             if live is None:
-                memory = SceneGraphMemory(prior, _make_clock(seconds, options), log=log)
+                memory = SceneGraphMemory(prior, options.make_clock(seconds), log=log)
                 mapper = FurnitureMapper(memory, areas=areas, labels=labels)
                 if home is not None:
                     home.add_to(memory)
@@ -351,17 +333,6 @@ def _list_messages(
             counts["messages that cannot be read"] += 1
             continue
         yield connection.topic, message, nanoseconds * 1e-9
-
-
-def _make_clock(seconds: float, options: BagOptions) -> Clock | None:
-    """Return the clock of a memory that begins with a message; None for times of a simulation."""
-    try:
-        start = datetime.fromtimestamp(seconds, timezone.utc) + timedelta(hours=options.utc_hours)
-    except (OverflowError, OSError, ValueError):
-        return None
-    if start.year < _YEAR_OF_CLOCKS:
-        return None
-    return Clock(start.replace(tzinfo=None, microsecond=0), options.step_seconds)
 
 
 def _read_names(path: Path | None) -> list[str] | None:
