@@ -68,6 +68,7 @@ SGM_OPTIONAL = {
     "sgm/memory/memory_things.py": {"pandas"},
     "sgm/memory/scene_graph_memory.py": {"pandas"},
     "sgm/memory/spark_graph.py": {"spark_dsg"},
+    "sgm/network/hub.py": {"huggingface_hub"},
     "sgm/network/onnx_runtime.py": {"onnxruntime"},
     "sgm/ros/compressed_depth.py": {"PIL"},
     "sgm/serve/server.py": {"uvicorn"},

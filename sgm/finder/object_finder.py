@@ -58,13 +58,15 @@ class ObjectFinder(Finder):
 
         Args:
             source: "any_home" or "heat", which ship with the package; a folder of
-                `python -m nep.export`; or a checkpoint of `python -m nep.fit`.
+                `python -m nep.export`; a checkpoint of `python -m nep.fit`; or such a folder on a
+                hub, "hf://owner/name" (extra hub).
             detector: how often a look misses what is there; None for that of the paper's homes.
             asks_moved: as in `Finder`; networks without evidence, such as "heat", answer as if it
                 were 0.5.
 
         Raises:
             FileNotFoundError: if there is no such file; it is a `ValueError`, too.
+            ModuleNotFoundError: if it is on a hub, and huggingface_hub is not installed.
             ValueError: if the file is damaged, or it was made for another feature
                 schema or other text vectors than those installed; or if it needs torch, and that
                 is not installed.

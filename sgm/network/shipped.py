@@ -6,6 +6,7 @@ from pathlib import Path
 
 from sgm.files import MissingFileError, compute_checksum
 from sgm.messages import shorten
+from sgm.network.hub import PREFIX, fetch
 
 CONFIG = "config.json"  # of an exported folder
 NEW = ".new"  # ends the name of a file that the config will name when the export has ended
@@ -50,9 +51,10 @@ def find_trained(source: str | Path) -> Path:
     """Find the exported folder or checkpoint that a source names, without reading it.
 
     Args:
-        source: as in `load_trained`.
+        source: as in `load_trained`, or "hf://owner/name" (`sgm.network.hub`).
 
     Raises:
+        ModuleNotFoundError: if it is of a hub, and huggingface_hub is not installed.
         ValueError: if there is no such file or folder.
     """
     if not isinstance(source, (str, Path)):
@@ -62,6 +64,8 @@ def find_trained(source: str | Path) -> Path:
         )
     if source in list_shipped():
         return PRETRAINED / source
+    if isinstance(source, str) and source.startswith(PREFIX):
+        return fetch(source)
     path = Path(source)
     if not path.exists():
         raise MissingFileError(

@@ -48,7 +48,7 @@ def test_a_command_has_the_options_that_pages_name(name):
     main = importlib.import_module(COMMANDS[name]).main
     helps = "\n".join(written for _, written in list_helps(main))
     for form in (
-        ("bag", "hd_epic") if name == "simulator.trace" else ()
+        ("bag", "coco", "frigate", "hd_epic") if name == "simulator.trace" else ()
     ):  # with options of their own
         helps += "".join(written for _, written in list_helps(main, ("import", form)))
     known = set(re.findall(r"--([A-Za-z_][\w.]*)", helps)) | {"help", "config", "print_config"}
