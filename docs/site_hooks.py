@@ -29,7 +29,7 @@ from docs.markdown_math import replace_equations  # noqa: E402
 
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s]+)(\))")
 OUTSIDE = ("results/*.md", "benchmarks/README.md", "ros/README.md", "notebooks/README.md")
-SINGLE = ("CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")
+SINGLE = ("CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "CODE_OF_CONDUCT.md")
 LANGUAGES = {".py": "python", ".yaml": "yaml", ".json": "json", ".csv": "csv", ".md": "markdown"}
 _written = TemporaryDirectory(prefix="site-")  # goes at exit
 _made: dict[str, str] = {}  # text of pages that are made here, by their path in the site

@@ -43,7 +43,7 @@ def test_both_have_one_version():
     assert version == sgm.__version__
     assert read_requirements(research)["scene-graph-memory-core"] == f"=={version}"
     assert research["options"]["python_requires"] == core["options"]["python_requires"]
-    for name in ("author", "license", "project_urls"):
+    for name in ("author", "author_email", "url", "license", "project_urls"):
         assert research["metadata"][name] == core["metadata"][name]
     shared = read_requirements(core).items() & read_requirements(research).items()
     assert len(shared) >= 2  # one range where both need a package
@@ -123,7 +123,7 @@ def test_wheels_from_sdists_share_no_file(tmp_path):
 
 
 def read_dockerfile() -> list[list[str]]:
-    text = (ROOT / "Dockerfile").read_text("utf-8")
+    text = (ROOT / "Dockerfile").read_text("utf-8").replace("\\\n", "")
     lines = [line.split(maxsplit=1) for line in text.splitlines() if line and line[0] != "#"]
     return [[word, rest] for word, rest in lines]
 
@@ -178,6 +178,10 @@ def test_the_image_installs_from_what_it_copies(tmp_path):
             )
             with urllib.request.urlopen(request, timeout=30) as answer:
                 assert answer.status == 200
+            health = json.loads(lines["HEALTHCHECK"].partition("CMD")[2])
+            asked = [word.replace(":8600/", f":{port}/") for word in health]
+            assert asked != health
+            subprocess.run([sys.executable, *asked[1:]], check=True)
         finally:
             server.terminate()  # as `docker stop` does
         assert server.wait(timeout=30) == 0
