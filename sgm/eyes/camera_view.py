@@ -3,109 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from sgm.eyes.camera import Intrinsics, Pose
+from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.viewpoint import Viewpoint
 from sgm.schema import IS_INSIDE, PlaceCode
 
-_FARTHEST_METRES = 200.0  # no depth camera of a home measures more: these are other units
-# Of the four pixels around a point, that measured: one of them, where it is between all four.
-_LEAST_WEIGHT = 0.25
-_PATCH = np.linspace(-0.2, 0.2, 5)  # of the sides of a box in pixels, around its middle
-_BESIDE = np.array([-1.0, 0.0, 1.0])  # pixels around the middle by which a box may be wrong
-
-
-class DepthImage:
-    """Depths z of all pixels.
-
-    0 and nan say that nothing was measured, infinity that nothing was in the way.
-    """
-
-    def __init__(self, depth: Any, intrinsics: Intrinsics) -> None:
-        """Take an image in metres, or in millimetres if they are whole numbers, (height, width).
-
-        Raises:
-            ValueError: if it is none, or has another size than the camera.
-        """
-        read = np.asarray(depth)
-        size = (intrinsics.height, intrinsics.width)
-        if read.shape != size or read.dtype.kind not in "fui":
-            raise ValueError(
-                f"depth must be numbers of shape {size}, as the intrinsics say, got "
-                f"{read.dtype} of shape {read.shape}. Register it to the camera of the detections."
-            )
-        self._depth = read / 1000 if read.dtype.kind in "ui" else read
-
-    def compute_share(self, pixels: np.ndarray, away: np.ndarray) -> np.ndarray:
-        """Return the weight of the pixels around (n, 2) that measured at least z (n,), (n,)."""
-        height, width = self._depth.shape
-        corner = np.floor(pixels).astype(int)
-        right, down = (pixels - corner).T
-        at_left, at_top = np.maximum(corner, 0).T
-        at_right = np.minimum(corner[:, 0] + 1, width - 1)
-        at_bottom = np.minimum(corner[:, 1] + 1, height - 1)
-        shown, known = np.zeros((2, len(pixels)))
-        for column, across in ((at_left, 1 - right), (at_right, right)):
-            for row, along in ((at_top, 1 - down), (at_bottom, down)):
-                depth, weight = self._depth[row, column], across * along
-                _check_unit(depth)
-                known += weight * (depth > 0)  # nan and 0 are none
-                shown += weight * (depth >= away) * (depth > 0)
-        return np.where(known > _LEAST_WEIGHT, shown / np.maximum(known, _LEAST_WEIGHT), 0.0)
-
-    def read(self, pixels: np.ndarray) -> np.ndarray:
-        """Return the depth at pixels (n, 2), -inf where nothing was measured, (n,)."""
-        columns, rows = self._round(pixels)
-        depth = self._depth[rows, columns]
-        depth = np.where(depth > 0, depth, -np.inf)  # nan, too
-        _check_unit(depth)
-        return depth
-
-    def measure_boxes(self, boxes: np.ndarray, farthest: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the depth in the middle of boxes in pixels (n, 4), and its uncertainty, (n,) each.
-
-        The depth is the median of a patch of 5 x 5 pixels over the inner part of each box, nan
-        where there is none. Boxes are right to a pixel or so: the standard deviation is half the
-        range of what was measured a pixel beside the middle. Of what is smaller than that, or is
-        seen at a flat angle, a pixel away is another depth. What is farther counts as `farthest`.
-        """
-        middle, side = (boxes[:, :2] + boxes[:, 2:]) / 2, boxes[:, 2:] - boxes[:, :2]
-        patch = self._read_patches(middle[:, None] + side[:, None] * _PATCH[:, None])
-        is_known = np.isfinite(patch) & (patch > 0)
-        # Sorted with those unknown at the end; np.nanmedian does the same in ten times the time.
-        patch = np.sort(np.where(is_known, patch, np.inf), axis=1)
-        number, row = is_known.sum(axis=1), np.arange(len(boxes))
-        low, high = patch[row, np.maximum(number - 1, 0) // 2], patch[row, number // 2 % 25]
-
-        beside = self._read_patches(middle[:, None] + _BESIDE[:, None])
-        beside = np.minimum(np.where(beside > 0, beside, np.nan), farthest)
-        nearest, last = np.fmin.reduce(beside, axis=1), np.fmax.reduce(beside, axis=1)
-        sd = np.where(nearest <= last, last - nearest, 0) / 2  # nan if none was measured
-        return np.where(number > 0, (low + high) / 2, np.nan), sd
-
-    def _read_patches(self, pixels: np.ndarray) -> np.ndarray:
-        """Return the depths of the m x m pixels in columns and rows (n, m, 2), (n, m * m)."""
-        columns, rows = self._round(pixels)
-        return self._depth[rows[:, :, None], columns[:, None, :]].reshape(len(pixels), -1)
-
-    def _round(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return columns and rows of the pixels of the image that are nearest to (..., 2)."""
-        height, width = self._depth.shape
-        columns, rows = (np.rint(pixels[..., side]).astype(int) for side in (0, 1))
-        return np.clip(columns, 0, width - 1), np.clip(rows, 0, height - 1)
-
-
-def _check_unit(depth: np.ndarray) -> None:
-    """Check that no depth of a home is measured beyond what homes have; `ValueError` if one is."""
-    if np.any((depth > _FARTHEST_METRES) & np.isfinite(depth)):
-        raise ValueError(
-            f"depth must be at most {_FARTHEST_METRES:g} m, got "
-            f"{depth[np.isfinite(depth)].max():g}. Give metres, or millimetres as integers."
-        )
+# Metres of a ray within furniture, and behind it, from which on its depth contradicts the map.
+_LEAST_CHORD, _MOST_BEHIND = 0.1, 0.2
+_CONTRADICTED = 0.9  # share of the rays towards furniture that go through it where it is not
 
 
 class CameraView:
@@ -132,6 +41,8 @@ class CameraView:
         self.pose, self.intrinsics = pose, intrinsics
         self.has_depth = depth is not None
         self._scene, self._reach, self._depth = scene, reach, depth
+        self._contradicted = np.zeros(len(scene.ids), dtype=bool)
+        self._num_met = 0  # places that rays came to
         self._occluders = self._find_in_cone(scene.center, scene.radius, 0.0)
 
     def make_viewpoint(self) -> Viewpoint:
@@ -144,6 +55,10 @@ class CameraView:
         yaw = math.atan2(ahead[1], ahead[0]) + (left - right) / 2
         x, y, z = self.pose.position.tolist()
         return Viewpoint(x, y, z, yaw, left + right, self._reach[1])
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Tell which points (n, 3) are in the image, hidden or not, bool (n,)."""
+        return self.intrinsics.contains(self.intrinsics.project(self.pose.to_camera(points)))
 
     def find_seen_points(
         self, volumes: np.ndarray, margin: float, known: np.ndarray
@@ -165,6 +80,7 @@ class CameraView:
         if len(rows):
             points = scene.points[volumes[rows], columns]
             share[rows, columns] = self.compute_seen(points, margin, volumes[rows])
+            share[self._contradicted[PlaceCode.furniture(volumes)]] = 0.0
         return volumes, share
 
     def compute_seen(self, points: np.ndarray, margin: float, volumes: np.ndarray) -> np.ndarray:
@@ -172,29 +88,101 @@ class CameraView:
 
         By the four pixels around each point: 1 if what all of them measured is not in front of it,
         0 if it is for all of them or none measured. Between, where an edge passes, it is the share
-        of those that show the point, the nearer ones more (as in bilinear interpolation).
+        of those that show the point, the nearer ones more (as in bilinear interpolation). What was
+        measured behind the furniture below a point says nothing (`_find_ends`).
         """
         pixels, away = self._project(points)
         rows = np.flatnonzero(away >= 0)  # in the image and in reach
         share = np.zeros(len(points))
         if self._depth is not None:
-            share[rows] = self._depth.compute_share(pixels[rows], away[rows] - margin)
+            most, is_solid = self._find_ends(points[rows], volumes[rows], away[rows])
+            self._note_contradicted(self._depth.read(pixels[rows]), most, volumes[rows])
+            most = np.where(is_solid, most, np.inf)
+            share[rows] = self._depth.compute_share(pixels[rows], away[rows] - margin, most)
         elif len(rows):
             share[rows] = ~self._find_behind_boxes(points[rows], volumes[rows])
         return share
+
+    @property
+    def num_contradicted(self) -> int:
+        """Number of places that nearly all rays towards what they bear or hold went through.
+
+        They are not where the map says, or what was measured is wrong: none of their points counts.
+        """
+        return int(self._contradicted.sum())
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether rays went through places alone: then the image, the pose or the map is wrong."""
+        return self._num_met > 0 and self.num_contradicted == self._num_met
+
+    def _note_contradicted(
+        self, measured: np.ndarray, most: np.ndarray, volumes: np.ndarray
+    ) -> None:
+        """Find the places in view that rays (n,) go through, by the z that they can measure."""
+        num_places, places = len(self._scene.ids), PlaceCode.furniture(volumes)
+        is_met = (measured > 0) & np.isfinite(most)
+        is_through = is_met & (measured > most)
+        if not self._scene.is_sure:  # it may be gone: something is seen where it was
+            is_through &= np.isinf(measured)
+        num_met = np.bincount(places[is_met], minlength=num_places)
+        num_through = np.bincount(places[is_through], minlength=num_places)
+        self._contradicted = num_through > _CONTRADICTED * num_met
+        self._num_met = int((num_met > 0).sum())
+
+    def _find_ends(
+        self, points: np.ndarray, volumes: np.ndarray, away: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the largest z that the rays through points on or in furniture can measure, (n,).
+
+        They end at the furniture: what is measured behind it contradicts the map. It is infinity
+        where a ray meets too little of the box to tell, or the footprint is a polygon.
+
+        Args:
+            points: in the map, (n, 3).
+            volumes: that they lie in, -1 for none, (n,).
+            away: their z in the camera's frame, (n,).
+
+        Returns:
+            That z. Which rays come to the upper side of furniture that is there for sure, bool
+            (n,): it is solid, while others may end at the back of a shelf, which need not have one.
+        """
+        scene, origin = self._scene, self.pose.position
+        most, is_solid = np.full(len(points), np.inf), np.zeros(len(points), dtype=bool)
+        if not len(scene.ids):
+            return most, is_solid
+        places = PlaceCode.furniture(volumes)
+        rotation, half = scene.rotation[places], scene.half[places]
+        start = np.einsum("ni,nij->nj", origin - scene.center[places], rotation)
+        along = np.einsum("ni,nij->nj", points - origin, rotation)
+        length = np.linalg.norm(along, axis=1)
+        along = np.where(np.abs(along) < 1e-12, 1e-12, along)
+        first, second = (-half - start) / along, (half - start) / along
+        near = np.minimum(first, second)
+        entry, leave = near.max(axis=1), np.maximum(first, second).min(axis=1)
+        slack = 2 * self.pose.compute_sd(length)
+        is_met = (entry > 0) & ((leave - entry) * length > _LEAST_CHORD + slack)
+        is_met &= (volumes >= 0) & ~scene.has_outline[places]
+        most[is_met] = ((leave + (_MOST_BEHIND + slack) / length) * away)[is_met]
+        if scene.is_sure:
+            is_solid = is_met & (near.argmax(axis=1) == 2) & (start[:, 2] > half[:, 2])
+        return most, is_solid
 
     def measure_behind(self, points: np.ndarray, volumes: np.ndarray) -> np.ndarray:
         """Return how far the rays through points (n, 3) went on behind them, metres, (n,).
 
         Negative where something is in front of the point; nan where it is not in the image or in
-        reach, or nothing was measured. Without a depth image infinite or minus infinite.
+        reach, nothing was measured, or that contradicts the map. Without a depth image infinite or
+        minus infinite.
         """
         pixels, away = self._project(points)
         behind = np.full(len(points), np.nan)
         rows = np.flatnonzero(away >= 0)
         if self._depth is not None:
             measured = self._depth.read(pixels[rows])
-            behind[rows] = np.where(measured > 0, measured - away[rows], np.nan)
+            most, is_solid = self._find_ends(points[rows], volumes[rows], away[rows])
+            is_known = (measured > 0) & ~(is_solid & (measured > most))
+            behind[rows] = np.where(is_known, measured - away[rows], np.nan)
             scale = np.linalg.norm(points[rows] - self.pose.position, axis=1) / away[rows]
             behind[rows] *= scale  # along the ray
         elif len(rows):

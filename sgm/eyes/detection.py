@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from sgm.messages import shorten
 from sgm.names.words import read_words
 
 _MOST_RADIUS = 0.25  # metres: what a box in pixels is wider than that may be two things, or a part
+_CORNERS = np.array([(0, 0, 0), *product((-1, 1), repeat=3)])  # in half sides, the middle first
 _USUAL_SIZE = (0.08, 0.08, 0.1)  # metres, where it is unknown
 
 
@@ -80,6 +82,12 @@ class Detection:
                 "box of a detection must be left, top, right, bottom, got "
                 f"{shorten(self.box)} for {shorten(self.name)}. Put the smaller numbers first."
             )
+
+    def list_points(self) -> np.ndarray | None:
+        """Return its middle and its corners in the map, (9, 3); None for a box in pixels."""
+        if self.center is None:
+            return None
+        return np.array(self.center) + _CORNERS * np.array(self.size or (0.0, 0.0, 0.0)) / 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,6 +17,7 @@ from sgm.eyes.map_changes import MapChanges
 from sgm.eyes.map_rules import MapRules
 from sgm.eyes.map_spots import MapSpots
 from sgm.eyes.moved_furniture import follow_boxes
+from sgm.eyes.placing import NOWHERE
 from sgm.eyes.sketch import Sketch, draw_sketches
 from sgm.eyes.sketch_joins import SketchJoins
 from sgm.eyes.sketch_matches import REACH, SketchMatches
@@ -206,7 +207,7 @@ class FurnitureMapper:
             return
         center = np.array([box.center for _, box in drawn])
         front = np.array([math.hypot(*box.size[:2]) / 2 for _, box in drawn])
-        behind = view.measure_behind(center, np.zeros(len(drawn), dtype=np.int64))
+        behind = view.measure_behind(center, np.full(len(drawn), NOWHERE))
         is_shown = behind > -front - REACH
         is_shown &= np.linalg.norm(center - view.pose.position, axis=1) < _SEEN_SURELY
         for number in np.flatnonzero(is_shown).tolist():

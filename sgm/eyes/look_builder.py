@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from sgm.checks import is_finite, read_all, read_optional
-from sgm.eyes.built_look import BuiltLook, make_sighting
+from sgm.eyes.built_look import BuiltLook, make_look
 from sgm.eyes.camera import Intrinsics, Pose
-from sgm.eyes.camera_view import CameraView, DepthImage
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.detection import Detection
 from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_mapper import FurnitureMapper
@@ -31,7 +32,6 @@ from sgm.messages import shorten
 from sgm.schema import PlaceCode
 
 MOST_DETECTIONS = 1000  # of a frame; detectors give 300 at most
-_SURE = 0.5  # confidence from which on a thing has a spot
 _JUMP = 1.0  # metres from one frame to the next that no robot goes
 _LEAST_FRAMES = 3  # that show a thing at no known place, before it gets one
 _MAKE_MAPPER = "Write FurnitureMapper(memory)."
@@ -93,7 +93,7 @@ class LookBuilder:
         self._on_look = on_look
         self._ready: deque[BuiltLook] = deque()
         self._counts: Counter[str] = Counter()
-        self._placing = Placing(self.gate, self._rules.dilation, ignore, self._counts, on_detection)
+        self._placing = Placing(self.gate, self._rules, ignore, self._counts, on_detection)
         self._mapper = read_optional("discover", discover, FurnitureMapper, _MAKE_MAPPER)
         if labels is None:
             labels = FurnitureLabels() if discover is None else discover.labels
@@ -110,7 +110,7 @@ class LookBuilder:
         self._begin(furniture)
 
     def _begin(self, furniture: Any) -> None:
-        self._scene = Scene(furniture, self._rules.num_points)
+        self._scene = Scene(furniture, self._rules.num_points, is_sure=self._mapper is None)
         self._known = KnownFurniture(self._labels, self._scene)
         self._visits, self._tracks = Visits(self._scene), Tracks()
 
@@ -195,13 +195,18 @@ class LookBuilder:
         reach = (self.gate.nearest, self.gate.farthest)
         view = CameraView(self._scene, pose, intrinsics, image, reach)
         sure = self._placing.select(detections)
+        volumes = self._scene.list_volumes()
+        known = self._visits.list_known(volumes)
+        volumes, share = view.find_seen_points(volumes, self._rules.margin, known)
+        if view.num_contradicted:
+            self._counts["places that depth goes through"] += view.num_contradicted
+        if view.is_contradicted:
+            self._counts["depth through furniture"] += 1
+            return False
         things, is_steady = self._find_things(time, view, sure)
         if not is_steady:
             self._counts["pose jumped"] += 1
             return False
-        volumes = self._scene.list_volumes()
-        known = self._visits.list_known(volumes)
-        volumes, share = view.find_seen_points(volumes, self._rules.margin, known)
         shown = self._visits.note_points(time, volumes, share, view)
         for detection, volume, measured in self._placing.place(self._scene, time, view, things):
             if volume != NOWHERE:
@@ -233,7 +238,14 @@ class LookBuilder:
             self._counts["detections of furniture"] += len(detections) - len(things)
         if self._mapper is None:
             return things, True
-        numbers = [number for number, is_furniture in enumerate(of_furniture) if is_furniture]
+        numbers = [
+            number
+            for number, is_furniture in enumerate(of_furniture)
+            if is_furniture and _is_in_image(view, detections[number])
+        ]
+        num_outside = sum(of_furniture) - len(numbers)
+        if num_outside:
+            self._counts["detections outside the image"] += num_outside
         found = [detections[number] for number in numbers]
         return things, self._mapper.see(
             time, view, found, [known[number] for number in numbers], things
@@ -245,6 +257,19 @@ class LookBuilder:
             look = self._follow_merge(self._ready.popleft())
             if look is not None:
                 yield look
+
+    def list_open(self) -> list[BuiltLook]:
+        """Return the looks at places that are in view now, as if they ended here.
+
+        They go on: `looks` has them when they have ended. Nothing changes.
+        """
+        since = self._time - self._rules.pause
+        looks = (
+            make_look(self._scene, self._rules, visit, self._tracks.find(visit.place), self._spots)
+            for visit in self._visits.list_open(since)
+        )
+        followed = (self._follow_merge(look) for look in looks if look is not None)
+        return [look for look in followed if look is not None]
 
     def finish(self) -> Iterator[BuiltLook]:
         """End all visits, as when the robot stops, and take the looks that are ready.
@@ -330,7 +355,14 @@ class LookBuilder:
     def _end(self, visits: list[Visit]) -> None:
         """Make the looks of visits that are over, in the order in which they began."""
         for visit in sorted(visits, key=lambda visit: (visit.start, visit.place)):
-            look = self._make_look(visit)
+            look = make_look(
+                self._scene,
+                self._rules,
+                visit,
+                self._tracks.take(visit.place),
+                self._spots,
+                ends=True,
+            )
             if look is None:
                 self._counts["glimpses"] += 1
                 continue
@@ -342,34 +374,11 @@ class LookBuilder:
             if followed is not None:
                 self._on_look(followed)
 
-    def _make_look(self, visit: Visit) -> BuiltLook | None:
-        most = 1.0 if visit.has_depth else self._rules.most_blind
-        coverage = visit.points.compute_coverage(self._scene, visit.place, most)
-        tracks = self._tracks.take(visit.place)
-        confidence = [track.compute_confidence() for track in tracks]
-        found = list(zip(tracks, confidence, strict=True))
-        least = self._rules.least_confidence
-        sure = [(track, sureness) for track, sureness in found if sureness >= least]
-        certain = [track for track, sureness in sure if sureness >= _SURE]
-        top = self._scene.boxes[visit.place].top
-        hidden = self._spots.renew(visit.place, top, [track for track, _ in sure], certain)
-        if not sure and max(coverage.values()) < self._rules.least_coverage:
-            return None
-        seen = tuple(make_sighting(track, sureness) for track, sureness in sure)
-        for sighting in seen:  # what showed a thing showed something of the place
-            coverage[sighting.relation] = max(
-                coverage[sighting.relation], 1 / self._rules.num_points
-            )
-        return BuiltLook(
-            furniture=self._scene.ids[visit.place],
-            seen=seen,
-            coverage=coverage,
-            hidden=hidden,
-            start=visit.start,
-            end=visit.last,
-            num_frames=visit.num_frames,
-            viewpoint=visit.viewpoint,
-        )
+
+def _is_in_image(view: CameraView, detection: Detection) -> bool:
+    """Tell whether a part of furniture is in the image."""
+    points = detection.list_points()
+    return points is None or bool(view.contains(points).any())
 
 
 def _read_frame(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,8 @@ import numpy as np
 
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection, Located, Measured, locate
-from sgm.eyes.look_rules import Gate
+from sgm.eyes.look_rules import Gate, LookRules
+from sgm.eyes.rays import Bodies, trace_rays
 from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP
 from sgm.layout.outline import compute_outline_distance
@@ -19,6 +21,8 @@ from sgm.schema import INSIDE, IS_BORNE, ON_TOP, RELATIONS, PlaceCode
 
 NOWHERE = -1
 _IN_SIGHT = 2.0  # standard deviations of the pose by which volumes are dilated
+_CENTER_SD = 0.02  # metres, of a center that a detector names
+_MOST_HALF = 0.25  # metres, of half a thing whose size is unknown
 _LEAST_HEIGHT = 0.01  # metres
 _MOST_UNASSIGNED = 1000  # kept for the user
 
@@ -50,7 +54,7 @@ class Placing:
     def __init__(
         self,
         gate: Gate,
-        dilation: float,
+        rules: LookRules,
         ignore: Iterable[str],
         counts: Counter[str],
         on_detection: OnDetection | None,
@@ -59,13 +63,14 @@ class Placing:
 
         Args:
             gate: of detections.
-            dilation: by which volumes are larger, metres, beside the uncertainty of the pose.
+            rules: by how much volumes are larger, and which rays went through things.
             ignore: names of what is no thing.
             counts: are kept up.
             on_detection: as in `LookBuilder`.
         """
         self.unassigned: deque[Unassigned] = deque(maxlen=_MOST_UNASSIGNED)
-        self._gate, self._dilation = gate, dilation
+        self._gate = gate
+        self._dilation, self._through_margin = rules.dilation, rules.through_margin
         self._ignored = IgnoredNames(ignore)
         self._counts, self._on_detection = counts, on_detection
 
@@ -110,17 +115,54 @@ class Placing:
         located, lost = locate(view, detections)
         volumes = assign(scene, located, self._dilation)
         distance = np.linalg.norm(located.center - view.pose.position, axis=1)
+        faults = self._find_faults(view, located, volumes)
         for row, detection in enumerate(located.detections):
-            if gate.nearest <= distance[row] <= gate.farthest:
-                yield detection, int(volumes[row]), located.get(row)
-            else:
+            if not gate.nearest <= distance[row] <= gate.farthest:
                 self._counts["detections out of range"] += 1
+            elif faults[row]:
+                self._counts[faults[row]] += 1
+            else:
+                yield detection, int(volumes[row]), located.get(row)
         for detection in lost:
             if view.has_depth:
                 self._counts["detections without depth"] += 1
                 continue
             volume, measured = assign_by_ray(scene, view, detection, self._dilation, gate.farthest)
             yield detection, volume, measured
+
+    def _find_faults(self, view: CameraView, located: Located, volumes: np.ndarray) -> list[str]:
+        """Say of each of k things why the camera cannot have seen it, "" for what it can have.
+
+        Whose detection names its center may be one that the detector only knows of.
+        """
+        faults = [""] * len(located.detections)
+        named = np.array([row.center is not None for row in located.detections], dtype=bool)
+        rows = np.flatnonzero(named)
+        if not len(rows):
+            return faults
+        center, sd = located.center[rows], np.full(len(rows), _CENTER_SD)
+        # With depth, what was measured decides, whatever the map says; else its boxes hide.
+        volume = np.full(len(rows), NOWHERE) if view.has_depth else volumes[rows]
+        bodies = Bodies(center, located.radius[rows], located.height[rows], sd, volume)
+        traced = trace_rays(view, bodies, self._through_margin, is_flat_gone=False)
+        is_through = traced.is_through & view.has_depth  # else nothing was measured
+        is_in = view.contains(center)
+        # What is measured before the middle may be the thing itself.
+        half = [_measure_half(located.detections[row]) for row in rows]
+        is_hidden = traced.farthest < -(np.array(half) + self._through_margin + 2 * _CENTER_SD)
+        for number, row in enumerate(rows.tolist()):
+            if not is_in[number]:
+                faults[row] = "detections outside the image"
+            elif is_hidden[number]:
+                faults[row] = "detections behind what was measured"
+            elif is_through[number]:
+                faults[row] = "detections that depth goes through"
+        return faults
+
+
+def _measure_half(detection: Detection) -> float:
+    """Return half the diagonal of a thing, metres, and what it may be where that is unknown."""
+    return _MOST_HALF if detection.size is None else math.hypot(*detection.size) / 2
 
 
 def assign(scene: Scene, located: Located, dilation: float) -> np.ndarray:

@@ -24,11 +24,13 @@ class Scene:
     Attributes:
         ids: furniture ids, (P,).
         names: of each: its label and its description; none where they are unknown, (P,).
+        is_sure: whether depths behind furniture are wrong; else the furniture may be gone.
         center, half: of the boxes, their middles and half their sides, (P, 3).
         rotation: from the own axes of each box to the map, (P, 3, 3).
         radius: half the diagonal of each box, (P,).
         has_inside, has_door, is_open: of each place, bool (P,); doors are shut until `set_open`.
         outlines: footprints of those that are no rectangles, in their own axes, by place.
+        has_outline: which of the places these are, bool (P,).
         points: of the volumes in the map, (V, n, 3).
         is_free: which of them are inside no other box, bool (V, n).
         num_free: how many those are, (V,).
@@ -37,11 +39,18 @@ class Scene:
         volume_radius: half their diagonals, (V,).
     """
 
-    def __init__(self, furniture: Mapping[int, Furniture | Box], num_points: int = 128) -> None:
+    def __init__(
+        self,
+        furniture: Mapping[int, Furniture | Box],
+        num_points: int = 128,
+        *,
+        is_sure: bool = True,
+    ) -> None:
         """Take over furniture, or boxes alone, by id; raises TypeError for anything else.
 
         Furniture without a box is left out.
         """
+        self.is_sure = is_sure
         if not isinstance(furniture, Mapping):
             raise TypeError(
                 f"furniture must be a mapping, got {shorten(furniture)}. Give furniture by id."
@@ -65,6 +74,7 @@ class Scene:
         self.outlines = {
             place: box.outline for place, box in enumerate(boxes) if box.outline is not None
         }
+        self.has_outline = np.array([box.outline is not None for box in boxes], dtype=bool)
         self._sample(num_points)
 
     def _sample(self, num_points: int) -> None:

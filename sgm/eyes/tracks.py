@@ -178,11 +178,16 @@ class Tracks:
         return found
 
     def take(self, place: int) -> list[Track]:
-        """Take out the things at a place; of two names for one thing the more frequent is kept."""
-        tracks = [track for track in self._tracks if PlaceCode.furniture(track.volume) == place]
+        """Take out the things at a place, as `find` returns them."""
+        found = self.find(place)
         self._tracks = [
             track for track in self._tracks if PlaceCode.furniture(track.volume) != place
         ]
+        return found
+
+    def find(self, place: int) -> list[Track]:
+        """Return the things at a place; of two names for one thing the more frequent is kept."""
+        tracks = [track for track in self._tracks if PlaceCode.furniture(track.volume) == place]
         tracks.sort(key=lambda track: -len(track.frames))
         center = np.array([track.center for track in tracks]).reshape(-1, 3)
         sd = np.array([track.sd for track in tracks])

@@ -53,9 +53,9 @@ class SeenPoints:
 
     def find_seen(self) -> np.ndarray:
         """Return which points were in view, bool (R, n)."""
-        self._leave_stand()
-        mean = self._sum_mean / np.maximum(self._num_stands, 1)
-        return self.is_sure | (mean + self._best >= 1)
+        stand = self._compute_mean()
+        mean = (self._sum_mean + stand) / np.maximum(self._num_stands + (stand > 0), 1)
+        return self.is_sure | (mean + np.maximum(self._best, stand) >= 1)
 
     def compute_coverage(self, scene: Scene, place: int, most: float = 1.0) -> dict[str, float]:
         """Return the share in view of what lies at the place, by relation, `most` at most.
@@ -72,8 +72,12 @@ class SeenPoints:
         shares[~scene.has_volume[volumes]] = shares[usual]
         return dict(zip(RELATIONS, np.minimum(shares, most).tolist(), strict=True))
 
+    def _compute_mean(self) -> np.ndarray:
+        """Return how far the frames from this stand show the points, (R, n)."""
+        return self._share / np.maximum(self._num_frames, 1)
+
     def _leave_stand(self) -> None:
-        mean = self._share / np.maximum(self._num_frames, 1)
+        mean = self._compute_mean()
         self._sum_mean += mean
         self._best = np.maximum(self._best, mean)
         self._num_stands += mean > 0
@@ -162,6 +166,10 @@ class Visits:
             visit.num_frames += 1
             if visit.viewpoint is None:
                 visit.viewpoint = view.make_viewpoint()
+
+    def list_open(self, since: float) -> list[Visit]:
+        """Return the visits whose place was in view at a time, in seconds, or later."""
+        return [visit for visit in self._open.values() if visit.last >= since]
 
     def take_ended(
         self, time: float = math.inf, pause: float = 0.0, longest: float = math.inf

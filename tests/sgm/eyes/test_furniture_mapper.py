@@ -9,7 +9,8 @@ import pytest
 from sgm import SceneGraphMemory
 from sgm.eyes import Box, Detection, FurnitureLabels, FurnitureMapper, LookBuilder, MapRules, Pose
 from sgm.eyes.box_fit import compute_likeness, compute_overlaps, fit_boxes
-from sgm.eyes.camera_view import CameraView, DepthImage
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.furniture_points import measure_furniture
 from sgm.eyes.scene import Scene
 from sgm.eyes.silhouettes import Silhouettes

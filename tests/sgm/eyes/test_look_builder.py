@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, LookRules, Pose
-from sgm.eyes.camera_view import CameraView, DepthImage
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.look_builder import MOST_DETECTIONS
 from sgm.eyes.scene import Scene
 from sgm.layout.outline import contains_points, read_outline

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sgm.eyes import Box, Detection, Intrinsics, LookBuilder, Pose
-from sgm.eyes.camera_view import CameraView, DepthImage
+from sgm.eyes.camera_view import CameraView
+from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.detection import Measured
 from sgm.eyes.scene import Scene
 from sgm.eyes.tracks import Track, Tracks
