@@ -271,6 +271,12 @@ class LookBuilder:
         followed = (self._follow_merge(look) for look in looks if look is not None)
         return [look for look in followed if look is not None]
 
+    def end_before(self, time: float) -> None:
+        """End all visits if the latest frame is older than a time: a camera may have been off."""
+        if self._time < time:
+            self._settle(is_over=True)
+            self._end(self._visits.take_ended())
+
     def finish(self) -> Iterator[BuiltLook]:
         """End all visits, as when the robot stops, and take the looks that are ready.
 

@@ -47,6 +47,7 @@ class Evidence:
         ended_ago: time steps since; 0 without a statement.
         ended_on: date and time of it; None without one, or without a clock.
         was_missed: whether a look here, after that sighting and statement, did not show it.
+        is_in_view: whether a camera shows it here now (`sgm.ros.LiveMemory`).
     """
 
     seen: SeenAt | None
@@ -61,6 +62,7 @@ class Evidence:
     ended_ago: int = 0
     ended_on: datetime | None = None
     was_missed: bool = False
+    is_in_view: bool = False
 
     def __str__(self) -> str:
         """Say it in one line."""
@@ -84,6 +86,9 @@ class Evidence:
             who = f"at {tell_point(self.seen.position)}, {who}"
         if seen.by:
             who = "put here by the robot" if seen.by == ROBOT else f"{seen.by} said so"
+        if self.is_in_view:
+            where = "" if seen.position is None else f" at {tell_point(seen.position)}"
+            return f"in view now{where}"
         is_new = not seen.by and seen.steps_ago == 0
         told = f"{who} {self._tell_ago(seen.steps_ago, None if is_new else self.seen_on)}"
         if seen.is_there and self.times_sought:

@@ -235,6 +235,18 @@ class MemoryFiles:
             content = self._state.get_content_to_save()
             self._state.log.start(write_start(content, is_new=not goes_on))
 
+    def start_clock(self, clock: Clock) -> None:
+        """Have a clock from now on; the log begins anew with it."""
+        _check_given(None, clock, None)
+        with self._state.lock:
+            content = self._state.get_content_to_save()
+            if content.clock is not None or clock is None:
+                raise ValueError(
+                    f"memory must have no clock to get one, got {shorten(content.clock)}. Replace "
+                    "it with SceneGraphMemory.load(path, clock=...)."
+                )
+            self.go_on_from(replace(content, clock=clock), self._state.prior)
+
     def go_on_in(self, log: Path) -> None:
         """Write into a log whose last line left the memory as it is."""
         self._state.log = LookLog(log, read_lines)

@@ -519,6 +519,16 @@ class SceneGraphMemory:
         """
         self._clock.step_to(time, accept_jump=accept_jump)
 
+    def start_clock(self, clock: Clock) -> None:
+        """Have a clock from now on: for a memory that began before the time was known.
+
+        Raises:
+            TypeError: if it is no clock.
+            ValueError: if the memory has one.
+            OSError: if the log cannot be written.
+        """
+        self._files.start_clock(clock)
+
     # Questions: what a name means, and where what is asked for may be
 
     def resolve(

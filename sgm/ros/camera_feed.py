@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from time import time as get_wall_time
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from sgm.ros.transforms import TransformTree
 
 _MOST_WAITING = 200  # pictures whose depth or transform has not come yet
 _MOST_DEPTHS = 30  # depth images that are kept
+_SET_BACK = 10.0  # seconds by which detections may be out of order, before the clock was set back
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,6 +65,7 @@ class CameraFeed:
         uses_depth: bool = True,
         slack: float = 0.05,
         patience: float = 0.5,
+        now: Callable[[], float] = get_wall_time,
     ) -> None:
         """Start without messages.
 
@@ -77,6 +80,7 @@ class CameraFeed:
             uses_depth: whether frames wait for depth images.
             slack: seconds between a depth image and the detections that it belongs to, at most.
             patience: seconds that a frame waits.
+            now: tells the time in seconds, by which time passes between messages.
         """
         self.transforms = TransformTree()
         self.counts: Counter[str] = Counter()
@@ -88,7 +92,9 @@ class CameraFeed:
         self._info_frame = ""
         self._depths: deque[tuple[float, np.ndarray]] = deque(maxlen=_MOST_DEPTHS)
         self._waiting: deque[_Waiting] = deque()
-        self._now = -np.inf
+        self._clock = now
+        self._now = -np.inf  # the latest stamp
+        self._detected, self._came = -np.inf, 0.0  # that of the latest detections, and when it came
         # The optical frame of a picture without a transform, and whether one had any.
         self._lost, self._was_located = "", False
 
@@ -142,6 +148,9 @@ class CameraFeed:
         """Take a message of detections, of any kind that `read_detections` reads."""
         with self._count("messages of detections", "detections"):
             time, frame = read_time(message.header), str(message.header.frame_id)
+            if time < self._detected - _SET_BACK:
+                self._set_back()
+            self._detected, self._came = time, self._clock()
             self._now = max(self._now, time)
             self._waiting.append(_Waiting(time, frame, message))
         self._show_ready()
@@ -155,6 +164,24 @@ class CameraFeed:
         """Show all that waits, as at the end of a recording."""
         while self._waiting:
             self._show(self._waiting.popleft())
+
+    @property
+    def present(self) -> float | None:
+        """The present by the clock of the messages, in seconds; None before any detections.
+
+        That is the stamp of the latest ones, and what has passed since they came.
+        """
+        if not np.isfinite(self._detected):
+            return None
+        return self._detected + max(self._clock() - self._came, 0.0)
+
+    def _set_back(self) -> None:
+        """Begin anew with earlier messages, as when a clock was put right."""
+        self.counts["times that the clock was set back"] += 1
+        self.finish()
+        self._builder.finish()
+        self._depths.clear()
+        self._now = -np.inf
 
     def _show_ready(self) -> None:
         while self._waiting and (

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from time import time as get_wall_time
 from typing import Any
 
 from sgm.checks import check_at_least
@@ -12,12 +13,16 @@ from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import LookBuilder
 from sgm.finder.finder import Finder
-from sgm.finder.ranking import Ranking, tell_point
+from sgm.finder.ranking import Place, Ranking, tell_point
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import warn_caller
+from sgm.names.words import read_name
 from sgm.ros.camera_feed import CameraFeed
 from sgm.ros.graph_furniture import GraphFurniture
+from sgm.ros.live_clock import LiveClock, LocalTime, to_local_time
 
+_STALE = 10.0  # seconds without a frame after which nothing is in view: the camera is off
 _MOST_SHOWN = 20  # places of a belief that are drawn
 
 
@@ -62,7 +67,7 @@ class BeliefMarker:
 
 
 class LiveMemory:
-    """Folds looks into a memory as they are made, lets time pass with them, and answers.
+    """Folds looks into a memory as they are made, and answers; time passes with both.
 
     Attributes:
         memory: what is remembered.
@@ -81,6 +86,9 @@ class LiveMemory:
         ignore: Iterable[str] = (),
         labels: FurnitureLabels | None = None,
         on_look: Callable[[BuiltLook], None] = lambda look: None,
+        local_time: LocalTime = to_local_time,
+        accept_jump: bool = False,
+        on_warning: Callable[[str], None] = warn_caller,
         **feed: Any,
     ) -> None:
         """Begin with a memory whose furniture has boxes, or without a map.
@@ -88,12 +96,16 @@ class LiveMemory:
         Args:
             memory: with rooms and furniture (`HomeMap.add_to`), new or loaded.
             finder: who is asked.
-            step_seconds: length of a time step of the memory.
+            step_seconds: length of a time step, where the memory has no clock: it gets one that
+                begins with the first look or question.
             discover: draws the map of this memory; None where its furniture is known.
             graph: takes furniture of this memory from scene graphs (`take_graph`); None for none.
             ignore: as in `LookBuilder`.
             labels: as in `LookBuilder`.
             on_look: is given every look after it was folded in.
+            local_time: gives the local date and time of a stamp; None of a simulation's.
+            accept_jump: whether the first stamp is right, however long the robot was off.
+            on_warning: is told of stamps that jump.
             feed: of `CameraFeed`.
 
         Raises:
@@ -110,9 +122,10 @@ class LiveMemory:
         self._graph = graph
         self.memory, self._finder = memory, finder
         self._on_look, self.mapper = on_look, discover
-        self._step_seconds = step_seconds
-        self._began: float | None = None  # seconds of the messages at time step `_first`
-        self._first = memory.time
+        self._clock = LiveClock(
+            memory, step_seconds, local_time, on_warning, accept_jump=accept_jump
+        )
+        self._now = feed.get("now", get_wall_time)
         self.builder = LookBuilder(
             memory.layout.furniture,
             discover=discover,
@@ -142,26 +155,30 @@ class LiveMemory:
             pass
 
     def rank(self, description: str, k: int | None = None) -> Ranking:
-        """Rank the places where a thing may be."""
-        return self._finder.rank(self.memory, description, k=k)
+        """Rank the places where a thing may be now; what the camera shows now counts."""
+        memory, looks = self._look_now()
+        ranking = self._finder.rank(memory, description, k=k)
+        return replace(ranking, places=tuple(_mark(place, ranking, looks) for place in ranking))
 
     def find_next(self, description: str, start: tuple[float, float] | None = None) -> NextPose:
         """Return where to look next for a thing, from a position or from anywhere."""
-        search = self._finder.search(self.memory, description, start=start)
+        memory, looks = self._look_now()
+        search = self._finder.search(memory, description, start=start)
         look = search.next()
         if look is None:
             return NextPose(-1, "", (0.0, 0.0), 0.0, 0.0, search.outcome)
-        furniture = look.place.furniture
-        target = look.place.position
+        place = _mark(look.place, search.ranking, looks)
+        target = place.position
         where = "" if target is None else f", at {tell_point(target)}"
-        (x, y), yaw = self.find_stand(furniture, target)
+        (x, y), yaw = self.find_stand(place.furniture, target)
+        in_view = ", in view now" if place.evidence.is_in_view else ""
         return NextPose(
-            furniture,
-            look.place.name,
+            place.furniture,
+            place.name,
             (x, y),
             yaw,
-            look.place.probability,
-            f"look at {look.place.name}, {look.place.probability:.0%}{where}",
+            place.probability,
+            f"look at {place.name}, {place.probability:.0%}{in_view}{where}",
             target,
         )
 
@@ -194,12 +211,43 @@ class LiveMemory:
             if place.furniture in boxes
         ]
 
+    def _look_now(self) -> tuple[SceneGraphMemory, list[BuiltLook]]:
+        """Let time pass, and return what is known with what is in view, and the looks at that.
+
+        Visits that go on become looks of the memory when they end. Until then a copy has seen them.
+        """
+        present = self.feed.present
+        if present is None:
+            self._clock.go_to_wall_time(self._now())
+        else:
+            self.builder.end_before(present - _STALE)
+            self._clock.go_to(present)
+        looks = self.builder.list_open()
+        if not looks:
+            return self.memory, []
+        memory = self.memory.copy()
+        for look in looks:
+            look.tell(memory)
+        return memory, looks
+
     def _tell(self, look: BuiltLook) -> None:
         """Let time pass until a look, and fold it in."""
-        if self._began is None:
-            self._began = look.end
-        step = self._first + int(max(look.end - self._began, 0.0) // self._step_seconds)
-        if step > self.memory.time:
-            self.memory.step(step - self.memory.time)
+        self._clock.go_to(look.start)  # with the first one the clock begins
+        self._clock.go_to(look.end)
         look.tell(self.memory)
         self._on_look(look)
+
+
+def _mark(place: Place, ranking: Ranking, looks: Sequence[BuiltLook]) -> Place:
+    """Return a place of a ranking that says whether a look shows there what was asked for."""
+    seen = place.evidence.seen
+    if seen is None or not seen.is_there:
+        return place
+    asked = {read_name(name) for name in ranking.resolution.matches}
+    if not any(
+        look.furniture == place.furniture and read_name(thing.description) in asked
+        for look in looks
+        for thing in look.seen
+    ):
+        return place
+    return replace(place, evidence=replace(place.evidence, is_in_view=True))

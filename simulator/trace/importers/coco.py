@@ -138,6 +138,7 @@ def read_coco(
         memory,
         Finder(Adaptive()),
         step_seconds=options.step_seconds,
+        local_time=options.to_local,
         discover=mapper if home is None or options.discover else None,
         ignore=options.ignore,
         labels=labels,

@@ -34,15 +34,18 @@ class TimeOptions:
                 "time zone."
             )
 
-    def make_clock(self, seconds: float) -> Clock | None:
-        """Return the clock of a memory that begins at a time of Unix; None for a simulation's."""
+    def to_local(self, seconds: float) -> datetime | None:
+        """Return the local time of a time of Unix; None for a simulation's."""
         try:
-            start = datetime.fromtimestamp(seconds, timezone.utc) + timedelta(hours=self.utc_hours)
+            date = datetime.fromtimestamp(seconds, timezone.utc) + timedelta(hours=self.utc_hours)
         except (OverflowError, OSError, ValueError):
             return None
-        if start.year < _YEAR_OF_CLOCKS:
-            return None
-        return Clock(start.replace(tzinfo=None, microsecond=0), self.step_seconds)
+        return None if date.year < _YEAR_OF_CLOCKS else date.replace(tzinfo=None)
+
+    def make_clock(self, seconds: float) -> Clock | None:
+        """Return the clock of a memory that begins at a time of Unix; None for a simulation's."""
+        start = self.to_local(seconds)
+        return None if start is None else Clock(start.replace(microsecond=0), self.step_seconds)
 
 
 @dataclass(frozen=True, slots=True)
