@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sgm.layout.outline import Outline, compute_outline_distance, read_outline
-from sgm.messages import shorten
+from sgm.messages import shorten, warn_caller
 from sgm.names.words import read_words
 
 _MOST_AREAS = 1000
@@ -44,6 +44,7 @@ class Areas:
 
         A mapping from names to lists of corners, or to entries with a `polygon`; or a list of
         entries with `name` and `polygon`, perhaps below `areas` or `rooms`. A corner is x and y.
+        An area without corners is left out, with a warning, if others have some.
 
         Raises:
             ValueError: if it is none of these; names the area.
@@ -60,6 +61,13 @@ class Areas:
                 f"areas must be corners by name, got {shorten(data)} in {where}. Write "
                 "kitchen: [[0, 0], [4, 0], [4, 3], [0, 3]]."
             )
+        drawn = {
+            name: entry for name, entry in data.items() if _read_corners(entry) not in ([], None)
+        }
+        if drawn and len(drawn) < len(data):
+            empty = [str(name) for name in data if name not in drawn]
+            warn_caller(f"areas without corners are left out, {shorten(empty)} in {where}")
+            data = drawn
         try:
             return cls(data)
         except (ValueError, TypeError) as error:

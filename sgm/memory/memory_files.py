@@ -245,7 +245,10 @@ class MemoryFiles:
                     f"memory must have no clock to get one, got {shorten(content.clock)}. Replace "
                     "it with SceneGraphMemory.load(path, clock=...)."
                 )
-            self.go_on_from(replace(content, clock=clock), self._state.prior)
+            content = replace(content, clock=clock)
+            if self._state.log is not None:
+                self._state.log.start(write_start(content, is_new=False))
+            self._state.begin(content.copy(), self._state.prior)
 
     def go_on_in(self, log: Path) -> None:
         """Write into a log whose last line left the memory as it is."""

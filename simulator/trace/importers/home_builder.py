@@ -48,6 +48,10 @@ class HomeBuilder:
         known = load_types().furniture.get(read_words("label", label))
         return "" if known is None else known.relation
 
+    def get_label(self, furniture: int) -> str:
+        """Return what furniture is, by its index from `add_furniture`."""
+        return self._furniture[furniture].label
+
     def add_room(self, label: str) -> int:
         """Add a room and return its index."""
         self._rooms.append(read_words("room label", label))

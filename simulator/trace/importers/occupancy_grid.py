@@ -58,7 +58,7 @@ def load_grid(path: Path) -> OccupancyGrid:
             f"{resolution:g} m and {yaw:g} in {path}. Turn the map first."
         )
     free = float(read_numbers(f"free_thresh in {path}", about.get("free_thresh", 0.196), ()))
-    shade = _read_image(path.parent / str(about["image"]), path)
+    shade = _read_image(path.parent / str(about["image"] or ""), path)
     occupied = (shade if about.get("negate", 0) in (1, True) else 255 - shade) / 255
     is_free = (occupied < free) & (shade != _UNKNOWN)
     return OccupancyGrid(np.flipud(is_free), resolution, (x, y))
@@ -125,8 +125,17 @@ def _drop_straight(corners: list[list[float]]) -> list[list[float]]:
 
 def _read_image(path: Path, where: Path) -> np.ndarray:
     """Return the shades of an image of one channel, 0 to 255, (rows, columns)."""
-    from PIL import Image
-
+    if not path.is_file():
+        raise ValueError(
+            f"image of a map must be a file that exists, got none at {path}, of {where}. Save it "
+            "beside the map, or correct its name."
+        )
+    try:
+        from PIL import Image
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            "image of a map must be read by Pillow, got no such package. Run pip install pillow."
+        ) from None
     try:
         with Image.open(path, formats=("PPM", "PNG")) as image:
             if image.width * image.height > _MOST_CELLS:

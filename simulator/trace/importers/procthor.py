@@ -12,11 +12,19 @@ import numpy as np
 
 from sgm.checks import is_number
 from sgm.files import read_json
+from sgm.layout.box import FLOOR_THICKNESS, Box
 from sgm.layout.outline import Outline, contains_points
+from sgm.memory.sighting import Point
 from sgm.messages import shorten
+from sgm.schema import INSIDE, MOST_METRES, ON_TOP, RELATIONS
 from simulator.priors.types import load_names, load_types
 from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.trace import Trace
+
+_MOST_STANDING = 1.0  # metres: higher is the middle of what hangs on a wall
+_BELOW_TOP = 0.05  # metres below the upper side of furniture, of what lies inside
+# Upper sides of these are those of their backs: what lies on them is lower.
+_SEATS = frozenset(("armchair", "bed", "chair", "chairs", "couch", "sofa", "toilet"))
 
 
 class HouseRooms:
@@ -36,6 +44,13 @@ class HouseRooms:
         self.names[number] = room["roomType"]
         self._polygons[number] = read_polygon(room.get("floorPolygon"))
         return number
+
+    def make_floor(self, number: str) -> Box | None:
+        """Return the floor of a room, by its polygon; None without a usable one."""
+        try:
+            return Box.of_polygon([*self._polygons[number]], -FLOOR_THICKNESS, 0.0)
+        except ValueError:
+            return None
 
     def find(self, item: Mapping[str, Any]) -> str | None:
         """Number of an object's room: by id, else by floor polygon; None if in no room."""
@@ -133,11 +148,25 @@ def read_point(point: Any) -> tuple[float, float] | None:
     return (float(x), float(z)) if is_number(x) and is_number(z) else None
 
 
+def read_position(item: Mapping[str, Any]) -> Point | None:
+    """Where the middle of an item is, x, y and height in metres; None if that is not known.
+
+    Unity's y is up; its x and z are those of the floor plan.
+    """
+    flat, at = read_point(item.get("position")), item.get("position")
+    height = at.get("y") if isinstance(at, Mapping) else None
+    if flat is None or not is_number(height) or max(map(abs, (*flat, height))) > MOST_METRES:
+        return None
+    return (*flat, float(height))
+
+
 def read_procthor(path: Path, furniture_labels: Collection[str] = ()) -> tuple[Trace, HomeBuilder]:
     """Read a house; furniture is what the type table knows as such, or what holds something.
 
-    A child is in or on its nearest ancestor that is furniture. Types are named as in our tables
-    where these have them, else by ProcTHOR's words ("GarbageCan" is a "garbage can").
+    A child is in or on its nearest ancestor that is furniture: in it where its middle is below the
+    upper side, on top above that. What lies on nothing is on the floor of its room. Types are named
+    as in our tables where these have them, else by ProcTHOR's words ("GarbageCan" is a "garbage
+    can").
 
     Args:
         path: a JSON file with the lists `rooms` and `objects`.
@@ -174,6 +203,8 @@ class _HouseReader:
         self.builder = builder
         self._rooms = HouseRooms()
         self._room_index: dict[str, int] = {}  # by the number in the room's id
+        self._floors: dict[str, int] = {}  # index of the furniture, likewise
+        self._heights: dict[int, float | None] = {}  # of the middle of furniture, by its index
 
     def read(self, house: Mapping[str, Any]) -> None:
         """Read rooms, then furniture with what lies on it."""
@@ -198,11 +229,9 @@ class _HouseReader:
         if names is None:
             self.builder.leave_out("no type in id, assetId or objectType", shorten(item, 40))
             return
-        children = _list_children(item)
+        children, position = _list_children(item), read_position(item)
+        is_furniture = self.builder.is_furniture(names[0])
         if furniture is None:
-            if not children and not self.builder.is_furniture(names[0]):
-                self.builder.leave_out("not on furniture", names[1])
-                return
             number = self._rooms.find(item)
             if number is None:
                 self.builder.leave_out("in no room of the house", names[0])
@@ -210,13 +239,44 @@ class _HouseReader:
                     self.builder.leave_out("on furniture in no room", child[1] if child else "?")
                 return
             room = self._room_index[number]
-        if furniture is None or self.builder.is_furniture(names[0]):
-            furniture, is_nested = self.builder.add_furniture(names[0], room), False
+            if not children and not is_furniture:
+                self._put_on_floor(names[1], number, position)
+                return
+        if furniture is None or is_furniture:
+            stand = None if position is None else position[:2]
+            furniture = self.builder.add_furniture(names[0], room, position=stand)
+            self._heights[furniture] = None if position is None else position[2]
+            is_nested = False
         else:
-            self.builder.add_object(names[1], furniture, is_nested=is_nested)
+            relation = self._find_relation(furniture, position)
+            self.builder.add_object(
+                names[1], furniture, is_nested=is_nested, relation=relation, position=position
+            )
             is_nested = True
         for child in children:
             self._read_item(child, room, furniture, is_nested)
+
+    def _put_on_floor(self, label: str, number: str, position: Point | None) -> None:
+        """Put an object on the floor of a room, unless it hangs on a wall."""
+        if position is not None and position[2] > _MOST_STANDING:
+            self.builder.leave_out("on a wall", label)
+            return
+        if number not in self._floors:
+            room, box = self._room_index[number], self._rooms.make_floor(number)
+            self._floors[number] = self.builder.add_furniture("floor", room, box=box)
+        self.builder.add_object(
+            label, self._floors[number], relation=RELATIONS[ON_TOP], position=position
+        )
+
+    def _find_relation(self, furniture: int, position: Point | None) -> str | None:
+        """Return whether an object is in furniture or on it, by their heights; None if unknown.
+
+        Furniture stands on the floor, and its position is its middle.
+        """
+        middle, label = self._heights[furniture], self.builder.get_label(furniture)
+        if position is None or not middle or middle < 0 or label in _SEATS:
+            return None
+        return RELATIONS[INSIDE if position[2] < 2 * middle - _BELOW_TOP else ON_TOP]
 
 
 def _find_names(item: Any) -> tuple[str, str] | None:

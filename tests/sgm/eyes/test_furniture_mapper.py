@@ -274,6 +274,17 @@ def test_furniture_of_the_map_is_left_as_it_is():
     assert memory.layout.furniture[table].box == drawn
 
 
+@pytest.mark.parametrize("empty", [[], None, {"polygon": []}, {"polygon": None}, {"other": 1}])
+def test_an_area_without_corners_is_left_out_and_said(empty):
+    kitchen = [[0, 0], [4, 0], [4, 3], [0, 3]]
+    with pytest.warns(UserWarning, match=r"left out, \['hall'\] in areas.yaml"):
+        areas = Areas.from_values({"kitchen": kitchen, "hall": empty}, "areas.yaml")
+    assert areas.names == ("kitchen",)
+    assert areas.find((1, 1)) == "kitchen"
+    with pytest.raises(ValueError, match="area 'hall' must"):
+        Areas.from_values({"hall": empty})  # nothing would be left
+
+
 def test_rooms_are_polygons():
     areas = Areas({"kitchen": [[-3, -3], [5, -3], [5, 1.5], [-3, 1.5]],
                    "den": [[-3, 1.5], [5, 1.5], [5, 4], [-3, 4]]})  # fmt: skip

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from datetime import timedelta
+from datetime import datetime, timedelta
 
 from hypothesis import strategies as st
 
 from sgm.layout.box import Box
+from sgm.memory.clock import Clock
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -86,11 +87,14 @@ CALLS = {
     "forget": st.tuples(places | st.sampled_from((*NAMES, "unicorn"))),
     "step": st.tuples(st.integers(-1, 3) | st.just(2**31)),
     "step_to": st.tuples(st.integers(0, 12) | st.sampled_from((10**9, 2**40))),
+    "start_clock": st.tuples(st.sampled_from((600.0, 3600.0))),
 }
 
 
 def call(memory: SceneGraphMemory, name: str, arguments: tuple) -> Exception | None:
     """Make a call, and return what it raised, if it may."""
+    if name == "start_clock":
+        arguments = (Clock(datetime(2026, 11, 16), *arguments),)
     if name == "step_to" and memory.clock is not None:
         seconds = arguments[0] * memory.clock.step_seconds
         if seconds < timedelta(days=999).total_seconds():

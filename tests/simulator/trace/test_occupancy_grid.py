@@ -1,5 +1,7 @@
 """Rooms of the occupancy grid of a map server."""
 
+import sys
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -44,12 +46,16 @@ def test_rooms_are_split_at_doorways(grid_file, tmp_path, capsys):
     assert Areas(wide).find((6.0, 0.0)) == "room 1"
 
 
-def test_what_is_no_grid_is_one_line(grid_file, tmp_path, capsys):
+def test_what_is_no_grid_is_one_line(grid_file, tmp_path, capsys, monkeypatch):
     for text, message in (
         ("a: 1", "map must have image, resolution and origin"),
         (ABOUT.replace("0.05", "0"), "cells of 0.001 to 1 m"),
         (ABOUT.replace("-2.0, 0.0", "-2.0, 0.5"), "yaw of 0"),
-        (ABOUT.replace("map.pgm", "none.pgm"), "image of a map must be PGM or PNG"),
+        (
+            ABOUT.replace("map.pgm", "none.pgm"),
+            "image of a map must be a file that exists, got none",
+        ),
+        (ABOUT.replace("map.pgm", ""), "image of a map must be a file that exists, got none"),
         (ABOUT.replace("map.pgm", "map.yaml"), "image of a map must be PGM or PNG"),
     ):
         grid_file.write_text(text)
@@ -58,6 +64,10 @@ def test_what_is_no_grid_is_one_line(grid_file, tmp_path, capsys):
         assert message in error
         assert error.count("\n") == 1
     grid_file.write_text(ABOUT)
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "PIL", None)
+        assert main(["rooms", str(grid_file), "--out", str(tmp_path / "x.yaml")]) == 1
+    assert "must be read by Pillow" in capsys.readouterr().err
     arguments = ["rooms", str(grid_file), "--out", str(tmp_path / "x.yaml"), "--door", "9"]
     assert main(arguments) == 1
     assert "Give a smaller --door" in capsys.readouterr().err

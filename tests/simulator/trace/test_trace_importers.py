@@ -75,6 +75,7 @@ def test_a_procthor_house(home_file):
         ("bed 1", "bedroom 1"),
         ("bed 2", "bedroom 2"),
         ("garbage can", "wine cellar"),  # it holds something; the other one does not
+        ("floor", "wine cellar"),
     ]
     assert list_objects(trace) == [
         ("plate", "dining table", "onTop"),
@@ -83,19 +84,88 @@ def test_a_procthor_house(home_file):
         ("book", "chair", "onTop"),  # its nearest parent
         ("egg", "fridge", "in"),
         ("wine bottle", "garbage can", "onTop"),
+        ("garbage can", "floor", "onTop"),
     ]
     assert builder.num_nested == 1
     assert dict(builder.left_out) == {
         "a room without id and roomType": ["7"],
         "no type in id, assetId or objectType": ["{'id': '0|1'}", "{'id': '1|2'}"],
-        "not on furniture": ["garbage can"],
         "in no room of the house": ["sofa"],
         "on furniture in no room": ["pillow"],
     }
-    assert "6 objects, 1 of them taken out of other objects" in builder.summarise()
-    assert "not placed, not on furniture: garbage can" in builder.summarise()
-    _, builder = read_procthor(home_file, ["garbage can"])
-    assert "not on furniture" not in builder.left_out
+    assert "7 objects, 1 of them taken out of other objects" in builder.summarise()
+    assert "not placed, in no room of the house: sofa" in builder.summarise()
+    trace, _ = read_procthor(home_file, ["garbage can"])
+    assert "floor" not in {row.label for row in trace.layout.furniture.values()}
+
+
+def at(x, y, z):
+    return {"position": {"x": x, "y": y, "z": z}}
+
+
+PLACED = {
+    "rooms": [
+        {"id": "room|2", "roomType": "Kitchen", "floorPolygon": SQUARE},
+        {"id": "room|3", "roomType": "Bedroom", "floorPolygon": SQUARE[:2]},
+    ],
+    "objects": [
+        {
+            "id": "Dresser|2|0",
+            **at(1.0, 0.4, 2.0),  # 80 cm high
+            "children": [
+                {"id": "Vase|2|1", **at(1.0, 0.9, 2.1)},
+                {"id": "Watch|2|2", **at(1.1, 0.55, 2.0)},
+                {"id": "Book|2|3", **at(1.1, 0.78, 2.0)},  # flat on it
+                {"id": "Pen|2|4"},
+            ],
+        },
+        {
+            "id": "Fridge|2|1",
+            **at(3.0, 0.9, 3.0),
+            "children": [{"id": "Egg|2|5", **at(3, 1.1, 3)}, {"id": "Box|2|6", **at(3, 1.9, 3)}],
+        },
+        {
+            "id": "Sofa|2|2",
+            **at(3.0, 0.45, 1.0),
+            "children": [{"id": "Pillow|2|7", **at(3.0, 0.55, 1.0)}],
+        },
+        {"id": "BasketBall|2|8", **at(2.5, 0.12, 0.5)},
+        {"id": "Painting|2|9", **at(2.5, 1.6, 0.0)},
+        {"id": "BaseballBat|3|1", **at(9.0, 0.4, 9.0)},
+        {"id": "Boots|3|2", "position": {"x": 1e9, "y": 0, "z": None}},
+    ],
+}
+
+
+def test_procthor_keeps_positions_floors_and_what_is_inside(tmp_path):
+    path, file = tmp_path / "house.json", tmp_path / "home.sgm"
+    path.write_text(json.dumps(PLACED))
+    assert main(["import", "procthor", str(path), "--memory", str(file)]) == 0
+    trace, builder = read_procthor(path)
+    assert [(name, relation) for name, _, relation in list_objects(trace)] == [
+        ("vase", "onTop"),
+        ("watch", "in"),
+        ("book", "onTop"),
+        ("pen", "onTop"),
+        ("egg", "in"),
+        ("box", "onTop"),
+        ("pillow", "onTop"),  # the back of the sofa is higher than its seat
+        ("basket ball", "onTop"),
+        ("baseball bat", "onTop"),
+        ("boots", "onTop"),
+    ]
+    assert dict(builder.left_out) == {"on a wall": ["painting"]}
+    memory = SceneGraphMemory.load(file)
+    assert memory.last_seen("watch").position == (1.1, 2.0, 0.55)
+    assert memory.last_seen("boots").position is None
+    assert memory.get_position(0) == (1.0, 2.0)
+    floors = [piece for piece in memory.layout.furniture.values() if piece.label == "floor"]
+    assert [memory.layout.rooms[floor.room].label for floor in floors] == ["kitchen", "bedroom"]
+    assert floors[0].box.top == 0.0
+    assert floors[0].box.contains(np.array([[0.1, 0.1, 0.0], [3.9, 3.9, 0.0]])).all()
+    assert floors[1].box is None  # two corners are no polygon
+    ball = Finder(Bayesian()).rank(memory, "basket ball")[0]
+    assert (ball.name, ball.position) == ("floor 1 in kitchen", (2.5, 0.5, 0.12))
 
 
 @pytest.mark.parametrize(
@@ -118,7 +188,7 @@ def test_import_makes_a_trace_and_a_memory(home_file, tmp_path, capsys):
     assert (
         main(["import", "procthor", str(home_file), "--out", str(out), "--memory", str(file)]) == 0
     )
-    assert "placed: 4 rooms, 6 furniture nodes, 6 objects" in capsys.readouterr().out
+    assert "placed: 4 rooms, 7 furniture nodes, 7 objects" in capsys.readouterr().out
     memory = SceneGraphMemory.load(file)
     place = memory.last_seen("apple")
     assert memory.describe(place.furniture) == "dining table in kitchen"
