@@ -71,7 +71,7 @@ fuzz: $(EXTRAS)
 	$(PY) tests/fuzz $(ARGS)
 
 docs: $(EXTRAS)
-	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --quiet $(ARGS)
+	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict $(ARGS)
 	@echo "built site/index.html"
 
 # Each wheel is built from its sdist, in a folder without the repository.

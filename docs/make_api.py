@@ -47,6 +47,27 @@ def list_names(root: Path, folder: str) -> list[str]:
             for alias in node.names:
                 found[alias.asname or alias.name] = f"{node.module}.{alias.name}"
     rows = [
-        f"- [`{name}`][{target}]" for name, target in sorted(found.items()) if name[0].isupper()
+        f"- [`{name}`][{find_anchor(root, target)}]"
+        for name, target in sorted(found.items())
+        if name[0].isupper()
     ]
     return ["Names to import from here:", "\n".join(rows)] if rows else []
+
+
+def find_anchor(root: Path, target: str) -> str:
+    """Return where a name is described: itself, or its module if it has no docstring of its own.
+
+    A name that a package hands on is looked for where that has it from.
+    """
+    module, _, name = target.rpartition(".")
+    path = root / module.replace(".", "/")
+    is_package = path.is_dir()
+    file = path / "__init__.py" if is_package else path.with_suffix(".py")
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module and is_package:
+            for alias in node.names:
+                if (alias.asname or alias.name) == name:
+                    return find_anchor(root, f"{node.module}.{alias.name}")
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and node.name == name:
+            return target if ast.get_docstring(node) else module
+    return module

@@ -19,9 +19,14 @@ def site(tmp_path_factory, python):
         pytest.importorskip(package, reason=f"{package} is not installed: extra docs")
     folder = tmp_path_factory.mktemp("site")
     done = subprocess.run(
-        [python, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)],
+        [python, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)],
         cwd=ROOT,
-        env={"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(folder)},
+        env={
+            "PYTHONPATH": str(ROOT),
+            "PATH": "",
+            "HOME": str(folder),
+            "NO_MKDOCS_2_WARNING": "1",
+        },
         capture_output=True,
         text=True,
         check=False,
