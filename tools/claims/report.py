@@ -9,10 +9,12 @@ from functools import partial
 from typing import Any
 
 from nep.report.results import list_versions
+from tools.claims.adaptation import make_adaptation
 from tools.claims.known import make_known
 from tools.claims.networks import NetworkSections
 from tools.claims.open_questions import make_readings, make_rooms
 from tools.claims.plan import ClaimsPlan
+from tools.claims.released_code import make_released
 from tools.claims.scores import ClaimsScores
 
 
@@ -25,6 +27,8 @@ def make_report(plan: ClaimsPlan) -> dict[str, bytes]:
         "switches": networks.make_switches,
         "rates": networks.make_rates,
         "messages": networks.make_messages,
+        "released": partial(make_released, scores),
+        "adaptation": partial(make_adaptation, scores),
         "known": partial(make_known, scores),
         "readings": partial(make_readings, scores),
         "rooms": partial(make_rooms, scores),

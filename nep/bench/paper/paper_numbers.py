@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-# Mean and standard deviation.
+# Mean, and what stands behind ± in the paper.
 Number = tuple[float, float]
+# Why tables show the means alone.
+ABOUT_SPREAD = (
+    "Means alone: the ± of the paper is no deviation over homes. Its released `metrics.py` "
+    "computes the variance of an accuracy that was smoothed over ten steps, so it is not comparable to ours."
+)
 
 # Settings of Table 1, see `nep.bench.paper.experiments.Setting`. Below, each has two columns.
 _SETTINGS = (

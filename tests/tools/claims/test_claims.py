@@ -103,6 +103,33 @@ def test_every_network_is_trained_and_plays_where_it_was_trained(plan):
     assert len(played) == 60 + 3 * 2 * 2
 
 
+def test_adaptation_by_hand(plan):
+    """The first step of two against the last, and the networks that have not played are listed."""
+    game = plan.make_game("sampled", LOCATION["on"]).name
+    played = play(plan, ["bayesian", "oracle"], game).scores[game]
+    text = make_report(plan)["claims.md"].decode()
+    rows = text.partition("## Adaptation")[2].partition("## ")[0]
+    for name in ("bayesian", "oracle"):
+        first, last = unpack_summary(played[name]).values.mean(axis=0)
+        assert f"| on | {name} | {first:.3f} | {last:.3f} | {last - first:+.3f} [" in rows
+    assert "| off |" not in rows
+    for line in ("bayesian, steps, dynamic nodes off", "NEP-HEAT, steps, dynamic nodes on"):
+        assert f"- {line}\n" in text
+
+
+def test_the_released_code_stands_beside_ours(plan, monkeypatch):
+    scores = {"mlp": [0.2, 0.4], "heat": [0.3, 0.5]}
+
+    def load(self, source, nodes, configs, seeds):
+        own = scores.get("-".join(configs)) if (source, nodes) == ("paper", "off") else None
+        return {0: ScoreSummary(np.array(own)[:, None], {})} if own else {}
+
+    monkeypatch.setattr(ClaimsScores, "load_trainings", load)
+    text = make_report(plan)["claims.md"].decode().partition("## The authors' code")[2]
+    assert find_cells(text, "off")[1:] == ["+0.048", "+0.100", "0.400 and 0.300"]
+    assert find_cells(text, "on")[1:] == ["+0.027", "", ""]
+
+
 def test_orders_by_hand(plan, monkeypatch):
     # HEAT is .2 better than GCN in both trainings and homes, GCN as good as MLP on the mean.
     scores = {
