@@ -33,8 +33,8 @@ def make_released(scores: ClaimsScores) -> tuple[str, Any]:
     text = [
         "## The authors' code beside ours\n",
         f"In the released code the claim holds. It was run as it is, but for its sampler, which "
-        f"was repaired, in {NUM_SCENES} of its scenes. Ours are the trainings of homes of its sizes "
-        "above.\n",
+        f"was repaired, in {NUM_SCENES} of its scenes. Ours are the trainings of homes of its "
+        "sizes above.\n",
         join_table(header, lines, 1),
         f"Where objects stay, HEAT has {RELEASED_HEAT_OFF:.3f} in their code, and about as much in "
         "ours. So HEAT is alike in both, and their MLP is weaker. Why is not known. These changes "

@@ -9,7 +9,8 @@ Number = tuple[float, float]
 # Why tables show the means alone.
 ABOUT_SPREAD = (
     "Means alone: the ± of the paper is no deviation over homes. Its released `metrics.py` "
-    "computes the variance of an accuracy that was smoothed over ten steps, so it is not comparable to ours."
+    "computes the variance of an accuracy that was smoothed over ten steps, so it is not "
+    "comparable to ours."
 )
 
 # Settings of Table 1, see `nep.bench.paper.experiments.Setting`. Below, each has two columns.
