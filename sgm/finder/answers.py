@@ -21,8 +21,8 @@ Status = Literal["ok", "ambiguous", "unknown"]
 # What each status means, for the documentation.
 STATUSES = {
     "ok": "the call was done",
-    "ambiguous": "the name means several things; nothing was done: `ask` is what to ask the user, "
-    "`candidates` are names to call again with",
+    "ambiguous": "the name means several things, or words were not understood; nothing was done: "
+    "`ask` is what to ask the user, `candidates` are names to call again with",
     "unknown": "nothing of that name is known; `candidates` are near names, if there are any",
 }
 
@@ -98,11 +98,12 @@ class LastSeen:
 
 
 @dataclass(frozen=True, slots=True)
-class WhereIs:
-    """Where a thing is.
+class WhereOne:
+    """Where one thing is, or was.
 
     Attributes:
-        status: "unknown" has places, too: where such things tend to be.
+        status: "ok" only if every word that says something was used. "unknown" has places, too:
+            where such things tend to be.
         thing: as it was asked for.
         taken_for: what was seen of that name; a thing is found when one of them is.
         places: the likeliest first.
@@ -129,6 +130,18 @@ class WhereIs:
     ask: str
     candidates: tuple[str, ...]
     asked_for: str = "thing"
+
+
+@dataclass(frozen=True, slots=True)
+class WhereIs(WhereOne):
+    """Where things are: the first that was asked for, and the others.
+
+    Attributes:
+        also: the others that were asked for in the same call, each with a status of its own; left
+            out where one was. The status and what to ask are then those of all.
+    """
+
+    also: tuple[WhereOne, ...] | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +182,7 @@ class Searching:
         ask: as in `WhereIs`; of what the latest look showed that may be it and may be another
             thing, too. That does not end the search: report it as found if it is.
         candidates: as in `WhereIs`.
+        left: of several things, those that are not found yet; left out of a search for one.
     """
 
     status: Status
@@ -180,6 +194,7 @@ class Searching:
     outcome: str = ""
     ask: str = ""
     candidates: tuple[str, ...] = ()
+    left: tuple[str, ...] | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,10 @@ from sgm.belief import Belief, Detector, Posterior, compute_posterior
 from sgm.checks import check_kind, check_shares
 from sgm.finder.judged import JudgedBeliefs
 from sgm.finder.ranking import Ranking, describe_places, rank_place
+from sgm.finder.said_places import narrow
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import SearchPlan, plan_search
+from sgm.finder.search_several import SeveralSearch
 from sgm.finder.travel_costs import Distance, check_start, find_distance
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_questions import Asked
@@ -97,7 +99,8 @@ class Finder:
         """
         if not isinstance(memory, SceneGraphMemory):
             check_kind("memory", memory, SceneGraphMemory, "Give for example SceneGraphMemory().")
-        return memory.resolve(description, self._similarity)
+        resolution = memory.resolve(description, self._similarity)
+        return narrow(memory, resolution) if resolution.where else resolution
 
     def resolve_among(
         self, memory: SceneGraphMemory, description: str, names: Sequence[str]
@@ -142,12 +145,16 @@ class Finder:
         resolution = self.resolve(memory, description)
         asked_for, ids = memory.find_places(description, resolution)
         if ids:
+            ids = tuple(number for number in ids if number in resolution.places) or ids
             layout = memory.layout
             names = {number: layout.describe(number) for number in ids if number not in exclude}
             return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
         asked = memory.ask(resolution.matches or (description,), at=at, question=description)
         cosines, posterior = self._get_cosines(asked), self._compute_posterior(asked)
         order = np.argsort(-posterior.places, kind="stable")
+        if resolution.places:  # what is asked for there comes first
+            is_said = [asked.furniture_ids[place] in resolution.places for place in order]
+            order = order[np.argsort(~np.array(is_said), kind="stable")]
         if exclude:
             order = order[[asked.furniture_ids[place] not in exclude for place in order]]
         return Ranking(
@@ -229,6 +236,28 @@ class Finder:
         check_start(start, distance)
         rules = SearchRules(look_cost, frozenset(exclude), give_up_at, budget)
         return ObjectSearch(self, memory, description, start, distance, rules)
+
+    def search_several(
+        self, memory: SceneGraphMemory, descriptions: Sequence[str], start: Any = None, **rules: Any
+    ) -> SeveralSearch:
+        """Start one search for several things; it ends when all are found.
+
+        Args:
+            memory: what was seen so far; the search writes its looks into it.
+            descriptions: what to look for, one thing or more.
+            start: where the search starts, as in `search`.
+            rules: other arguments of `search`; a budget is that of all looks together.
+
+        Raises:
+            ValueError: as in `search`; or if there is nothing to look for.
+        """
+        if isinstance(descriptions, str) or not descriptions:
+            raise ValueError(
+                f"descriptions must be a list of things, got {shorten(descriptions)}. Write "
+                "['keys', 'wallet'], or call search for one."
+            )
+        names = dict.fromkeys(descriptions)
+        return SeveralSearch(memory, [self.search(memory, name, start, **rules) for name in names])
 
     def _compute_posterior(self, asked: Asked) -> Posterior:
         """Return where any of the things asked for is."""

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from sgm.finder.answers import Status
+from sgm.finder.said_places import find_said_places, narrow
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.messages import shorten, shorten_text
+from sgm.messages import shorten
+from sgm.names.asking import MOST_NAME, Asking, make_asking
 from sgm.names.name import Name
+from sgm.names.phrase import make_phrase_reader
 from sgm.names.resolution import Resolution
 from sgm.names.words import read_words
 
 MOST_CANDIDATES = 5
 MayBeNew = Literal["never", "if_unlike", "always"]
+_MOST_SEEN = 200  # places of things of one name
 _NUMBERED = re.compile(r".*\(place (\d{1,9})\)")  # as candidates of one name are distinguished
-_MOST_NAME = 60  # characters of a name in a question
 
 
 class Unclear(Exception):
@@ -67,19 +70,18 @@ def find_place(
         return int(numbered[1])
     found = [called for called in memory.find_called(Name.read(place, "place")) if called in names]
     if found:
-        return _choose(found, names, thing)
+        return _choose(found, names, thing, make_asking(memory.language))
     likely = list(memory.find_furniture(place))
-    if not likely and " in " in words:
-        furniture_words, _, room = words.rpartition(" in ")
-        rooms = find_rooms(memory, room)
-        among = memory.find_furniture(furniture_words)
-        likely = [number for number in among if layout.furniture[number].room in rooms]
+    if not likely:
+        likely = _find_in_room(memory, words)
+    asking = make_asking(memory.language)
     if likely and not acts:
-        return _choose(likely, names, thing)
+        return _choose(likely, names, thing, asking)
     rooms = find_rooms(memory, place, acts=True)
     within = [names[number] for number in names if layout.furniture[number].room in rooms]
     if within and not likely:
-        ask = f"{shorten(place, _MOST_NAME)} is a room. {_ask(within)}"
+        is_room = asking.say("is a room", name=shorten(place, MOST_NAME))
+        ask = f"{is_room} {asking.ask_which(within[:MOST_CANDIDATES])}"
         raise Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]), thing)
     full_names = {names[number]: node.description for number, node in layout.furniture.items()}
     resolution = memory.resolve_exact(place, among=list(full_names.values()))
@@ -87,9 +89,21 @@ def find_place(
     candidates = tuple(dict.fromkeys([*(names[number] for number in likely), *spelled]))
     if candidates:
         told = candidates[:MOST_CANDIDATES]
-        raise Unclear("ambiguous", _ask_unknown(place, told, "list_places"), told, thing)
+        raise Unclear("ambiguous", asking.ask_unknown(place, told, "list_places"), told, thing)
     near = memory.resolve(place, among=list(names.values())).alternatives
-    raise Unclear("unknown", _ask_unknown(place, near, "list_places"), near, thing)
+    raise Unclear("unknown", asking.ask_unknown(place, near, "list_places"), near, thing)
+
+
+def _find_in_room(memory: SceneGraphMemory, words: str) -> list[int]:
+    """Return the ids of the furniture of a name in a room, "the fridge in the kitchen"."""
+    phrases = make_phrase_reader(memory.language)
+    phrase = phrases.read(words)
+    if not phrase.where or not phrase.name:
+        return []
+    rooms = find_rooms(memory, phrases.split_where(phrase.where)[1])
+    furniture = memory.layout.furniture
+    among = memory.find_furniture(phrase.name)
+    return [number for number in among if furniture[number].room in rooms]
 
 
 def find_rooms(memory: SceneGraphMemory, room: str, *, acts: bool = False) -> list[int]:
@@ -116,29 +130,136 @@ def find_thing(memory: SceneGraphMemory, thing: str, may_be_new: MayBeNew = "nev
         memory: of the home.
         thing: name or id.
         may_be_new: whether another name is a new thing: never, where nothing is known that may be
-            meant, or always.
+            meant, or always. No name is what has words that name nothing: "it", "not the red mug".
 
     Raises:
         Unclear: if there are several, or none where one must be.
         ValueError: if the name is none (`read_words`).
     """
+    (named,) = find_things(memory, thing, may_be_new, most=1)
+    return named.thing
+
+
+class NamedThing(NamedTuple):
+    """A thing that a call acts on, and where it is, by the words of the call.
+
+    Attributes:
+        thing: its description or id.
+        was_at: id of the place that the name says, "the mug on the desk"; None without one.
+    """
+
+    thing: str
+    was_at: int | None = None
+
+
+def find_things(
+    memory: SceneGraphMemory,
+    things: str,
+    may_be_new: MayBeNew = "never",
+    speaker: str = "",
+    most: int = MOST_CANDIDATES,
+) -> list[NamedThing]:
+    """Return the things that a call acts on, "the keys and the wallet": each as `find_thing` does.
+
+    Args:
+        memory: of the home.
+        things: names or ids.
+        may_be_new: as in `find_thing`.
+        speaker: who says "my"; empty if that is not known.
+        most: things that the call may act on.
+
+    Raises:
+        Unclear: if one of them is, or there are more.
+        ValueError: if a name is none (`read_words`).
+    """
+    asking = make_asking(memory.language)
+    sentence = memory.read_sentence(things, speaker)
+    if sentence.kind != "thing":
+        raise Unclear(
+            "ambiguous", asking.say("no name", words=shorten(things, MOST_NAME)), (), things
+        )
+    if sentence.time is not None:
+        raise Unclear("ambiguous", asking.tell_unused((sentence.time.words,)), (), things)
+    if len(sentence.things) > most:
+        ask = asking.say("several", names=asking.list_names(sentence.things))
+        raise Unclear("ambiguous", ask, sentence.things[:MOST_CANDIDATES], things)
+    found: list[NamedThing] = []
+    for thing in sentence.things or (things,):
+        found += _find_named(memory, thing, may_be_new, asking, most)
+    return found
+
+
+def _find_named(
+    memory: SceneGraphMemory, thing: str, may_be_new: MayBeNew, asking: Asking, most: int
+) -> list[NamedThing]:
+    """Return what one name means, "both mugs" both of them, "all mugs" each."""
     found = memory.resolve_exact(thing)
+    if found.unused:
+        near = found.doubtful[:MOST_CANDIDATES]
+        told = [asking.tell_unused(found.unused), *([asking.ask_which(near)] if near else [])]
+        raise Unclear("ambiguous", " ".join(told), near, thing)
+    if found.quantity:
+        return _find_quantity(memory, thing, found.quantity, asking, most)
+    was_at = _find_said_place(memory, found, thing, asking)
+    if found.where and not found.matches:  # "the mug on the counter", where two are
+        meant = narrow(memory, memory.resolve(thing))
+        if meant.matches:
+            near = meant.matches[:MOST_CANDIDATES]
+            raise Unclear("ambiguous", meant.contradiction or asking.ask_which(near), near, thing)
     if not found.matches:
-        if may_be_new == "always" or (may_be_new == "if_unlike" and not found.doubtful):
-            return thing
+        phrase = make_phrase_reader(memory.language).read(thing)
+        is_name = not phrase.excluded
+        is_new = may_be_new == "always" or (may_be_new == "if_unlike" and not found.doubtful)
+        if is_name and is_new:
+            return [NamedThing(phrase.name if phrase.where else thing, was_at)]
         near = found.doubtful[:MOST_CANDIDATES]
         if near:
-            raise Unclear("ambiguous", _ask(near), near, thing)
+            raise Unclear("ambiguous", asking.ask_which(near), near, thing)
         near = found.alternatives[:MOST_CANDIDATES]
-        raise Unclear("unknown", _ask_unknown(thing, near, "list_things"), near, thing)
+        raise Unclear("unknown", asking.ask_unknown(thing, near, "list_things"), near, thing)
     if len(found.matches) > 1:
-        raise Unclear("ambiguous", _ask(found.matches), found.matches[:MOST_CANDIDATES], thing)
+        ask = asking.ask_which(found.matches[:MOST_CANDIDATES])
+        raise Unclear("ambiguous", ask, found.matches[:MOST_CANDIDATES], thing)
     match = found.matches[0]
     ids = memory.list_ids(match)
     if len(ids) > 1:
-        told = [f"{match} {number}" for number in ids]
-        raise Unclear("ambiguous", _ask(told), ids[:MOST_CANDIDATES], thing)
-    return match
+        told = [f"{match} {number}" for number in ids[:MOST_CANDIDATES]]
+        raise Unclear("ambiguous", asking.ask_which(told), ids[:MOST_CANDIDATES], thing)
+    return [NamedThing(match, was_at)]
+
+
+def _find_quantity(
+    memory: SceneGraphMemory, thing: str, quantity: str, asking: Asking, most: int
+) -> list[NamedThing]:
+    """Return all things of a kind where as many are said: both of two, or every one."""
+    meant = memory.resolve(thing)
+    number = len(meant.matches)
+    fits = number == 2 if quantity == "both" else 1 <= number <= most
+    if not fits or meant.is_ambiguous or not meant.is_sure or most < number:
+        near = (meant.matches or meant.doubtful)[:MOST_CANDIDATES]
+        ask = f"{asking.say('all', number=number)} {asking.ask_which(near) if near else ''}".strip()
+        raise Unclear("ambiguous" if near else "unknown", ask, near, thing)
+    return [NamedThing(match) for match in meant.matches]
+
+
+def _find_said_place(
+    memory: SceneGraphMemory, found: Resolution, thing: str, asking: Asking
+) -> int | None:
+    """Return the place that a name says the thing is at: from there it is taken."""
+    if not found.where:
+        return None
+    if found.is_not_there:
+        raise Unclear("ambiguous", asking.tell_unused((found.where,)), found.matches, thing)
+    places = find_said_places(memory, found.where)
+    if not places:
+        raise Unclear("ambiguous", asking.say("no place", name=found.where), (), thing)
+    seen, _ = memory.list_seen(found.matches, None, _MOST_SEEN)
+    holding = {at.furniture for _, at in seen if at.is_there and at.furniture in places}
+    if found.matches and not holding:
+        narrowed = narrow(memory, found)
+        raise Unclear("ambiguous", narrowed.contradiction, found.matches, thing)
+    among = sorted(holding & set(places)) or places
+    return among[0] if len(among) == 1 else None
 
 
 def doubt(resolution: Resolution) -> Unclear | None:
@@ -148,13 +269,13 @@ def doubt(resolution: Resolution) -> Unclear | None:
     """
     matches, thing = resolution.matches, resolution.question
     if resolution.is_ambiguous:
-        told = (matches or resolution.doubtful)[:MOST_CANDIDATES]
-        ask = resolution.ask_back if matches else _ask(told)
-        return Unclear("ambiguous", ask, told, thing)
+        told = (resolution.things or matches or resolution.doubtful)[:MOST_CANDIDATES]
+        return Unclear("ambiguous", resolution.ask_back, told, thing)
     if matches:
         return None
     near = resolution.alternatives[:MOST_CANDIDATES]
-    return Unclear("unknown", _ask_unknown(thing, near, "list_things"), near, thing)
+    asking = make_asking(resolution.language)
+    return Unclear("unknown", asking.ask_unknown(thing, near, "list_things"), near, thing)
 
 
 def tell_doubt(unclear: Unclear | None) -> dict[str, Any]:
@@ -164,37 +285,28 @@ def tell_doubt(unclear: Unclear | None) -> dict[str, Any]:
     return {"status": unclear.status, "ask": unclear.ask, "candidates": unclear.candidates}
 
 
-def ask_which(names: Sequence[str], thing: str) -> Unclear:
+def ask_which(names: Sequence[str], thing: str, language: str) -> Unclear:
     """Return what to ask about things that may be what was asked for, and may be others."""
-    return Unclear("ambiguous", _ask(names), tuple(names[:MOST_CANDIDATES]), thing)
+    ask = make_asking(language).ask_which(names[:MOST_CANDIDATES])
+    return Unclear("ambiguous", ask, tuple(names[:MOST_CANDIDATES]), thing)
 
 
 def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Unclear:
     """Return what to ask where a name means several rooms, or none."""
+    asking = make_asking(memory.language)
     labels = tuple(dict.fromkeys(map(str, memory.layout.rooms.values())))[:MOST_CANDIDATES]
-    name = shorten(room, _MOST_NAME)
+    name = shorten(room, MOST_NAME)
     if found:
-        ask = f"Several rooms are called {name}. Name one that has no namesake."
-        return Unclear("ambiguous", ask, labels)
-    return Unclear("unknown", f"No room is called {name}.", labels)
+        return Unclear("ambiguous", asking.say("rooms", name=name), labels)
+    return Unclear("unknown", asking.say("no room", name=name), labels)
 
 
-def _choose(found: Sequence[int], names: dict[int, str], thing: str) -> int:
+def _choose(found: Sequence[int], names: dict[int, str], thing: str, asking: Asking) -> int:
     if len(found) == 1:
         return found[0]
     chosen = [names[number] for number in found]
     told = [
         name if chosen.count(name) == 1 else f"{name} (place {number})"
         for number, name in zip(found, chosen, strict=True)
-    ]
-    raise Unclear("ambiguous", _ask(told), tuple(told[:MOST_CANDIDATES]), thing)
-
-
-def _ask(names: Sequence[str]) -> str:
-    shown = [f"the {shorten_text(name, _MOST_NAME)}" for name in names[:MOST_CANDIDATES]]
-    return f"Do you mean {' or '.join(shown)}?"
-
-
-def _ask_unknown(name: str, near: Sequence[str], call: str) -> str:
-    nothing = f"Nothing is known as {shorten(name, _MOST_NAME)}."
-    return f"{nothing} {_ask(near)}" if near else f"{nothing} {call} tells what there is."
+    ][:MOST_CANDIDATES]
+    raise Unclear("ambiguous", asking.ask_which(told), tuple(told), thing)

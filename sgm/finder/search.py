@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,13 @@ from sgm.names.words import read_name
 from sgm.schema import RELATIONS
 
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
+
+
+class KnownNames(NamedTuple):
+    """Names of the thing that is looked for, and of all others; each as `read_name` gives it."""
+
+    meant: frozenset[tuple[str, ...]]
+    others: frozenset[tuple[str, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +171,7 @@ class ObjectSearch:
         if within and self._compute_prospect(within) <= 1 - self._rules.give_up_at:
             self._reason = self._tell_too_small(places, within)
             return None
-        look = self._plan(places)
+        look = self.plan(places)
         if look is None:
             ended = "given up"
             if self._rules.budget is not None:
@@ -226,13 +233,28 @@ class ObjectSearch:
         Returns:
             Whether what is looked for was among it.
         """
-        look = self._get_going()
+        look, known = self._get_going(), self.list_known()
+        self.memory.observe(look.place.furniture, sightings, coverage, hidden, viewpoint)
+        return self.judge(known, sightings, coverage)
+
+    def list_known(self) -> KnownNames:
+        """Return by what names the thing and others are known before a look."""
         before = self._finder.resolve(self.memory, self.description)
         others = {read_name(name) for name in self.memory.descriptions}
         others -= {read_name(name) for name in before.matches or (self.description,)}
         is_known = before.is_sure or before.how == "typo"
         meant = {read_name(name) for name in (before.matches if is_known else (self.description,))}
-        self.memory.observe(look.place.furniture, sightings, coverage, hidden, viewpoint)
+        return KnownNames(frozenset(meant), frozenset(others))
+
+    def judge(
+        self,
+        known: KnownNames,
+        sightings: Sequence[Sighting],
+        coverage: float | Mapping[str, float] = 1.0,
+    ) -> bool:
+        """Say whether a look that the memory has observed showed it; `known` is from before it."""
+        look = self._get_going()
+        meant, others = set(known.meant), known.others
         names = [sighting.description for sighting in sightings]
         # The detector may call it otherwise than before: "mug" for the "large red mug". A name
         # that was known of another thing is of that thing.
@@ -255,8 +277,26 @@ class ObjectSearch:
         self._note(look, split_coverage(share)[RELATIONS.index(look.place.relation)], is_found)
         return is_found
 
-    def _plan(self, places: Sequence[Place]) -> Look | None:
-        """Plan the next look; None where the budget allows none."""
+    def list_places(self) -> list[Place]:
+        """List the places that can be visited now, and that the budget allows."""
+        return self._list_affordable(
+            self._split(self._finder.rank(self.memory, self.description))[0]
+        )
+
+    def take(self, look: Look) -> None:
+        """Go where another search goes, too: the look is one of this search, whatever it gives."""
+        ranking = self._finder.rank(self.memory, self.description)
+        place = next(
+            (place for place in ranking if place.furniture == look.place.furniture), look.place
+        )
+        self.going = replace(look, place=place)
+
+    def pass_by(self) -> None:
+        """Say that a look was taken that says nothing of this thing."""
+        self._note(self._get_going(), _GLANCE, is_found=False)
+
+    def plan(self, places: Sequence[Place]) -> Look | None:
+        """Plan the next look among places; None where the budget allows none."""
         budget = self._rules.budget
         if budget is None:
             left = MOST_ROUNDS * len(places) - self.num_looks

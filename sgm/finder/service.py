@@ -5,15 +5,17 @@ from __future__ import annotations
 import secrets
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import wraps
 from threading import RLock
 from typing import Any, Literal, TypeVar, cast
 
 from sgm.finder.answers import ChangeRow, Moment, NextLook, Noted, Searching
+from sgm.finder.asked_things import read_asked
 from sgm.finder.finder import Finder
 from sgm.finder.meanings import (
+    NamedThing,
     Unclear,
     ask_room,
     ask_which,
@@ -21,16 +23,19 @@ from sgm.finder.meanings import (
     find_place,
     find_rooms,
     find_thing,
+    find_things,
     tell_doubt,
 )
-from sgm.finder.read_calls import MOST_ROWS, ReadCalls
-from sgm.finder.search import ObjectSearch
+from sgm.finder.read_calls import ReadCalls
 from sgm.finder.search_plan import Look
+from sgm.finder.search_several import SeveralSearch
 from sgm.finder.travel_costs import find_distance
+from sgm.finder.where_calls import MOST_ROWS
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
+from sgm.names.asking import make_asking
 from sgm.names.ignored import IgnoredNames
 
 MOST_SEARCHES = 100  # at once; the one that was not used for longest ends
@@ -71,7 +76,7 @@ def _write(method: _Method) -> _Method:
             try:
                 return method(self, *args, **kwargs)
             except Unclear as unclear:
-                now = self._tell_time(self.memory.time, self.memory.time)
+                now = self.tell_time(self.memory.time, self.memory.time)
                 told = tell_doubt(unclear)
                 return Noted(
                     thing=unclear.thing, place=None, said="nothing was noted", at=now, **told
@@ -120,7 +125,7 @@ class MemoryService(ReadCalls):
         self._ignored = IgnoredNames(ignore)
         self._now = now
         self._writing = RLock()
-        self._searches: OrderedDict[str, ObjectSearch] = OrderedDict()
+        self._searches: OrderedDict[str, SeveralSearch] = OrderedDict()
         self._listeners: list[Callable[[Happened], None]] = []
         self._num_happened = 0
         self._found: tuple[int, frozenset[ChangeRow]] = (-1, frozenset())  # changes of a time step
@@ -164,34 +169,45 @@ class MemoryService(ReadCalls):
 
     def search_start(
         self,
-        thing: str,
+        thing: str | Sequence[str],
         start: str | int | Sequence[float] | None = None,
         budget: float | None = None,
+        speaker: str = "",
     ) -> Searching:
-        """Begin to look for a thing, and say where to look first.
+        """Begin to look for a thing, or several in one tour, and say where to look first.
 
         Args:
-            thing: in words.
+            thing: in words, "keys and wallet"; or a list of them.
             start: where the searcher is: a position in metres, or a place by id or name; where
                 places have no positions, None.
             budget: most that all looks together may cost: metres and 1 for each look; without a
                 start, the number of looks. None for no bound.
+            speaker: who says "my".
 
         Raises:
             KeyError: if there is no place of that id.
             ValueError: if a name is none, the home has no place, or the start or the budget is out
                 of range.
         """
-        resolution = self.finder.resolve(self.memory, thing)
-        unclear = doubt(resolution)
+        asked = read_asked(self.memory, self.finder, thing, speaker)
+        unclear = asked.unclear
         try:
-            if unclear is not None and resolution.means_several:
+            if unclear is None and asked.time_words:
+                ask = make_asking(self.memory.language).tell_unused((asked.time_words,))
+                unclear = Unclear("ambiguous", ask, ())
+            if unclear is not None:
                 raise unclear
+            for name in asked.things:
+                resolution = self.finder.resolve(self.memory, name)
+                unclear = doubt(resolution) or unclear
+                if unclear is not None and (resolution.means_several or resolution.unused):
+                    raise unclear
             if isinstance(start, str):
                 start = find_place(self.memory, start)
         except Unclear as asks:
+            words = asked.things[0] if len(asked.things) == 1 else str(thing)
             told = tell_doubt(asks)
-            return Searching(search_id="", thing=thing, outcome="no search was started", **told)
+            return Searching(search_id="", thing=words, outcome="no search was started", **told)
         if isinstance(start, int):
             self.memory.describe(start)
         elif start is not None:
@@ -201,14 +217,14 @@ class MemoryService(ReadCalls):
                 f"from must be left out where places have no position, got {shorten(start)}. Give "
                 "all places positions, or leave it out."
             )
-        search = self.finder.search(self.memory, thing, start, budget=budget)
+        search = self.finder.search_several(self.memory, asked.things, start, budget=budget)
         search.next()
         search_id = secrets.token_hex(4)
         with self._writing:
             self._searches[search_id] = search
             while len(self._searches) > MOST_SEARCHES:
                 self._searches.popitem(last=False)
-        is_place = search.ranking.asked_for != "thing"
+        is_place = all(part.ranking.asked_for != "thing" for part in search.searches)
         return _tell_search(search_id, search, None if is_place else unclear)
 
     def search_next(
@@ -217,6 +233,7 @@ class MemoryService(ReadCalls):
         result: Result,
         seen: Sequence[Sighting] = (),
         coverage: float = 1.0,
+        thing: str = "",
     ) -> Searching:
         """Say what came of the latest look of a search, and get the next one.
 
@@ -225,6 +242,7 @@ class MemoryService(ReadCalls):
             result: "found" or "not_found" of the thing alone, or "seen": all that was seen.
             seen: all that was seen, if the result is "seen".
             coverage: share of the place that was in view.
+            thing: of several that are looked for, the one that was found, as `left` has it.
 
         Raises:
             ValueError: if the result or the coverage is out of range.
@@ -243,19 +261,26 @@ class MemoryService(ReadCalls):
                 )
                 return Searching("unknown", search_id, "", outcome=ended)
             self._searches.move_to_end(search_id)
-            look = search.going
+            look, left = search.going, search.left
             if look is None:  # it is over
                 return _tell_search(search_id, search)
+            if result == "found" and len(left) > 1 and thing not in left:
+                asks = ask_which(left, search.description, self.memory.language)
+                told = _tell_search(search_id, search, asks)
+                return replace(told, status="ambiguous")
             self.let_time_pass()
             if result == "found":
-                search.found()
+                search.found(thing if len(left) > 1 else "")
             elif result == "not_found":
                 search.not_found(coverage)
             else:
                 search.seen(seen, coverage)
             search.next()
-            how = "found" if search.is_found else "not found"
-            said = f"{search.description}: {how} at {look.place.name}"
+            found = [name for name in left if name not in search.left]
+            if found:
+                said = f"{', '.join(found)}: found at {look.place.name}"
+            else:
+                said = f"{search.description}: not found at {look.place.name}"
             self._note("search_next", search.description, look.place.furniture, said)
             return _tell_search(search_id, search)
 
@@ -277,9 +302,7 @@ class MemoryService(ReadCalls):
         seen = [sighting for sighting in seen if sighting.description not in self._ignored]
         self.memory.observe(furniture, seen, coverage)
         things = "1 thing" if len(seen) == 1 else f"{len(seen)} things"
-        return self._note(
-            "observe", "", furniture, f"{things} seen at {self._tell_name(furniture)}"
-        )
+        return self._note("observe", "", furniture, f"{things} seen at {self.tell_name(furniture)}")
 
     @_write
     def note_moved(
@@ -307,11 +330,14 @@ class MemoryService(ReadCalls):
         """
         furniture = find_place(self.memory, place, thing, acts=True)
         before = self._find_any(was_at, thing)
-        known = find_thing(self.memory, thing, "always")
+        named = find_things(self.memory, thing, "always", by)
         self.let_time_pass()
-        self.memory.note_moved(known, furniture, by, relation, confidence, before)
-        said = f"{by} said that {known} is at {self._tell_name(furniture)}"
-        return self._note("note_moved", known, furniture, said)
+        for known, was in named:
+            taken = was if before is None else before
+            self.memory.note_moved(known, furniture, by, relation, confidence, taken)
+        names, verb = _join_names(named)
+        said = f"{by} said that {names} {verb} at {self.tell_name(furniture)}"
+        return self._note("note_moved", names, furniture, said)
 
     @_write
     def picked_up(self, thing: str, was_at: int | str | None = None) -> Noted:
@@ -326,10 +352,12 @@ class MemoryService(ReadCalls):
             ValueError: if a name is none.
         """
         before = self._find_any(was_at, thing)
-        known = find_thing(self.memory, thing, "if_unlike")
+        named = find_things(self.memory, thing, "if_unlike")
         self.let_time_pass()
-        self.memory.picked_up(known, before)
-        return self._note("picked_up", known, before, f"the robot carries {known}")
+        for known, was in named:
+            self.memory.picked_up(known, was if before is None else before)
+        names, _ = _join_names(named)
+        return self._note("picked_up", names, before, f"the robot carries {names}")
 
     @_write
     def put_down(self, thing: str, place: int | str, relation: str = "onTop") -> Noted:
@@ -345,13 +373,19 @@ class MemoryService(ReadCalls):
             ValueError: if a name is none, or the robot carries no such thing.
         """
         furniture = find_place(self.memory, place, thing, acts=True)
-        held = self.memory.find_carried(thing) or thing
+        held = [
+            self.memory.find_carried(name) or name
+            for name in self.memory.read_sentence(thing).things or (thing,)
+        ]
         if self.memory.carried:  # else the memory says that nothing is
-            held = find_thing(self.memory, held, "if_unlike")
+            named = [find_things(self.memory, name, "if_unlike") for name in held]
+            held = [known for things in named for known, _ in things]
         self.let_time_pass()
-        self.memory.put_down(held, furniture, relation)
-        said = f"the robot put {held} at {self._tell_name(furniture)}"
-        return self._note("put_down", held, furniture, said)
+        for known in held:
+            self.memory.put_down(known, furniture, relation)
+        names = " and ".join(held)
+        said = f"the robot put {names} at {self.tell_name(furniture)}"
+        return self._note("put_down", names, furniture, said)
 
     @_write
     def forget(
@@ -376,13 +410,16 @@ class MemoryService(ReadCalls):
                 f"{'none of them' if thing is None else 'both'}. Give one."
             )
         if thing is not None:
-            known = find_thing(self.memory, thing)
+            named = find_things(self.memory, thing, speaker=by)
             self.let_time_pass()
-            self.memory.forget(known, by)
-            return self._note("forget", known, None, f"{by} said that there is no {known}")
+            for known, _ in named:
+                self.memory.forget(known, by)
+            names = " and no ".join(known for known, _ in named)
+            told, _ = _join_names(named)
+            return self._note("forget", told, None, f"{by} said that there is no {names}")
         assert place is not None
         furniture = find_place(self.memory, place, acts=True)
-        name = self._tell_name(furniture)
+        name = self.tell_name(furniture)
         self.let_time_pass()
         self.memory.forget(furniture, by)
         return self._note("forget", "", furniture, f"{by} said that there is no {name}")
@@ -485,11 +522,11 @@ class MemoryService(ReadCalls):
             raise ask_room(self.memory, room, rooms)
         point: Any = None if position is None else tuple(position)
         place = self.memory.add_furniture(label, rooms[0], name, point)
-        return self._note("add_place", "", place, f"there is a {self._tell_name(place)}")
+        return self._note("add_place", "", place, f"there is a {self.tell_name(place)}")
 
     def _note(self, call: str, thing: str, place: int | None, said: str) -> Noted:
         """Tell all who listen what was written, and return it."""
-        now = self._tell_time(self.memory.time, self.memory.time)
+        now = self.tell_time(self.memory.time, self.memory.time)
         self._num_happened += 1
         if self._listeners:
             changes = self._find_new_changes()
@@ -507,6 +544,11 @@ class MemoryService(ReadCalls):
         return tuple(change for change in rows if change not in known)
 
 
+def _join_names(named: Sequence[NamedThing]) -> tuple[str, str]:
+    """Return the names of things in one text, and the verb after it."""
+    return " and ".join(known.thing for known in named), "is" if len(named) == 1 else "are"
+
+
 def _tell_look(memory: SceneGraphMemory, look: Look) -> NextLook:
     """Tell where to look next, and how, where it is known where the thing was."""
     place, pose = look.place, None
@@ -515,11 +557,11 @@ def _tell_look(memory: SceneGraphMemory, look: Look) -> NextLook:
     return NextLook(place.furniture, place.name, place.probability, look.cost, place.position, pose)
 
 
-def _tell_search(search_id: str, search: ObjectSearch, near: Unclear | None = None) -> Searching:
+def _tell_search(search_id: str, search: SeveralSearch, near: Unclear | None = None) -> Searching:
     """Tell how a search stands, and what may be meant, of which the latest look shows some."""
     look = search.going
     if near is None and search.offered:
-        near = ask_which(search.offered, search.description)
+        near = ask_which(search.offered, search.description, search.memory.language)
     return Searching(
         search_id=search_id,
         thing=search.description,
@@ -527,5 +569,6 @@ def _tell_search(search_id: str, search: ObjectSearch, near: Unclear | None = No
         is_found=search.is_found,
         looks=search.num_looks,
         outcome=search.outcome,
+        left=search.left if len(search.searches) > 1 else None,
         **{**tell_doubt(near), "status": "ok"},  # what nothing is known of is looked for, too
     )

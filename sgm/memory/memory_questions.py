@@ -25,6 +25,7 @@ from sgm.names.name import Name
 from sgm.names.name_matching import Similarity
 from sgm.names.phrase import strip_question
 from sgm.names.resolution import Resolution
+from sgm.names.sentence import Sentence
 from sgm.names.words import read_words
 from sgm.schema import NEVER, NUM_RELATIONS
 
@@ -135,6 +136,15 @@ class MemoryQuestions:
         """Say which of the things that were seen a question means."""
         return self._state.resolve(description, similarity, among)
 
+    @property
+    def language(self) -> str:
+        """Code of the language in which is asked and answered."""
+        return self._state.language
+
+    def read_sentence(self, question: str, speaker: str = "") -> Sentence:
+        """Read what a sentence asks for."""
+        return self._state.read_sentence(question, speaker)
+
     def resolve_exact(self, name: str, among: Sequence[str] | None = None) -> Resolution:
         """Say which of the things that were seen is exactly of a name, or has that id."""
         return self._state.resolve_exact(name, among)
@@ -163,7 +173,7 @@ class MemoryQuestions:
             resolution = self._state.resolve(name)
         if resolution.how in _SAME_NAME:
             return "thing", ()
-        asked = Name.read(strip_question(name) or name)
+        asked = Name.read(strip_question(name, self._state.language) or name)
         with self._state.lock:
             layout = self._state.layout.copy()
             found = tuple(self._state.called.find(asked))

@@ -31,6 +31,7 @@ from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_matching import NameIndex, Similarity
 from sgm.names.resolution import Resolution
+from sgm.names.sentence import Sentence
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
@@ -78,6 +79,7 @@ class MemoryState:
         before: the memory before the first of them; None without any.
         sought, score_calibration: as in `MemoryContent`.
         asked: row of the object whose hypothetical edges are open.
+        language: code of the language in which is asked and answered.
         version: another object after each change of the batch.
     """
 
@@ -107,6 +109,7 @@ class MemoryState:
         self.lock, self.log, self.kept_file = RLock(), None, None
         self._naming = Lock()  # never waited for while the lock is held
         self._table, self._encoder = table, encoder
+        self.language = table.language
         self.begin(content, prior)
 
     def begin(self, content: MemoryContent, prior: PriorGraph) -> None:
@@ -153,6 +156,16 @@ class MemoryState:
         with self._naming:  # no other call waits for text vectors
             self._names.update(names)
             return self._names.resolve(question, similarity)
+
+    def read_sentence(self, question: str, speaker: str) -> Sentence:
+        """Read what a sentence asks for; see `SceneGraphMemory.read_sentence`."""
+        with self.lock:
+            names, is_id = self.things.names, self.things.has_id(question)
+        if is_id:
+            return Sentence("thing", (question,), text=question)
+        with self._naming:
+            self._names.update(names)
+            return self._names.read_sentence(question, speaker)
 
     def resolve_exact(self, name: str, among: Sequence[str] | None = None) -> Resolution:
         """Say which things are exactly of a name; see `SceneGraphMemory.resolve_exact`."""

@@ -33,6 +33,7 @@ from sgm.names.name import Name
 from sgm.names.name_encoder import Encode, NameEncoder
 from sgm.names.name_matching import Similarity
 from sgm.names.resolution import Resolution
+from sgm.names.sentence import Sentence
 from sgm.prior.prior_graph import PriorGraph
 
 if TYPE_CHECKING:  # pandas is an extra
@@ -551,6 +552,23 @@ class SceneGraphMemory:
             ValueError: if the description is no name (`read_words`).
         """
         return self._questions.resolve(description, similarity, among)
+
+    @property
+    def language(self) -> str:
+        """Code of the language in which is asked and answered."""
+        return self._questions.language
+
+    def read_sentence(self, question: str, speaker: str = "") -> Sentence:
+        """Read what a sentence asks for: its kind, the things, the place and the time in it.
+
+        Args:
+            question: "where were my keys and the wallet yesterday?".
+            speaker: who says "my"; empty if that is not known.
+
+        Raises:
+            ValueError: if it is no text of one line (`read_words`).
+        """
+        return self._questions.read_sentence(question, speaker)
 
     def resolve_exact(self, name: str, among: Sequence[str] | None = None) -> Resolution:
         """Say which of the things that were seen is exactly of a name, or has that id.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from sgm.messages import shorten, shorten_text
-from sgm.names.language import ENGLISH, load_answers
+from sgm.names.language import ENGLISH, load_answers, load_language
 
 MOST_NAMED = 5  # names in a question
 MOST_NAME = 60  # characters of a name in a question
@@ -27,6 +27,11 @@ class Asking:
         marks = [mark.strip() for mark in self._names["no article"].split("|")]
         self._owned = tuple(mark for mark in marks if mark.startswith("'"))
         self._words = frozenset(marks) - frozenset(self._owned)
+        self._pronouns = load_language(code).list_words("pronouns")
+        self._plural, self._singular = (
+            tuple(_split(self._names[number])) or ("\0",) for number in ("plural", "singular")
+        )
+        self._verbs = {verb: [*_split(self._names[verb]) * 2][:2] for verb in ("is", "was")}
 
     def say(self, sentence: str, **values: object) -> str:
         """Return a sentence with values filled in."""
@@ -55,6 +60,21 @@ class Asking:
             return "".join(told)
         return f"{', '.join(told[:-1])} {self._names[link]} {told[-1]}"
 
+    def is_plural(self, name: str) -> bool:
+        """Tell whether a name is in the plural, by the ending of its last word."""
+        return name.endswith(self._plural) and not name.endswith(self._singular)
+
+    def say_where(self, sentence: str, thing: str, where: str) -> str:
+        """Return "The keys are at the desk in study."."""
+        number = self.is_plural(thing)
+        told = self.say(
+            sentence,
+            thing=self.say_the(thing),
+            where=self.say_the(where),
+            **{verb: forms[number] for verb, forms in self._verbs.items()},
+        )
+        return told[:1].upper() + told[1:]
+
     def ask_which(self, names: Sequence[str]) -> str:
         """Return "Do you mean the red mug or the blue mug?"."""
         return self.say("which", names=self.list_names(names))
@@ -67,7 +87,12 @@ class Asking:
     def tell_unused(self, words: Sequence[str]) -> str:
         """Return "I do not understand 'zorb'."."""
         quoted = [shorten(word, MOST_NAME) for word in words]
-        return self.say("unused", words=self.join(quoted, "and"))
+        sentence = "pronoun" if self._pronouns.issuperset(words) else "unused"
+        return self.say(sentence, words=self.join(quoted, "and"))
+
+
+def _split(forms: str) -> list[str]:
+    return [form.strip() for form in forms.split("|") if form.strip()]
 
 
 @lru_cache(maxsize=8)

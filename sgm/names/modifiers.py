@@ -268,7 +268,7 @@ _MAKES_OTHER = frozenset(
     "tele steam hand foot sweat sweeper".split()
 )
 # What is of one of these is not of another: a "kitchen cabinet", and a "bathroom cabinet".
-_ROOMS = frozenset(
+ROOMS = frozenset(
     "kitchen bathroom bedroom livingroom diningroom office garden garage hallway balcony "
     "patio basement attic cellar nursery".split()
 )
@@ -276,7 +276,7 @@ _DRINKS = frozenset("coffee tea wine beer water juice whiskey cocktail champagne
 _VESSELS = frozenset("mug cup glass bottle jug pitcher carafe tumbler".split())
 
 
-_USES = (_ROOMS, _DRINKS)
+_USES = (ROOMS, _DRINKS)
 # In what a thing is packed, or how it is shaped: a "soap bar" is no "soap bottle".
 PACKAGES = frozenset("bottle can box carton bag jar jug tube bar packet roll pouch sachet".split())
 _HOW = frozenset().union(*_CLASSES) | frozenset(

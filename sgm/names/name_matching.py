@@ -21,7 +21,7 @@ from sgm.names.comparison import (
 )
 from sgm.names.description_tables import DescriptionTables, Entry
 from sgm.names.known_words import is_word
-from sgm.names.modifiers import MATERIALS, PROPERTIES, is_property, says_how, spell
+from sgm.names.modifiers import MATERIALS, PROPERTIES, ROOMS, is_property, says_how, spell
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import Reading, is_measure, make_reader
@@ -29,7 +29,7 @@ from sgm.names.phrase import Phrase, make_phrase_reader
 from sgm.names.resolution import MOST_ALTERNATIVES, Resolution
 from sgm.names.sentence import Sentence, make_sentence_reader
 from sgm.names.spelling import count_mistakes, is_near, is_typo
-from sgm.names.words import BREAKS, DETERMINERS, WITH, read_name, read_words, split_words
+from sgm.names.words import BREAKS, DETERMINERS, OF, WITH, read_name, read_words, split_words
 
 # How alike two labels are, -1 to 1: cosine of their text vectors.
 Similarity = Callable[[str, Sequence[str]], Sequence[float]]
@@ -117,11 +117,12 @@ class NameIndex:
         said: dict[str, Any] = {
             "unused": self._list_unused(phrase),
             "quantity": phrase.quantity,
+            "where": phrase.where,
+            "is_not_there": phrase.is_not_there,
         }
         if phrase.name and not phrase.excluded:
             found = self._find_exact(phrase.name)
             if found:
-                said |= {"where": phrase.where, "is_not_there": phrase.is_not_there}
                 return self._resolution(name, found, "exact", **said)
         taken = self.resolve(name)
         readings = self._read_main(phrase.name) if phrase.name else []
@@ -174,9 +175,10 @@ class NameIndex:
 
     def read_phrase(self, thing: str) -> Phrase:
         """Read what is said of one thing; a name that something has is all of it."""
-        if self._is_name(read_words("description", thing)):
+        phrase = self._phrases.read(self._phrases.turn_owner(thing, self._is_person))
+        if not phrase.quantity and self._is_name(read_words("description", thing)):
             return Phrase(thing, is_speakers=self._phrases.is_speakers(thing))
-        return self._phrases.read(self._phrases.turn_owner(thing, self._is_person))
+        return phrase
 
     def _is_name(self, text: str) -> bool:
         """Tell whether something is called so, here or in the table."""
@@ -269,6 +271,8 @@ class NameIndex:
         words = read_words("description", question)
         if len(found) == 1 and self._tables.descriptions[found[0]].casefold() == words:
             how = "exact"
+        if not phrase.where:
+            said |= self._find_room(readings[0], found)
         groups = self._part_owners(phrase, found) or groups
         if phrase.clause and len(found) > 1:  # which of them that was, nothing says
             unused = (*unused, phrase.clause)
@@ -319,7 +323,9 @@ class NameIndex:
         """List the words after "of", "for" and the like that no name found says, nor the head."""
         words = split_words(name)
         links = [place for place, word in enumerate(words) if word in BREAKS and place > 0]
-        if not links or words[links[0]] in WITH or is_measure(words[links[0] - 1]):
+        if not links or words[links[0]] in WITH:
+            return ()
+        if words[links[0]] == OF and is_measure(words[links[0] - 1]):
             return ()
         after = [word for word in words[links[0] + 1 :] if word not in DETERMINERS | BREAKS]
         things = self._aliases.find(after) if after else ()
@@ -328,6 +334,15 @@ class NameIndex:
             return ()
         used = known | reading.head_words | frozenset(map(spell, reading.owner.split()))
         return [word for word in after if used.isdisjoint((spell(word), self._reader.spell(word)))]
+
+    def _find_room(self, reading: Reading, found: Sequence[int]) -> dict[str, Any]:
+        """Take a room before a name for a place, if no name found says it: "kitchen keys"."""
+        known = (other.said for number in found for other in self._tables.readings[number])
+        rooms = sorted((reading.properties & ROOMS).difference(*known))
+        if not rooms:
+            return {}
+        link = self._sentences.language.list_phrases("at")[0]
+        return {"where": f"{link} {rooms[0]}", "is_soft": True}
 
     def _find_said_place(
         self, phrase: Phrase, groups: list[list[int]], said: dict[str, Any]

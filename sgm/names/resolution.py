@@ -43,6 +43,8 @@ class Resolution:
         things: where it is about several, each in words of its own.
         where: words of a place in the question, "on the dinner table"; the finder looks it up.
         is_not_there: whether the thing is not there, by the question.
+        is_soft: whether that place is a room before a name, "kitchen scissors".
+        places: furniture that the words of a place mean; the finder fills it in.
         contradiction: how what is known contradicts that place, in one sentence.
         quantity: "both" or "every", where the question says so.
         language: in which is asked back.
@@ -59,6 +61,8 @@ class Resolution:
     things: tuple[str, ...] = ()
     where: str = ""
     is_not_there: bool = False
+    is_soft: bool = False
+    places: tuple[int, ...] = ()
     contradiction: str = ""
     quantity: str = ""
     language: str = ENGLISH
@@ -110,7 +114,9 @@ class Resolution:
         meant = self.matches or self.doubtful
         told = [asking.tell_unused(self.unused)] if self.unused else []
         told += [self.contradiction] if self.contradiction else []
-        return " ".join([*told, asking.ask_which(meant)] if meant else told)
+        if meant and not self.contradiction:
+            told.append(asking.ask_which(meant))
+        return " ".join(told)
 
     def __str__(self) -> str:
         """Say it in one line."""

@@ -72,7 +72,7 @@ class SentenceReader:
         self._joins = language.list_words("and") | {"/", ","}
         self._negations = language.list_words("not") | language.list_words("but")
         self._bare = language.list_words("articles") | language.list_words("speaker's")
-        self._one = language.list_words("one")
+        self._one, self._both = (language.list_words(name) for name in ("one", "both"))
         self.signals = self._list_signals()
         self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
 
@@ -165,6 +165,8 @@ class SentenceReader:
         if is_name(text) or is_name(" ".join(self._drop_articles(words))):
             return (text,)
         parts = self._split(words, is_name)
+        if len(parts) > 1 and parts[0][0] in self._both and len(parts[0]) > 1:
+            parts[0] = parts[0][1:]  # "both the keys and the wallet"
         if len(parts) < 2:
             return (" ".join(parts[0]),) if parts else (text,)
         return tuple(" ".join(part) for part in self._lend(parts, is_property))

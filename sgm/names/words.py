@@ -30,6 +30,7 @@ _ARTICLES = frozenset("a an the my your its our this that these those some any".
 _OWNERS = frozenset(("his", "her", "their"))
 DETERMINERS = _ARTICLES | {"one", "another", "all", "both", "of"}
 SKIPPED = _ARTICLES | {"where", "is", "are"}  # at the beginning
+OF = "of"
 WITH = frozenset(("with", "without", "containing", "having", "w"))
 # Words between two parts of a name: "bottle of milk", "key with red tag".
 BREAKS = WITH | frozenset(

@@ -15,6 +15,7 @@ from sgm.names.words import MAX_LENGTH
 from sgm.schema import MAX_TIME, MOST_METRES
 
 MOST_SEEN = 500  # sightings of a look
+MOST_THINGS = 10  # that are asked for at once
 _LARGEST = 1e9  # number of an embedding, or of a start in metres
 
 
@@ -118,6 +119,14 @@ def _read_place(name: str, value: Any) -> str | int | None:
     return value if isinstance(value, str) and 1 <= len(value) <= MAX_LENGTH else None
 
 
+def _read_names(name: str, value: Any) -> str | list[str] | None:
+    if not isinstance(value, list):
+        return TEXT.read(name, value) if isinstance(value, str) and value else None
+    if not 1 <= len(value) <= MOST_THINGS:
+        return None
+    return [TEXT.read(f"{name}[{number}]", text) for number, text in enumerate(value)]
+
+
 def _read_numbers(
     value: Any, least: int, most: int, largest: float = _LARGEST
 ) -> tuple[float, ...] | None:
@@ -154,6 +163,18 @@ def _is_whole(value: Any) -> bool:
 
 _STEP = {"type": "integer", "minimum": 0, "maximum": MAX_TIME}
 TEXT = make_text_rule()
+# A name, or names, of several things.
+THINGS = Rule(
+    {
+        "anyOf": [
+            TEXT.schema,
+            {"type": "array", "items": TEXT.schema, "minItems": 1, "maxItems": MOST_THINGS},
+        ]
+    },
+    f"be a text of 1 to {MAX_LENGTH} characters, or a list of 1 to {MOST_THINGS} of them",
+    _read_names,
+    is_text=True,
+)
 SHARE = make_number_rule(0, 1)
 # How things lie at a place, spelled as `read_relation` reads it.
 RELATION = Rule(

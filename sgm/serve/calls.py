@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, get_type_hints
 
-from sgm.finder.read_calls import MOST_ROWS, ReadCalls
+from sgm.finder.read_calls import ReadCalls
 from sgm.finder.service import MemoryService
+from sgm.finder.where_calls import MOST_ROWS
 from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
 from sgm.serve.answer_schema import make_schema
@@ -19,6 +20,7 @@ from sgm.serve.argument_rules import (
     SHARE,
     START,
     TEXT,
+    THINGS,
     TIME,
     Rule,
     make_choice_rule,
@@ -141,6 +143,13 @@ class Call:
         return self.method(service, **arguments)
 
 
+_THINGS = Argument(
+    "thing",
+    THINGS,
+    "in words, such as the red mug, keys and wallet, or the mug in the sink; its id; or a list",
+    REQUIRED,
+)
+_SPEAKER = Argument("speaker", TEXT, "who says my, such as anna")
 _THING = Argument("thing", TEXT, "in words, such as the red mug, or its id", REQUIRED)
 _PLACE = Argument("place", PLACE, "id or name, such as desk in study", REQUIRED)
 _COVERAGE = Argument("coverage", SHARE, "share of the place that was in view", 1)
@@ -160,16 +169,17 @@ CALLS: Final[tuple[Call, ...]] = (
         "Where a thing is, now or at a time to come: the likeliest places with probabilities and "
         "reasons. If the status is ambiguous, ask the user what `ask` says.",
         (
-            _THING,
+            _THINGS,
             Argument("at", TIME, "local time, 2026-11-16T18:30, or a time step; not past"),
             _rows("most places; left out: three, or fewer, so that the answer is short", None),
+            _SPEAKER,
         ),
         MemoryService.where_is,
     ),
     Call(
-        "Begin to look for a thing: says where to go and look first.",
+        "Begin to look for a thing, or for several in one tour: says where to go and look first.",
         (
-            _THING,
+            _THINGS,
             Argument(
                 "from",
                 START,
@@ -183,6 +193,7 @@ CALLS: Final[tuple[Call, ...]] = (
                 "most that all looks together may cost: metres "
                 "and 1 for each; without from, the number of looks",
             ),
+            _SPEAKER,
         ),
         MemoryService.search_start,
     ),
@@ -198,6 +209,7 @@ CALLS: Final[tuple[Call, ...]] = (
             ),
             Argument("seen", SEEN, "everything that was seen there, if the result is seen"),
             _COVERAGE,
+            Argument("thing", TEXT, "which of several was found, as left has it"),
         ),
         MemoryService.search_next,
         is_write=True,

@@ -22,16 +22,17 @@ def coerce(value: Any, schema: Mapping[str, Any]) -> Any:
 
     A text is read as JSON where it may be another type than text: "3" is a number where a number
     may be, '["mug"]' a list where a list may be. A text that may be a text and is no JSON of
-    another type stays. 3.0 is a whole number, and a whole number is a text where only texts may be.
+    another type stays. 3.0 is a whole number, and a whole number is a text where no number may be.
     """
     options = schema.get("anyOf", (schema,))
     for candidate in _list_candidates(value):
         for option in options:
             if option["type"] != "string" and _fits(candidate, option["type"]):
                 return _coerce_parts(candidate, option)
-    if all(option["type"] == "string" for option in options):
-        return str(int(value)) if _is_whole(value) else value
-    may_be_text = any(option["type"] == "string" for option in options)
+    types = {option["type"] for option in options}
+    if "string" in types and types.isdisjoint(("integer", "number")) and _is_whole(value):
+        return str(int(value))
+    may_be_text = "string" in types
     return None if None in _list_candidates(value) and not may_be_text else value
 
 

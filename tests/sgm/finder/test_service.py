@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from sgm.finder.answers import MOST_BYTES, Moment, to_json, write_json
 from sgm.finder.finder import Finder
-from sgm.finder.service import MOST_ROWS, MOST_SEARCHES, MemoryService
+from sgm.finder.service import MOST_SEARCHES, MemoryService
+from sgm.finder.where_calls import MOST_ROWS
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting

@@ -75,9 +75,16 @@ def test_a_place_a_position_and_a_time():
 
 @pytest.mark.parametrize("name", ["3", '"mug"', "true", "null", "[mug]", '["mug"]', '{"a": 1}'])
 def test_a_name_that_looks_like_json_is_a_name(name):
-    assert read("where_is", thing=name)["thing"] == name
+    assert read("history", thing=name)["thing"] == name
     if not name.startswith("{"):
         assert read("observe", place=0, seen=[name])["seen"] == [Sighting(name)]
+
+
+def test_several_things_may_be_a_list_or_its_text():
+    assert read("where_is", thing='["mug", "keys"]')["thing"] == ["mug", "keys"]
+    assert read("where_is", thing=["mug", 3])["thing"] == ["mug", "3"]
+    assert read("where_is", thing=3)["thing"] == "3"
+    assert read("where_is", thing="3")["thing"] == "3"
 
 
 def test_a_number_is_a_name_where_names_alone_may_be():

@@ -1,0 +1,106 @@
+"""Places in a question: "the mug in the sink" is the one that is there, or none is known there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import SeenAt
+from sgm.names.asking import make_asking
+from sgm.names.name import Name
+from sgm.names.phrase import make_phrase_reader
+from sgm.names.resolution import Resolution
+
+_MOST_SEEN = 200  # places of the things that are asked for
+
+
+def find_said_places(memory: SceneGraphMemory, where: str) -> list[int]:
+    """Return the ids of the furniture that "in the sink" or "in the kitchen" means; none is empty.
+
+    Raises:
+        ValueError: if it is no name (`read_words`).
+    """
+    phrases = make_phrase_reader(memory.language)
+    _, words = phrases.split_where(where)
+    return find_named_places(memory, words or where)
+
+
+def find_named_places(memory: SceneGraphMemory, words: str) -> list[int]:
+    """Return the ids of the furniture of a name, of a room, or of a name in a room."""
+    layout = memory.layout
+    name = Name.read(words, "place")
+    found = [called for called in memory.find_called(name) if called in layout.furniture]
+    found = found or list(memory.find_furniture(words))
+    if found:
+        return found
+    rooms = {n for n, label in layout.rooms.items() if Name.read(str(label)).is_same(name)}
+    if not rooms:
+        labels = list(dict.fromkeys(map(str, layout.rooms.values())))
+        meant = memory.resolve(words, among=labels)
+        if meant.is_sure and not meant.says_less:
+            rooms = {n for n, label in layout.rooms.items() if str(label) in meant.matches}
+    if rooms:
+        return [n for n, node in layout.furniture.items() if node.room in rooms]
+    phrases = make_phrase_reader(memory.language)
+    phrase = phrases.read(words)
+    if not phrase.where or not phrase.name:
+        return []
+    within = find_named_places(memory, phrases.split_where(phrase.where)[1])
+    return [n for n in find_named_places(memory, phrase.name) if n in within]
+
+
+def narrow(memory: SceneGraphMemory, resolution: Resolution) -> Resolution:
+    """Choose, of the things that a question means, those that are at the place that it names.
+
+    Where none of them is known there, the resolution says so (`contradiction`); a place that there
+    is not is a word that nothing was made of (`unused`).
+    """
+    places = tuple(find_said_places(memory, resolution.where))
+    if not places and resolution.is_soft:
+        return resolution
+    if not places:
+        return replace(resolution, unused=(*resolution.unused, resolution.where))
+    if not resolution.matches:
+        return replace(resolution, places=places)
+    seen, _ = memory.list_seen(resolution.matches, None, _MOST_SEEN)
+    present = {thing for thing, at in seen if at.is_there and at.furniture in places}
+    if resolution.is_not_there:
+        kept = [name for name in resolution.matches if name not in present]
+        if kept:
+            return _keep(resolution, kept, ())
+        return replace(resolution, contradiction=_tell_elsewhere(memory, resolution, seen, places))
+    kept = [name for name in resolution.matches if name in present]
+    if kept:
+        return _keep(resolution, kept, places)
+    told = _tell_elsewhere(memory, resolution, seen, places)
+    return replace(resolution, contradiction=told)
+
+
+def _keep(resolution: Resolution, kept: Sequence[str], places: tuple[int, ...]) -> Resolution:
+    groups = [tuple(name for name in group if name in kept) for group in resolution.readings]
+    return replace(
+        resolution,
+        matches=tuple(kept),
+        readings=tuple(group for group in groups if group),
+        places=places,
+    )
+
+
+def _tell_elsewhere(
+    memory: SceneGraphMemory,
+    resolution: Resolution,
+    seen: Sequence[tuple[str, SeenAt]],
+    places: Sequence[int],
+) -> str:
+    """Say "None is known in the sink; the mug is at the counter in kitchen."."""
+    asking = make_asking(memory.language)
+    if resolution.is_not_there:
+        return asking.say("only there", place=resolution.where)
+    nothing = asking.say("not there", place=resolution.where)
+    for thing, at in seen:
+        if at.furniture in memory.layout.furniture and at.furniture not in places:
+            where = memory.describe(int(at.furniture))
+            sentence = "seen elsewhere" if at.is_there else "was elsewhere"
+            return f"{nothing} {asking.say_where(sentence, thing, where)}"
+    return nothing
