@@ -126,15 +126,14 @@ $(STAMP): setup.cfg core/setup.cfg pyproject.toml constraints.txt $(OTHER)
 	  $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 12))' 2>/dev/null && \
 	    echo "DGL has no wheels beyond Python 3.11: batch.graph and encoders written with DGL are not there" || true; \
 	fi
-	@echo "Installing the packages of constraints.txt into $(VENV): a few minutes the first time"
-	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-	  --editable ./core --editable '.[dev,igridson,priors]'
+	@echo "Step 1 of 2: installing the packages of constraints.txt into $(VENV): 2.4 GB on disk, of which torch has 0.7"
+	@$(PY) tools/install.py --constraint constraints.txt --editable ./core --editable '.[dev,igridson,priors]'
+	@echo "Step 2 of 2: compiling the inner loops of the simulator, once: a minute or two"
 	@$(PY) -m simulator.compile
 	@touch $@
 
 # What tests and benchmarks use besides: every extra that has wheels.
 $(EXTRAS): $(STAMP)
 	@echo "Installing all extras for the tests: Ray, Stable-Baselines3, spark_dsg, ..."
-	@$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-	  --editable ./core --editable '.[dev,all]'
+	@$(PY) tools/install.py --constraint constraints.txt --editable ./core --editable '.[dev,all]'
 	@touch $@

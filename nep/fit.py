@@ -31,6 +31,7 @@ from lightning.pytorch.utilities.exceptions import SIGTERMException
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.epoch_lines import EpochLines
+from nep.callbacks.fit_messages import FitMessages
 from nep.callbacks.online_config import OnlineConfig
 from nep.callbacks.resume import RandomStates, WholeCheckpoints
 from nep.config_files import find_configs
@@ -76,7 +77,12 @@ class FitCLI(LightningCLI):
             data_class,
             parser_class=_Parser,
             # dgl's wheels on PyPI have no CUDA; at this size two CPU cores are enough.
-            trainer_defaults={"accelerator": "cpu", "max_epochs": 25, "log_every_n_steps": 10},
+            trainer_defaults={
+                "accelerator": "cpu",
+                "max_epochs": 25,
+                "log_every_n_steps": 10,
+                "enable_model_summary": False,  # whose operations are not counted
+            },
             seed_everything_default=0,
             args=args,
             run=False,
@@ -175,17 +181,14 @@ class FitCLI(LightningCLI):
             callbacks.append(LearningRateMonitor(logging_interval="step"))
         if self.config.trainer.enable_progress_bar is not False:
             callbacks.append(RichProgressBar() if sys.stdout.isatty() else EpochLines())
+        best: ModelCheckpoint | None = None
         if self.config.trainer.enable_checkpointing is not False:
+            best = ModelCheckpoint(
+                monitor=_BEST, mode="max", filename="best", enable_version_counter=False
+            )
             # Two callbacks: with `save_last` the last epoch is only saved where it is the best.
-            callbacks += [
-                ModelCheckpoint(
-                    monitor=_BEST,
-                    mode="max",
-                    filename="best",
-                    enable_version_counter=False,
-                ),
-                ModelCheckpoint(filename="last", enable_version_counter=False),
-            ]
+            callbacks += [best, ModelCheckpoint(filename="last", enable_version_counter=False)]
+        callbacks.append(FitMessages(self.config_init.online.name, best))
         self.trainer_defaults["callbacks"] = callbacks
         plugins = self.config_init.trainer.plugins or []
         plugins = plugins if isinstance(plugins, list) else [plugins]

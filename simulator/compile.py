@@ -88,7 +88,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     options = parser.parse_args(arguments)
     number = compile_all(progress=not options.quiet)
-    print(f"{len(KERNELS)} inner loops are compiled, {number} of them now")
+    now = f"{number} were compiled now" if number else "all were there already"
+    print(f"The simulator is ready: its {len(KERNELS)} inner loops are machine code, {now}.")
     return 0
 
 

@@ -52,7 +52,7 @@ ORDER = """
     tools.robot_life tools.home_games tools.any_home tools.recorded tools.igridson
     tools.priors tools.text_training tools.realism tools.names tools.eyes tools.searches
     tools.elsewhere tools.kitchens tools.claims tools.measure_design tools.headlines
-    tools.make_paper_homes tools.closures
+    tools.make_paper_homes tools.closures tools.install
     tools tools.__main__
 """.split()
 # Plug-ins of packages above, which a registry names and imports only where they are asked for.

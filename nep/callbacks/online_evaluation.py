@@ -15,7 +15,7 @@ from nep.callbacks.online_config import OnlineConfig
 from nep.model.module import NEPModule
 from nep.players.contestants import MakePolicy
 from nep.players.policy import NEPPolicy
-from nep.report.boards import list_boards, log_figures, log_final, log_table
+from nep.report.boards import list_boards, log_figures, log_final, log_layout, log_table
 from nep.report.figures import draw_calibration, draw_searches, draw_task, play_search_stories
 from nep.report.results import ScoreSummary
 from nep.report.statistics import compute_gap_closed
@@ -23,7 +23,7 @@ from nep.report.tables import (
     BOUNDED,
     Row,
     compute_rows,
-    format_number,
+    describe_policies,
     format_table,
     make_markdown,
     make_rich_table,
@@ -106,12 +106,20 @@ class OnlineEvaluation(pl.Callback):
         return f"{self.task.title}, {homes} x {self.steps} steps"
 
     def _summarise(self) -> str:
-        recall = f"candidate recall {self.scores[self.name].metrics['candidate_recall']:.3f}"
-        gaps = [
-            f"Bayesian-to-{top.title()} gap closed {format_number(share, '.0%')}"
-            for top, share in self._compute_gaps().items()
-        ]
-        return "; ".join([recall, ", ".join(gaps)] if gaps else [recall])
+        """Say in words what the table has in names and numbers."""
+        names = [name for name in self.scores if name != self.name]
+        sentences = [describe_policies(names)] if names else []
+        closed = {top: share for top, share in self._compute_gaps().items() if share > 0}
+        if closed:
+            parts = " and ".join(
+                f"{share:.0%} of the way to {top}" for top, share in closed.items()
+            )
+            sentences.append(f"From bayesian up, {self.name} goes {parts}.")
+        elif self._compute_gaps():
+            sentences.append(f"{self.name} does not reach bayesian.")
+        recall = self.scores[self.name].metrics["candidate_recall"]
+        sentences.append(f"In {recall:.1%} of the questions the true place was among those scored.")
+        return " ".join(sentences)
 
     def _play(self, trainer: pl.Trainer, make: MakePolicy) -> TaskScores:
         config = _get_datamodule(trainer).val_config
@@ -121,17 +129,17 @@ class OnlineEvaluation(pl.Callback):
     def _compute(self, played: TaskScores) -> ScoreSummary:
         return ScoreSummary.of(played, self.homes.list_units(range(self.num_homes)))
 
-    def _list_metrics(self, scores: ScoreSummary, group: str) -> dict[str, float]:
+    def _list_metrics(self, scores: ScoreSummary) -> dict[str, float]:
         return {
-            f"{group}/{self.task.metric}": float(scores.home_values.mean()),
-            f"{group}/candidate_recall": scores.metrics["candidate_recall"],
+            f"online/{self.task.metric}": float(scores.home_values.mean()),
+            "online/candidate_recall": scores.metrics["candidate_recall"],
         }
 
     def _play_heuristics(self, trainer: pl.Trainer) -> None:
         """Let the heuristics and oracles play, once, as late as possible: it takes seconds."""
         policies = [name for name in self.policies if find_policy(name).needs <= self.homes.knows]
         if policies and trainer.progress_bar_callback is not None:
-            print(f"{len(policies)} heuristics and oracles play {self.num_homes} validation homes.")
+            print(f"{len(policies)} rules and oracles play {self.num_homes} validation homes, once")
         for name in policies:
             self.scores[name] = self._compute(self._play(trainer, partial(make_policy, name)))
 
@@ -139,10 +147,11 @@ class OnlineEvaluation(pl.Callback):
         assert isinstance(pl_module, NEPModule)
         if not self.scores:
             self._play_heuristics(trainer)
+            log_layout(list_boards(trainer), self.task.metric, list(self.scores))
         player = NEPPolicy(pl_module, _get_datamodule(trainer).builder)
         played = self._play(trainer, player.play_in)
         scores = self.scores[self.name] = self._compute(played)
-        metrics = self._list_metrics(scores, "online")
+        metrics = self._list_metrics(scores)
         metrics |= {f"online/gap_closed_{top}": gap for top, gap in self._compute_gaps().items()}
         pl_module.log_dict(metrics, rank_zero_only=True)
         for name, other in self.scores.items():
@@ -182,7 +191,7 @@ class OnlineEvaluation(pl.Callback):
 
     def _log_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Show the table, and the settings with what came of them."""
-        metrics = self._list_metrics(self.scores[self.name], "final")
+        metrics = self._list_metrics(self.scores[self.name])
         boards, step = list_boards(trainer), trainer.global_step
         header, cells = format_table(self.task, self._compute_rows())
         log_table(boards, "online/table", header, cells, self._make_markdown(), step)

@@ -23,6 +23,7 @@ from nep.report.statistics import (
     compute_p_value,
 )
 from sgm.messages import shorten
+from simulator.policies.registry import ORACLES, find_policy
 from simulator.tasks.metrics import METRICS, STEP_METRICS, Metric
 from simulator.tasks.task import Task
 
@@ -31,6 +32,7 @@ REFERENCES = ("bayesian", "last_seen_prior")
 FLOOR, TOP = "bayesian", "ceiling"
 # What `TOP` bounds: it orders places by where a thing is now. NDCG asks where it usually goes.
 BOUNDED = ("accuracy", "looks")
+_GAP = "gap closed"
 # Homes from which on intervals are shown: of two, an interval is 13 standard errors wide each way.
 FEWEST_HOMES = 3
 
@@ -160,7 +162,7 @@ def format_table(
     metric = STEP_METRICS[task.metric]
     header = ["policy", metric.title, *["std"] * has_std]
     header += [f"minus {name}{' [95 %]' * has_intervals}" for name in references]
-    header += ["gap closed"] * has_gap
+    header += [_GAP] * has_gap
     columns = [*METRICS.values(), *(more or {}).values()]
     header += [column.title for column in columns]
     cells = []
@@ -190,6 +192,21 @@ def tell_few_homes(rows: Sequence[Row]) -> str:
     return f"{homes} too few for {lacks}. Play in {FEWEST_HOMES} or more."
 
 
+def describe_policies(names: Sequence[str]) -> str:
+    """Say what the policies of a table are given, those of one kind together."""
+    given: dict[str, list[str]] = {}
+    for name in names:
+        policy = find_policy(name)
+        if name in ORACLES or policy.needs:
+            what = "are given what no robot knows, how the things of this very home move"
+        elif policy.__module__.startswith("simulator.policies.filters"):
+            what = "are given the rules by which homes are simulated"
+        else:
+            what = "are rules that read the memory and the prior alone"
+        given.setdefault(what, []).append(name)
+    return " ".join(f"{', '.join(alike)} {what}." for what, alike in given.items())
+
+
 def format_number(value: float, form: str) -> str:
     """Return a number as a cell; "n/a" where there is none."""
     return "n/a" if math.isnan(value) else format(value, form)
@@ -213,11 +230,12 @@ def make_rich_table(
 ) -> Table:
     """Make the table for a terminal: scores, comparisons and metrics of one's own.
 
-    Calibration and the like are left to the files.
+    Calibration and the like are left to the files, and what share of a gap is closed.
     """
     header, cells = format_table(task, rows, more)
     last = len(header) - len(more or {})
     shown = [*range(last - len(METRICS)), *range(last, len(header))]
+    shown = [position for position in shown if header[position] != _GAP]
     few = tell_few_homes(rows) or None
     table = Table(title=escape(title), caption=few, box=SIMPLE_HEAD, pad_edge=False, padding=0)
     for position in shown:

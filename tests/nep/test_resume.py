@@ -52,7 +52,9 @@ def test_two_epochs_and_one_are_three_to_the_last_bit(tmp_path, monkeypatch):
     assert settings["training"]["batch_size"] == 4
     assert settings["features"]["prior"] is True
     events = EventAccumulator(str(tmp_path / RUN.format(0))).Reload()
-    assert [row.value for row in events.Scalars("lr-Adam")] == pytest.approx([1e-4] * 18)
+    assert [row.value for row in events.Scalars("6_learning_rate/Adam")] == pytest.approx(
+        [1e-4] * 18
+    )
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from nep.bench.paper.paper_numbers import PAPER_TABLE_1
 from nep.bench.paper.paper_tables import CLAIM, VERDICT, Claim
 from nep.bench.paper.training import Training
 from nep.players.checkpoints import load_checkpoint
+from nep.report.boards import place_tag
 from nep.report.results import ScoreSummary
 from nep.report.statistics import LEVEL, correct_holm
 from nep.report.tables import (
@@ -306,7 +307,7 @@ def _make_switch_row(
 def read_validation(training: Training) -> float:
     """Return hits@1 in the validation memories, as logged after the last epoch."""
     events = EventAccumulator(str(training.folder)).Reload()
-    return float(events.Scalars("val/hits_at_1")[-1].value)
+    return float(events.Scalars(place_tag("val/hits_at_1"))[-1].value)
 
 
 def count_parameters(training: Training) -> int:

@@ -237,7 +237,7 @@ def test_a_training_knows_its_last_validation(plan):
     training = plan.make_training("sampled", "on", ("mlp",), 0)
     with SummaryWriter(str(training.folder)) as writer:
         for step, value in enumerate((0.25, 0.5, 0.375)):
-            writer.add_scalar("val/hits_at_1", value, step)
+            writer.add_scalar("2_hits_at_1/val", value, step)
     assert networks.read_validation(training) == 0.375
 
 
