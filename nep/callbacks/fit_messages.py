@@ -58,8 +58,8 @@ class FitMessages(pl.Callback):
         if trainer.is_global_zero and path:
             assert isinstance(pl_module, NEPModule)
             module = type(pl_module.predictor.encoder).__module__
-            own = "" if module.startswith("nep.") else f" --encoders {module}"
-            print("\n".join(["", *list_next_commands(Path(path), trainer.log_dir, own)]))
+            encoders = "" if module.startswith("nep.") else f" --encoders {module}"
+            print("\n".join(["", *list_next_commands(Path(path), trainer.log_dir, encoders)]))
 
 
 def list_next_commands(checkpoint: Path, log_dir: str | None, more: str = "") -> list[str]:
