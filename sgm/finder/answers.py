@@ -399,6 +399,41 @@ class ChangeList:
     at: Moment
 
 
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The answer to a sentence of a person.
+
+    Attributes:
+        status: "ok" only if the whole sentence was understood.
+        kind: of the question that it was taken for: "where", "past", "future", "room", "place",
+            "is_at", "what_at", "count", "when", "who", "moved", "history" or "changes"; "command"
+            of what is no question.
+        said: the answer in plain words, or what to ask.
+        text: the sentence.
+        at: the time that is asked about.
+        ask: as in `WhereIs`.
+        candidates: as in `WhereIs`.
+        probability: of "yes", or of the first place; left out where there is none.
+        where: where each thing is that was asked for.
+        things: what is at a place, or of a kind.
+        events: what is known of a thing over time.
+        changes: what has changed.
+    """
+
+    status: Status
+    kind: str
+    said: str
+    text: str
+    at: Moment
+    ask: str
+    candidates: tuple[str, ...]
+    probability: float | None = field(default=None, metadata=LEFT_OUT)
+    where: tuple[WhereOne, ...] = ()
+    things: tuple[ThingRow, ...] = ()
+    events: tuple[EventRow, ...] = ()
+    changes: tuple[ChangeRow, ...] = ()
+
+
 def to_json(answer: Any) -> Any:
     """Return JSON values of an answer; numbers are rounded to three decimals."""
     kind = type(answer)

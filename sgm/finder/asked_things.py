@@ -15,7 +15,7 @@ from sgm.names.sentence import Sentence
 
 MOST_THINGS = 10  # that a call is asked for at once
 # Kinds of sentences that ask where something is.
-WHERE_KINDS = frozenset(("thing", "where", "past", "future", "is_at", "room", "place"))
+WHERE_KINDS = frozenset(("thing", "where", "past", "future", "is_at", "is_there", "room", "place"))
 
 
 class AskedThings(NamedTuple):

@@ -252,7 +252,8 @@ def _find_said_place(
         raise Unclear("ambiguous", asking.tell_unused((found.where,)), found.matches, thing)
     places = find_said_places(memory, found.where)
     if not places:
-        raise Unclear("ambiguous", asking.say("no place", name=found.where), (), thing)
+        words = make_phrase_reader(memory.language).split_where(found.where)[1]
+        raise Unclear("ambiguous", asking.say("no place", name=words), (), thing)
     seen, _ = memory.list_seen(found.matches, None, _MOST_SEEN)
     holding = {at.furniture for _, at in seen if at.is_there and at.furniture in places}
     if found.matches and not holding:

@@ -7,6 +7,7 @@ from datetime import datetime
 from typing import TypeVar
 
 from sgm.finder.answers import (
+    Answered,
     ChangeList,
     ChangeRow,
     EventList,
@@ -17,7 +18,8 @@ from sgm.finder.answers import (
     ThingRow,
 )
 from sgm.finder.meanings import Unclear, ask_room, doubt, find_place, find_rooms, tell_doubt
-from sgm.finder.where_calls import WhereCalls, check_rows
+from sgm.finder.question_answers import QuestionAnswers
+from sgm.finder.where_calls import MOST_ROWS, WhereCalls, check_rows
 
 DEFAULT_ROWS = 20  # of lists
 
@@ -26,6 +28,21 @@ _List = TypeVar("_List", PlaceList, ThingList, EventList)
 
 class ReadCalls(WhereCalls):
     """Answers about a memory, which change nothing and wait for no disk."""
+
+    most_rows = MOST_ROWS
+
+    def ask(self, text: str, speaker: str = "") -> Answered:
+        """Answer a sentence of a person in a sentence, with the numbers beside it.
+
+        Args:
+            text: "is the remote on the sofa?", "what's in the fridge?", "where were my keys
+                yesterday evening?"; the kinds are in docs/robot/names.md.
+            speaker: who says "my".
+
+        Raises:
+            ValueError: if it is no text of one line, or the home has no place.
+        """
+        return QuestionAnswers(self, text, speaker).answer()
 
     def list_places(self, room: str | None = None, k: int = DEFAULT_ROWS) -> PlaceList:
         """List the places of a room, or of the home.

@@ -102,5 +102,5 @@ def _tell_elsewhere(
         if at.furniture in memory.layout.furniture and at.furniture not in places:
             where = memory.describe(int(at.furniture))
             sentence = "seen elsewhere" if at.is_there else "was elsewhere"
-            return f"{nothing} {asking.say_where(sentence, thing, where)}"
+            return f"{nothing} {asking.tell(sentence, thing, where=asking.say_the(where))}"
     return nothing

@@ -27,11 +27,12 @@ class Asking:
         marks = [mark.strip() for mark in self._names["no article"].split("|")]
         self._owned = tuple(mark for mark in marks if mark.startswith("'"))
         self._words = frozenset(marks) - frozenset(self._owned)
+        self._articles = load_language(code).list_words("articles")
         self._pronouns = load_language(code).list_words("pronouns")
         self._plural, self._singular = (
             tuple(_split(self._names[number])) or ("\0",) for number in ("plural", "singular")
         )
-        self._verbs = {verb: [*_split(self._names[verb]) * 2][:2] for verb in ("is", "was")}
+        self._verbs = {verb: [*_split(self._names[verb]) * 2][:2] for verb in ("is", "was", "has")}
 
     def say(self, sentence: str, **values: object) -> str:
         """Return a sentence with values filled in."""
@@ -46,9 +47,9 @@ class Asking:
             return name
         return self._names["the"].format(name=name)
 
-    def list_names(self, names: Sequence[str], link: str = "or") -> str:
-        """Return "the red mug, the blue mug or the bowl"."""
-        told = [self.say_the(name) for name in dict.fromkeys(names)]
+    def list_names(self, names: Sequence[str], link: str = "or", plain: bool = False) -> str:
+        """Return "the red mug, the blue mug or the bowl"; plain, without articles."""
+        told = [name if plain else self.say_the(name) for name in dict.fromkeys(names)]
         return self.join(told, link)
 
     def join(self, told: Sequence[str], link: str = "or") -> str:
@@ -64,16 +65,19 @@ class Asking:
         """Tell whether a name is in the plural, by the ending of its last word."""
         return name.endswith(self._plural) and not name.endswith(self._singular)
 
-    def say_where(self, sentence: str, thing: str, where: str) -> str:
-        """Return "The keys are at the desk in study."."""
+    def tell(self, sentence: str, thing: str = "", **values: object) -> str:
+        """Return a sentence about a thing, with its verb: "The keys are at the desk in study."."""
         number = self.is_plural(thing)
-        told = self.say(
-            sentence,
-            thing=self.say_the(thing),
-            where=self.say_the(where),
-            **{verb: forms[number] for verb, forms in self._verbs.items()},
-        )
+        verbs = {verb: forms[number] for verb, forms in self._verbs.items()}
+        told = self.say(sentence, **{"thing": self.say_the(thing), **verbs, **values})
         return told[:1].upper() + told[1:]
+
+    def strip_article(self, name: str) -> str:
+        """Return a name without the article before it."""
+        words = name.split()
+        while len(words) > 1 and words[0] in self._articles:
+            words = words[1:]
+        return " ".join(words)
 
     def ask_which(self, names: Sequence[str]) -> str:
         """Return "Do you mean the red mug or the blue mug?"."""

@@ -152,9 +152,12 @@ class PhraseReader:
             return phrase._replace(where=y.strip(), is_not_there=True)
         head = phrase.name
         others = tuple(self._list_excluded(y))
-        if not head and not x.strip():  # "not the red mug", "non-red mug"
+        is_any = phrase.pronoun in self._any and not phrase.where
+        if not head and (is_any or not x.strip()):  # "not the red mug", "non-red mug"
             words = [word for word in others[0].split() if word not in self._one]
             head = " ".join(words[1:]) if len(words) > 1 else ""
+        if head:
+            phrase = phrase._replace(pronoun="")
         return phrase._replace(name=head, excluded=others)
 
     def _list_excluded(self, y: str) -> list[str]:

@@ -24,8 +24,8 @@ class Sentence(NamedTuple):
 
     Attributes:
         kind: "thing" of a name alone; else of the table of questions: "where", "past", "future",
-            "when", "who", "moved", "history", "changes", "count", "what_at", "is_at", "room",
-            "place"; "command" of what is no question.
+            "when", "who", "moved", "history", "changes", "count", "what_at", "is_at", "is_there",
+            "room", "place"; "command" of what is no question.
         things: what is asked for, each in words of its own ("red mug", "blue mug").
         where: of `what_at` and `count`, "in the fridge".
         time: when, if that is said.
@@ -104,6 +104,8 @@ class SentenceReader:
         kind, asked, where = self._match(padded)
         if kind == "thing" and any(pattern.match(padded) for pattern in self._commands):
             return Sentence("command", (), time=time, tense=tense, text=padded.strip())
+        if kind == "is_at":  # "is the remote still on the sofa?"
+            asked, where = asked + where, ""
         if asked and kind != "thing":
             asked = self._strip(asked, self._first, self._after)
         if time is None:

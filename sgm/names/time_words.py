@@ -136,7 +136,7 @@ class TimeReader:
                     found["link"] = value
                 place += link
             length, said = self._read_piece(words, place, has_link=bool(link))
-            if not length or any(found.get(name) is not None for name in said):
+            if not length or not _agree(found, said):
                 return None
             found |= said
             place += length
@@ -211,6 +211,16 @@ class TimeReader:
         elif not value and not found["minutes"] and hour < _EARLIEST:
             hour += 12  # "at five" is in the afternoon
         return (1 + length, {"hours": (hour, hour)}) if hour <= 24 else (0, {})
+
+
+def _agree(found: dict[str, Any], said: dict[str, Any]) -> bool:
+    """Tell whether nothing is said twice, but a part of the day and a time of the clock."""
+    twice = [name for name in said if found.get(name) is not None]
+    if twice != ["hours"]:
+        return not twice
+    if said["hours"][0] != said["hours"][1]:
+        said["hours"], found["hours"] = found["hours"], said["hours"]
+    return bool(said["hours"][0] == said["hours"][1])
 
 
 def _make_phrases(pairs: Mapping[str, str]) -> list[tuple[list[str], str]]:

@@ -166,6 +166,15 @@ def _rows(about: str, default: int | None) -> Argument:
 
 CALLS: Final[tuple[Call, ...]] = (
     Call(
+        "Answer a sentence of a person, as it was said: where a thing is, was or will be, whether "
+        "it is somewhere, what is at a place, in which room, who moved what, what has changed.",
+        (
+            Argument("text", TEXT, "the sentence, such as is the remote on the sofa?", REQUIRED),
+            _SPEAKER,
+        ),
+        MemoryService.ask,
+    ),
+    Call(
         "Where a thing is, now or at a time to come: the likeliest places with probabilities and "
         "reasons. If the status is ambiguous, ask the user what `ask` says.",
         (

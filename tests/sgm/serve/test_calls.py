@@ -17,6 +17,7 @@ from .conftest import START, open_service
 
 # Good arguments of every call, in JSON.
 GOOD = {
+    "ask": {"text": "what is on the desk?", "speaker": "anna"},
     "where_is": {"thing": "mug", "at": "2026-11-16T18:30", "k": 2},
     "search_start": {"thing": "mug", "from": [0, 1.5], "budget": 9.5},
     "search_next": {"search_id": "x", "result": "seen", "seen": ["cup"], "coverage": 0.5},
