@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from sgm.finder.answers import Answered, ChangeRow, EventRow, ThingRow, WhereOne
+from sgm.finder.answers import Answered, ChangeRow, EventRow, ThingRow, WhereIs, WhereOne
 from sgm.finder.asked_things import WHERE_KINDS, count_step
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear, doubt, tell_doubt
 from sgm.finder.said_places import find_said_places
@@ -327,4 +327,4 @@ def _percent(probability: float) -> str:
 
 
 def _drop_also(found: WhereOne) -> WhereOne:
-    return replace(found, also=None) if hasattr(found, "also") else found
+    return replace(found, also=None) if isinstance(found, WhereIs) else found

@@ -7,12 +7,11 @@ import io
 from collections.abc import Collection, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from functools import lru_cache
 from graphlib import CycleError, TopologicalSorter
-from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from sgm.messages import shorten
-from sgm.names.language import ENGLISH
+from sgm.names.language import ENGLISH, load_language
 from sgm.names.words import OWN_PLURALS, compute_singular, make_key, read_words, split_words
 
 # Rows of one's own: a CSV file, or {name: its aliases, or {"kind": ..., "aliases": ...}}.
@@ -33,7 +32,7 @@ class AliasTable:
     called besides. One name may be of several things: "glasses" are eyeglasses, and drinking
     glasses. Plural, hyphens and words written apart make no difference.
 
-    The shipped table is `sgm/names/data/aliases.csv`, with columns `name`, `kind` and
+    The shipped table is `sgm/names/data/en/aliases.csv`, with columns `name`, `kind` and
     `aliases`; several kinds or aliases are separated by ";". Rows of one's own are added to it: a
     row whose name is there adds to its kinds and aliases.
 
@@ -335,5 +334,15 @@ def _walk(thing: int, edges: Mapping[int, Sequence[int]]) -> list[int]:
 
 @lru_cache(maxsize=1)
 def _load_household() -> AliasTable:
-    path = resources.files("sgm.names").joinpath("data", "aliases.csv")
-    return AliasTable(_parse(path.read_text(encoding="utf-8"), "the shipped aliases"))
+    english = load_language()
+    rows = [*_parse(english.read("aliases.csv"), "the shipped aliases")]
+    return AliasTable([*rows, *_list_kinds(english.read("kinds.csv"))])
+
+
+def _list_kinds(text: str) -> Iterator[Row]:
+    """List the rows of a table of kinds, with columns `kind`, `aliases` and `things`."""
+    for row in csv.DictReader(io.StringIO(text, newline="")):
+        names = {column: tuple(filter(None, row[column].split(";"))) for column in row}
+        yield row["kind"], (), names["aliases"]
+        for thing in names["things"]:
+            yield thing, (row["kind"],), ()

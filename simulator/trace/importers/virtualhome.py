@@ -267,7 +267,7 @@ def _load_words() -> tuple[dict[str, str], set[str]]:
     """Names by their letters without spaces, and all words of names."""
     types = load_types()
     names = {*types.furniture, *types.objects, *ROOMS, "home office", "dining room"}
-    for row in read_table("sgm.names", "aliases.csv"):
+    for row in read_table("sgm.names", "en/aliases.csv"):
         names.update((row["name"], *row["aliases"].split("|")))
     for row in read_table("sgm.prior", "household_furniture.csv"):
         names.update((row["label"], *row["also"].split("|")))

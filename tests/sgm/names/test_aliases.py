@@ -9,10 +9,11 @@ import pytest
 import sgm.names
 from sgm import PriorGraph, SceneGraphMemory, Sighting
 from sgm.names.aliases import AliasTable, read_rows
+from sgm.names.name_matching import NameIndex
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import split_words
 
-TABLE = Path(sgm.names.__file__).parent / "data" / "aliases.csv"
+TABLE = Path(sgm.names.__file__).parent / "data" / "en" / "aliases.csv"
 
 
 def find(table, name):
@@ -27,7 +28,11 @@ def test_names_by_hand():
     assert find(table, "glass") == {"drinking glass"}
     assert find(table, "gizmo") == set()
     (iphone,) = table.find(["iphone"])
-    assert [table.names[kind] for kind in table.list_above(iphone)] == ["cell phone", "phone"]
+    assert [table.names[kind] for kind in table.list_above(iphone)] == [
+        "cell phone",
+        "phone",
+        "electronics",
+    ]
 
 
 def test_the_shipped_table_is_sorted_and_large_enough():
@@ -162,3 +167,35 @@ def test_descriptions_of_the_shipped_priors_keep_their_types(prior):
         for adjectives in product(*row.adjectives):
             description = " ".join([*adjectives, row.label])
             assert vocabulary.find_type(description)[1] == number, description
+
+
+@pytest.mark.parametrize(
+    ("kind", "things"),
+    [
+        ("drink", ("fanta", "coke", "milk", "coffee")),
+        ("cutlery", ("fork", "knife")),
+        ("snacks", ("potato chips",)),
+        ("food", ("milk", "potato chips", "apple")),
+        ("cleaning supplies", ("broom", "dish soap")),
+        ("fruit", ("apple",)),
+        ("tool", ("hammer",)),
+        ("toys", ("teddy bear",)),
+        ("clothes", ("wool jacket", "sock")),
+    ],
+)
+def test_a_kind_is_all_things_of_it(kind, things):
+    seen = (
+        "fanta, coke, milk, coffee, fork, knife, potato chips, apple, broom, dish soap, hammer, "
+        "teddy bear, wool jacket, sock, zorb"
+    )
+    index = NameIndex((), AliasTable.household())
+    index.update(seen.split(", "))
+    assert index.resolve(kind).matches == things
+
+
+def test_a_kind_of_ones_own_is_a_row():
+    table = AliasTable.household({"tin opener": {"kind": "gadget zoo"}, "zorb": {"kind": "toy"}})
+    index = NameIndex((), table)
+    index.update(["tin opener", "zorb"])
+    assert index.resolve("gadget zoo").matches == ("tin opener",)
+    assert index.resolve("toys").matches == ("zorb",)
