@@ -26,6 +26,8 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_questions import Asked
 from sgm.memory.seen_places import Looks
 
+_ROUNDING = 1e-6  # of a sum of probabilities
+
 
 @dataclass(frozen=True)  # no slots: probabilities are kept
 class Belief:
@@ -68,10 +70,18 @@ class Belief:
         """Probability of each place and of elsewhere, (K, F + 1); zeros where all is ruled out.
 
         Computed once; to be read.
+
+        Raises:
+            ValueError: if a weight is nan or infinite.
         """
         best = self.log_weights.max(axis=1, keepdims=True)
         weights = np.exp(self.log_weights - np.where(np.isfinite(best), best, 0.0))
         total = weights.sum(axis=1, keepdims=True)
+        if not np.isfinite(total).all():
+            raise ValueError(
+                "belief of a policy must have weights that are numbers, got nan or infinity for "
+                f"question {int(np.isfinite(total)[:, 0].argmin())}. Mend what the policy computes."
+            )
         return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0)
 
     @property
@@ -126,6 +136,7 @@ def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Poster
     seen, shown = detector.weigh_seen(looks), detector.compute_detection(looks.negative)
     belief = belief.look(compute_log_likelihood(looks, asked.batch, detector))
     places, elsewhere = see(belief, seen)
+    _check_sums(places, elsewhere, seen)
     places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
     same = compute_same(asked) if len(asked.rows) > 1 else np.zeros(1)
     if same.any() and len(same) == len(places):  # what is another one of them is at no place more
@@ -135,6 +146,24 @@ def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Poster
     any_there, any_shown = 1 - np.prod(1 - np.stack([places, places * shown]), axis=1)
     detection = np.divide(any_shown, any_there, out=shown.max(axis=0), where=any_there > 0)
     return Posterior(places=any_there, elsewhere=float(np.prod(elsewhere)), detection=detection)
+
+
+def _check_sums(places: np.ndarray, elsewhere: np.ndarray, seen: np.ndarray) -> None:
+    """Check that V things are somewhere: what leaves is a distribution.
+
+    Its sum is one, or what sightings at several places say more (`see`).
+
+    Raises:
+        ValueError: if a sum is another one, or nan.
+    """
+    total = places.sum(axis=1) + elsewhere
+    expected = seen.sum(axis=1) + np.prod(1 - seen, axis=1) if seen.any() else 1.0
+    if not (np.abs(total - expected) < _ROUNDING).all():
+        raise ValueError(
+            f"probabilities of places and of elsewhere must sum to one, got {total.min():g}: "
+            "policy and looks rule all of them out. Give a detector a miss rate above 0, or mend "
+            "what the policy computes."
+        )
 
 
 def weigh_last_word(belief: Belief, asked: Asked) -> Belief:
@@ -259,7 +288,8 @@ def compute_log_likelihood(looks: Looks, memory: MemoryBatch, detector: Detector
     """
     log_likelihood = np.zeros(looks.negative.shape)
     if looks.negative.any():
-        log_likelihood += np.log(detector.compute_miss(looks.negative))
+        with np.errstate(divide="ignore"):  # of a detector that misses nothing
+            log_likelihood += np.log(detector.compute_miss(looks.negative))
     if looks.sought.any():
         shown = 1 - detector.compute_miss(looks.sought)
         with np.errstate(divide="ignore"):

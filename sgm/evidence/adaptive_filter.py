@@ -190,7 +190,7 @@ def compute_filters(asked: Question, beliefs: Mapping[str, np.ndarray]) -> dict[
     for name, belief in beliefs.items():
         columns[f"belief_{name}"] = belief[:, :-1]
         columns[f"log_belief_{name}"] = log_share(belief[:, :-1], asked.num_places)
-    columns["belief_rank"] = rank_rows(beliefs[RANKING][:, :-1])
+    columns["belief_rank"] = rank_rows(beliefs[RANKING][:, :-1], asked.is_place)
     return columns
 
 

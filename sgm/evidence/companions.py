@@ -170,7 +170,7 @@ def compute_words(
     of_places = {
         "by_name": by_name,
         "log_by_name": log_share(by_name, num_places) * is_called,
-        "by_name_rank": rank_rows(by_name) * is_called,
+        "by_name_rank": rank_rows(by_name, asked.is_place) * is_called,
         "similar_here": share,
         "log_similar_here": log_share(share, num_places),
         "furniture_cosine": expected.furniture_cosine,

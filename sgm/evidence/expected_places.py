@@ -105,11 +105,11 @@ def compute_prior(asked: Question, expected: Expected) -> dict[str, np.ndarray]:
     columns = {
         "prior": expect,
         "log_prior": log_share(expect, num_places) * is_trusted,
-        "prior_rank": rank_rows(expect) * is_trusted,
+        "prior_rank": rank_rows(expect, is_place) * is_trusted,
         "is_possible": expect > 0,
         "place_share": share,
         "log_place_share": log_share(share, num_places) * is_trusted,
-        "place_share_rank": rank_rows(share) * is_trusted,
+        "place_share_rank": rank_rows(share, is_place) * is_trusted,
         "prior_in_room": expect / np.maximum(add_in_order(expect * in_room), 1e-6) * in_room,
     }
     for strength in (0.5, 2.0, 8.0):

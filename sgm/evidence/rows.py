@@ -6,6 +6,7 @@ import numpy as np
 
 _FEW_KEYS = 100  # for each value: a count of all is sooner made than the values are sorted
 _LEAST_SHARE = 0.02  # of a share times the number of places, in logarithms
+_TIE_DECIMALS = 9  # sums in another order are rounded otherwise: such values are equal
 
 
 def add_in_order(values: np.ndarray) -> np.ndarray:
@@ -29,12 +30,31 @@ def sum_equal(key: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.bincount(number, values.ravel())[number].reshape(key.shape)
 
 
-def rank_rows(values: np.ndarray) -> np.ndarray:
-    """Return 1 / rank within rows, the highest value 1, ties in order, (Q, F) -> (Q, F)."""
+def rank_rows(values: np.ndarray, is_place: np.ndarray) -> np.ndarray:
+    """Return 1 / rank among the places of a row, the highest value 1, (Q, F) -> (Q, F).
+
+    Equal values share the mean of what their ranks give, so that the order of places says nothing.
+    What is no place, bool (Q, F), comes last.
+    """
+    values = np.where(is_place, values, -np.inf).round(_TIE_DECIMALS)
     order = (-values).argsort(axis=1, kind="stable")
-    ranks = np.empty(values.shape)
-    ranks[np.arange(len(values))[:, None], order] = 1 / np.arange(1.0, values.shape[1] + 1)
-    return ranks
+    order += (np.arange(len(values)) * values.shape[1])[:, None]
+    order = order.ravel()
+    in_order = values.ravel()[order].reshape(values.shape)
+    begins = np.ones(values.shape, dtype=bool)
+    np.not_equal(in_order[:, 1:], in_order[:, :-1], out=begins[:, 1:])
+    first = np.flatnonzero(begins)  # of each group of equal values
+    number = np.diff(first, append=values.size)
+    inverse = np.tile(1 / np.arange(1.0, values.shape[1] + 1), len(values))
+    ranks = np.empty(values.size)
+    ranks[order] = np.repeat(np.add.reduceat(inverse, first) / number, number)
+    return ranks.reshape(values.shape)
+
+
+def share_most(values: np.ndarray) -> np.ndarray:
+    """Return 1 at the highest value of a row, else 0; equal ones share it, (Q, F) -> (Q, F)."""
+    is_most = values == values.max(axis=1, keepdims=True)
+    return is_most / is_most.sum(axis=1, keepdims=True)
 
 
 def log_share(share: np.ndarray, num_places: np.ndarray) -> np.ndarray:

@@ -14,9 +14,10 @@ from sgm.evidence.adaptive_filter import RANKING, TASKS_ASK_MOVED, Rates
 from sgm.evidence.companions import Companions
 from sgm.evidence.expected_places import Expected
 from sgm.evidence.question import Question, compute_hour, weigh_hour
-from sgm.evidence.rows import add_in_order, log_share, rank_rows
+from sgm.evidence.rows import add_in_order, log_share, rank_rows, share_most
 
 _MOST = 1 - 1e-3  # of a presence: odds stay finite
+_LEAST_ODDS = 1e-12  # of all places together: they are 0 where all were found empty just now
 _LEAST_AWAY = 0.02  # of a share of the time: a rate stays finite
 _HOUR_ANGLE = 2 * math.pi / 24
 
@@ -83,19 +84,19 @@ def compute_sightings(asked: Question) -> dict[str, np.ndarray]:
     looks, last = asked.looks, asked.last[:, None]
     count = asked.counts.num_true
     was_seen = count > 0
-    place, usual = np.arange(count.shape[1]), count.argmax(axis=1)[:, None]
-    is_usual = (place == usual) & was_seen
+    is_last = np.arange(count.shape[1]) == last
+    usual = share_most(count) * was_seen
     return {
         "num_true": np.log1p(count),
         "share": count / np.maximum(asked.num_seen, 1)[:, None],
         "per_look": count / (looks + 1),
         "per_look_smooth": (count + 0.2) / (looks + 1),
-        "is_last": place == last,
+        "is_last": is_last,
         "was_seen": was_seen,
-        "share_rank": rank_rows(count) * was_seen,
-        "recency_rank": rank_rows(asked.counts.last_true) * was_seen,
-        "is_usual": is_usual,
-        "is_usual_and_away": is_usual & (usual != last),
+        "share_rank": rank_rows(count, asked.is_place) * was_seen,
+        "recency_rank": rank_rows(asked.counts.last_true, asked.is_place) * was_seen,
+        "is_usual": usual,
+        "is_usual_and_away": usual * ~is_last,
     }
 
 
@@ -110,7 +111,8 @@ def compute_stays(
     Of the question: how long things stay here, and this one; how often it was gone when asked for.
     """
     counts, hours, now = asked.counts, asked.hours[:, None], asked.memory.time
-    count, was_seen = counts.num_true, counts.num_true > 0
+    # One look may show it in two relations.
+    count, was_seen = np.minimum(counts.num_true, counts.num_known), counts.num_true > 0
     left = (counts.num_left + 1) / (counts.time_true * hours + 1 / rates.left[:, None])
     since_true = (now - counts.last_true) * hours * was_seen
     last = np.where(was_seen, counts.last_known, asked.last_look)
@@ -121,6 +123,7 @@ def compute_stays(
     remains = np.exp(-left / (1 - usually + _LEAST_AWAY) * since_known)
     presence = np.minimum(usually + (was_there - usually) * remains, _MOST)
     odds = presence / (1 - presence) * asked.is_place
+    total = np.maximum(add_in_order(odds), _LEAST_ODDS)
     per_known_look = count / np.maximum(counts.num_known, 1)
     since_seen = _count_hours_since_seen(asked)
     num_placed = add_in_order(per_known_look)[:, 0]
@@ -129,7 +132,7 @@ def compute_stays(
         "left_since_seen": -np.expm1(-left * since_true),
         "per_known_look": per_known_look,
         "presence": presence,
-        "log_presence": log_share(odds / add_in_order(odds), asked.num_places),
+        "log_presence": log_share(odds / total, asked.num_places),
     }
     objects = asked.memory.objects
     num_sought, num_still = objects["num_sought"][asked.thing], objects["num_still"][asked.thing]
@@ -151,6 +154,7 @@ def compute_object(
     counts, num_seen, belief = asked.counts, asked.num_seen, beliefs[RANKING]
     was_seen, share = num_seen > 0, counts.num_true / np.maximum(num_seen, 1)[:, None]
     room_size = asked.is_in_last_room.sum(axis=1)
+    usual = share_most(counts.num_true)
     absent_at_last = counts.num_absent[np.arange(len(share)), np.maximum(asked.last, 0)]
     sums = add_in_order(np.stack([share * np.log(share + 1e-9), companions.same]))
     negative_entropy, num_same = sums[..., 0]
@@ -161,7 +165,7 @@ def compute_object(
         "entropy": -negative_entropy,
         "most": share.max(axis=1),
         "most_prior": expected.share.max(axis=1),
-        "is_usual_last": was_seen & (counts.num_true.argmax(axis=1) == asked.last),
+        "is_usual_last": was_seen * usual[np.arange(len(share)), np.maximum(asked.last, 0)],
         "absent_at_last": np.log1p(absent_at_last) * was_seen,
         "same_name": np.log1p(num_same),
         "log_room_size": np.log(np.maximum(room_size, 1)) * was_seen,
@@ -195,9 +199,10 @@ def compute_hours(asked: Question) -> tuple[dict[str, np.ndarray], dict[str, np.
     of_places["strays_at_hour"] = strays
     of_places["log_strays_at_hour"] = log_share(strays, num_places) * has_clock[:, None]
     angle = np.where(has_clock, hour, 0.0) * _HOUR_ANGLE
-    query, usual = np.arange(len(seen)), counts.num_true.argmax(axis=1)  # at the narrow hour
-    last, num_seen = np.maximum(asked.last, 0), add_in_order(seen)[:, 0]
-    away = (num_seen - seen[query, usual] + 0.3) / (num_seen + 1)
+    query, usual = np.arange(len(seen)), share_most(counts.num_true)
+    last, num_seen = np.maximum(asked.last, 0), add_in_order(seen)[:, 0]  # at the narrow hour
+    seen_at_usual = add_in_order(seen * usual)[:, 0]
+    away = (num_seen - seen_at_usual + 0.3) / (num_seen + 1)
     gone_at_last = (gone[query, last] + 0.3) / (gone[query, last] + seen[query, last] + 1)
     return of_places, {
         "has_clock": has_clock,

@@ -194,6 +194,9 @@ def compute_probabilities(
 
     A row without any mass is spread evenly over all furniture, as its choice is: the columns where
     `is_furniture`, bool (Q, F), says so, all of them if it is None.
+
+    Raises:
+        ValueError: if a score is nan or infinite, but for -inf.
     """
     if score_kind == "logits":
         best = scores.max(axis=1, keepdims=True)
@@ -204,5 +207,11 @@ def compute_probabilities(
         is_furniture = np.ones(scores.shape, dtype=bool)
     count = is_furniture.sum(axis=1)
     total = sum_rows(weights, count)[:, None]
+    if not np.isfinite(total).all():
+        raise ValueError(
+            "scores of a policy must be numbers, or -inf for what it rules out, got nan or "
+            f"infinity for question {int(np.isfinite(total)[:, 0].argmin())}. Mend what the policy "
+            "computes."
+        )
     even = is_furniture / count[:, None]
     return np.divide(weights, total, out=even, where=total > 0)
