@@ -236,6 +236,7 @@ def _list_rows(ranking: Ranking) -> list[dict[str, Any]]:
             else "",  # the place itself was asked for
             "why": place.why,
             "furniture": place.furniture,
+            **({} if place.picture is None else {"picture": place.picture}),
         }
         for place in ranking.places[:MOST_PLACES]
     ]

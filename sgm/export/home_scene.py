@@ -49,6 +49,7 @@ class PlacedThing:
         furniture: id of the place.
         relation: such as "in" or "onTop" it.
         last_seen: time step of the last sighting there.
+        picture: path or id of one that shows it there; None without one.
     """
 
     name: str
@@ -57,6 +58,7 @@ class PlacedThing:
     furniture: int
     relation: str
     last_seen: int
+    picture: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +123,15 @@ def _place_things(
         for (name, seen), spot in zip(named, spots, strict=True):
             is_measured = seen.position is not None
             placed.append(
-                PlacedThing(name, seen.position or spot, is_measured, number, relation, seen.time)
+                PlacedThing(
+                    name,
+                    seen.position or spot,
+                    is_measured,
+                    number,
+                    relation,
+                    seen.time,
+                    seen.picture,
+                )
             )
     return placed
 

@@ -167,6 +167,7 @@ def _tell_thing(thing: PlacedThing, scene: HomeScene) -> dict[str, Any]:
         "relation": thing.relation,
         "last seen at step": thing.last_seen,
         "position": MEASURED if thing.is_measured else "anywhere there",
+        **({} if thing.picture is None else {"picture": thing.picture}),
     }
 
 

@@ -65,6 +65,7 @@ class PlaceFound:
         probability: that the thing is there.
         why: what the memory holds for and against it.
         position: where it was seen last there, x, y, z in the map, metres; left out where unknown.
+        picture: path or id of the latest picture that shows it there; left out without one.
     """
 
     place: int
@@ -73,6 +74,7 @@ class PlaceFound:
     probability: float
     why: str
     position: Point | None = field(default=None, metadata=LEFT_OUT)
+    picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,7 @@ class LastSeen:
         at: when that was.
         position: where that was, x, y, z in the map, metres; left out where it is unknown, or the
             thing is not there any more.
+        picture: path or id of the latest picture that shows it there; left out without one.
     """
 
     place: int | None
@@ -95,6 +98,7 @@ class LastSeen:
     by: str
     at: Moment
     position: Point | None = field(default=None, metadata=LEFT_OUT)
+    picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,6 +294,7 @@ class ThingRow:
         last_seen: when it was last seen there.
         position: where it was seen last there, x, y, z in the map, metres; left out where it is
             unknown, or the thing is not there any more.
+        picture: path or id of the latest picture that shows it there; left out without one.
     """
 
     thing: str
@@ -301,6 +306,7 @@ class ThingRow:
     times_looked: int
     last_seen: Moment
     position: Point | None = field(default=None, metadata=LEFT_OUT)
+    picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -328,6 +334,7 @@ class EventRow:
         confidence: of the sighting or statement.
         by: who said so; "robot" for what it did itself, empty for looks.
         at: when.
+        picture: path or id of the latest picture that shows it there; left out without one.
     """
 
     thing: str
@@ -338,6 +345,7 @@ class EventRow:
     confidence: float
     by: str
     at: Moment
+    picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,6 +375,7 @@ class ChangeRow:
         at: when the change was noticed.
         probability: how sure it is.
         by: who said so; "robot" for what it did itself, empty for looks.
+        picture: path or id of the latest picture that shows it where it is; left out without one.
     """
 
     what: str
@@ -380,6 +389,7 @@ class ChangeRow:
     at: Moment
     probability: float
     by: str
+    picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)

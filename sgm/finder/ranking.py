@@ -151,6 +151,11 @@ class Place:
         return None if self.evidence.seen is None else self.evidence.seen.position
 
     @property
+    def picture(self) -> str | None:
+        """Path or id of the latest picture that shows it there; None without one."""
+        return None if self.evidence.seen is None else self.evidence.seen.picture
+
+    @property
     def why(self) -> str:
         """The evidence in one line: seen here, similar objects, prior."""
         return _WHERE.get(self.relation) or str(self.evidence)

@@ -120,6 +120,7 @@ class ReadCalls(WhereCalls):
                 times_looked=seen_at.times_looked,
                 last_seen=self.tell_time(seen_at.time, now),
                 position=seen_at.position,
+                picture=seen_at.picture,
             )
             for thing, seen_at in seen
         ]
@@ -152,6 +153,7 @@ class ReadCalls(WhereCalls):
                 confidence=event.confidence,
                 by=event.by,
                 at=self.tell_time(event.time, now),
+                picture=event.picture,
             )
             for match in matches
             for event in self.memory.history(match)
@@ -184,6 +186,7 @@ class ReadCalls(WhereCalls):
                 at=self.tell_time(change.time, now),
                 probability=change.probability,
                 by=change.by,
+                picture=change.picture,
             )
             for change in changes[:k]
         )

@@ -73,7 +73,7 @@ class WhereCalls:
             asked = asked._replace(span=None, unclear=Unclear("ambiguous", ask, ()))
         answers = [self._locate(asked, name, at, k) for name in asked.things]
         if k is None:
-            answers = [_fit(answer) for answer in answers]
+            answers = [_fit_beside_picture(answer) for answer in answers]
         first, *others = answers
         told = {field.name: getattr(first, field.name) for field in fields(first)}
         if not others:
@@ -114,6 +114,7 @@ class WhereCalls:
                     place.probability,
                     _tell_why(place),
                     place.position,
+                    place.picture,
                 )
                 for place in ranking
             ),
@@ -169,7 +170,8 @@ class WhereCalls:
         if seen is None:
             return None
         name, when = self.tell_name(seen.furniture), self.tell_time(seen.time, self.memory.time)
-        return LastSeen(seen.furniture, name, seen.is_there, seen.by, when, seen.position)
+        about = (seen.is_there, seen.by, when, seen.position, seen.picture)
+        return LastSeen(seen.furniture, name, *about)
 
     def _doubt(self, ranking: Ranking) -> Unclear | None:
         """Return what to ask about a thing, or about a place that may be meant: "left sofa"."""
@@ -237,6 +239,17 @@ def _tell_why(place: Place) -> str:
     if evidence.seen is not None:
         place = replace(place, evidence=replace(evidence, similar=(), prior=0.0))
     return shorten_text(place.why, _MOST_WHY)
+
+
+def _fit_beside_picture(answer: WhereOne) -> WhereOne:
+    """Make an answer short enough beside the picture of the last sighting; places have none."""
+    seen = answer.last_seen
+    places = tuple(replace(place, picture=None) for place in answer.places)
+    if seen is None or seen.picture is None:
+        return _fit(replace(answer, places=places))
+    short = _fit(replace(answer, places=places, last_seen=replace(seen, picture=None)))
+    assert short.last_seen is not None
+    return replace(short, last_seen=replace(short.last_seen, picture=seen.picture))
 
 
 def _fit(answer: WhereOne) -> WhereOne:

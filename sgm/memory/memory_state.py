@@ -23,7 +23,7 @@ from sgm.memory.memory_content import HOME_LABELS, MemoryContent, write_start
 from sgm.memory.merged_things import find_roots
 from sgm.memory.queries import Queries
 from sgm.memory.seen_positions import note_positions
-from sgm.memory.thing import Said, Thing, ThingName, ThingRows
+from sgm.memory.thing import Pictured, Said, Thing, ThingName, ThingRows
 from sgm.memory.written_tables import fill_tables, view_tables
 from sgm.messages import warn_caller
 from sgm.names.aliases import AliasTable
@@ -307,6 +307,10 @@ class MemoryState:
             has_position |= sighting.position is not None
             if sighting.embedding and sighting.confidence >= SURE:
                 things[object_row] = replace(things[object_row], embedding=sighting.embedding)
+            if sighting.picture is not None and sighting.confidence >= SURE:
+                things[object_row] = things[object_row].note_picture(
+                    Pictured(batch.time, furniture, sighting.relation, sighting.picture)
+                )
         if rows and max(rows) >= num_known:
             self._ensure_rows(num_known)
         hidden = self.find_rows(*look.hidden) if look.hidden else []
@@ -424,13 +428,20 @@ class MemoryState:
         things, members = self.things, self.list_members(object_row)
         spoken_of = [number for number in members if things[number].statements]
         if not spoken_of:
-            return Said(things[object_row], members)
+            return Said(things.join(members), members)
         spoken_last = max(spoken_of, key=lambda number: things[number].statements[-1].time)
         last, objects = things[spoken_last].statements[-1], self.batch.objects
         others = [number for number in members if number != spoken_last]
         is_last = objects["num_observed"][spoken_last] == last.num_observed
         is_last = is_last and (objects["last_observed"][others] <= last.time).all()
         return Said(things.join(members), members, last if is_last else None)
+
+    def list_pictured(self) -> dict[int, Thing]:
+        """Return by row the things of which there are pictures; what was merged is one."""
+        rows = [row for row, thing in enumerate(self.things) if thing.pictures]
+        if rows and self.has_merged:
+            rows = np.unique(find_roots(self.batch.objects["same_as"])[rows]).tolist()
+        return {row: self.get_thing(row) for row in rows}
 
     def get_thing(self, object_row: int) -> Thing:
         """Return an object with all that was said of it, and of what was merged with it."""

@@ -255,11 +255,17 @@ class MemoryStatements:
                 other
             )
         split_counts(objects, edges, object_row, other)
-        said = state.things[object_row].statements
-        said_there = tuple(statement for statement in said if statement.furniture == place)
-        said_elsewhere = tuple(statement for statement in said if statement.furniture != place)
-        state.things[other] = replace(state.things[other], statements=said_there)
-        state.things[object_row] = replace(state.things[object_row], statements=said_elsewhere)
+        thing = state.things[object_row]
+        for row, is_split in ((other, True), (object_row, False)):
+            state.things[row] = replace(
+                state.things[row],
+                statements=tuple(
+                    said for said in thing.statements if (said.furniture == place) == is_split
+                ),
+                pictures=tuple(
+                    shown for shown in thing.pictures if (shown.furniture == place) == is_split
+                ),
+            )
         batch.look_up_prior()  # of the new thing
         state.begin_anew()
 

@@ -17,7 +17,14 @@ from sgm.memory.noticed_changes import (
     list_events,
     read_since,
 )
-from sgm.memory.seen_places import SeenRows, list_home, list_places, list_rows, list_said_by
+from sgm.memory.seen_places import (
+    SeenRows,
+    add_picture,
+    list_home,
+    list_places,
+    list_rows,
+    list_said_by,
+)
 from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing import ThingName
@@ -145,7 +152,8 @@ class MemoryThings:
                 object_row: list_said_by(fused, object_row, state.get_said(object_row), ids)
                 for object_row in state.list_spoken_of()
             }
-            return list_home(fused, state.layout, state.things.descriptions, said_by)
+            pictured = state.list_pictured()
+            return list_home(fused, state.layout, state.things.descriptions, said_by, pictured)
 
     def list_seen(
         self, things: Sequence[str] | None = None, furniture: int | None = None, most: int = 20
@@ -168,8 +176,14 @@ class MemoryThings:
                 place = state.furniture.position.get(furniture, -2)
                 seen = seen.take((seen.furniture == place) & seen.is_there)
             num_all, seen = len(seen.time), seen.take(seen.choose_latest(most))
-            whose = [state.things[thing].description for thing in seen.thing.tolist()]
-            rows = list(zip(whose, seen.tell(fused, ids), strict=True))
+            pictured = state.list_pictured()
+            rows = [
+                (
+                    state.things[thing].description,
+                    add_picture(seen_at, pictured.get(thing, state.things[thing])),
+                )
+                for thing, seen_at in zip(seen.thing.tolist(), seen.tell(fused, ids), strict=True)
+            ]
         rows.sort(key=lambda named: (-named[1].time, named[0]))
         return rows[:most], num_all
 

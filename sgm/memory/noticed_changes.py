@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any
 
@@ -37,6 +37,7 @@ class ThingChange:
         probability: how sure that is: the confidence of the sighting or statement. Of what is gone,
             by Bayes' rule, with the rates of moves and of misses that the memory has counted.
         by: who said so, "robot" for what it did itself; empty for what looks have shown.
+        picture: path or id of one that shows it at `to_place`; None without one.
     """
 
     kind: str
@@ -48,6 +49,7 @@ class ThingChange:
     time: int
     probability: float
     by: str = ""
+    picture: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +64,7 @@ class ThingEvent:
         relation: such as "in" or "onTop" it; None without a place.
         confidence: of the sighting or statement; 1 of a look that missed it.
         by: who said so; empty for looks.
+        picture: path or id of the latest one that shows it there; None without one.
     """
 
     time: int
@@ -70,6 +73,7 @@ class ThingEvent:
     relation: str | None
     confidence: float
     by: str = ""
+    picture: str | None = None
 
 
 def read_since(since: datetime | int, clock: Clock | None) -> int:
@@ -258,7 +262,9 @@ class _SeenPlaces:
         return float(self.batch.edges["confidence"][edge])
 
     def _make(self, kind: str, *about: Any) -> ThingChange:
-        return ThingChange(kind, self.thing.description, self.thing.id, *about)
+        change = ThingChange(kind, self.thing.description, self.thing.id, *about)
+        shown = [row for row in self.thing.pictures if row.furniture == change.to_place]
+        return replace(change, picture=shown[-1].picture) if shown else change
 
 
 def _find_look_before(batch: MemoryBatch, position: int, time: int) -> int | None:
@@ -319,7 +325,8 @@ def list_events(
         seen, changed = int(edges["last_true"][edge]), int(edges["last_changed"][edge])
         if (seen, furniture) not in told:
             sure = float(edges["confidence"][edge])
-            events.append(ThingEvent(seen, "seen", furniture, relation, sure))
+            picture = thing.find_picture(furniture, relation)
+            events.append(ThingEvent(seen, "seen", furniture, relation, sure, picture=picture))
         if not edges["is_true"][edge] and not any(time == changed for time, _ in told):
             events.append(ThingEvent(changed, "missed", furniture, relation, 1.0))
     return sorted(events, key=lambda event: -event.time)

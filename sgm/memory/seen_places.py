@@ -14,7 +14,7 @@ from sgm.memory.look import StepLog
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.seen_positions import Told, tell_positions
 from sgm.memory.sighting import SeenAt
-from sgm.memory.thing import Said
+from sgm.memory.thing import Said, Thing
 from sgm.names.name import Name
 from sgm.schema import NEVER, RELATIONS
 
@@ -144,11 +144,12 @@ def list_home(
     layout: Layout,
     descriptions: Sequence[str],
     said_by: Mapping[int, Mapping[tuple[int, int | None], str]],
+    pictured: Mapping[int, Thing],
 ) -> dict[str, Any]:
     """List rooms > furniture > objects as JSON values.
 
     `said_by` has for objects of which something was said, by row, who said that they are at
-    places, by time step and furniture.
+    places, by time step and furniture; `pictured` has those of which there are pictures.
     """
     objects: dict[int, list[dict[str, Any]]] = {number: [] for number in layout.furniture}
     unplaced = []
@@ -176,6 +177,10 @@ def list_home(
             thing["by"] = speaker
         if position is not None:
             thing["position"] = list(position)
+        if object_row in pictured:
+            picture = pictured[object_row].find_picture(furniture, RELATIONS[relation])
+            if picture is not None:
+                thing["picture"] = picture
         objects[furniture].append(thing)
     last_looked = memory.furniture_last_observed[0].tolist()
     furniture_in: dict[int, list[dict[str, Any]]] = {room: [] for room in layout.rooms}
@@ -242,6 +247,8 @@ def list_places(
     is_left = last_seen > memory.edges["last_true"][seen].max(initial=NEVER)
     rows = SeenRows.of_edges(memory, seen, np.array([object_row])[: int(is_left)])
     places = sorted(rows.tell(memory, furniture_ids), key=lambda seen_at: -seen_at.time)
+    if said.thing.pictures:
+        places = [add_picture(seen_at, said.thing) for seen_at in places]
     if not said.thing.statements:
         return places
     told = said.thing.order_places()
@@ -256,6 +263,12 @@ def list_places(
         replace(seen_at, by=said_by.get((seen_at.time, seen_at.furniture), ""))
         for seen_at in places
     ]
+
+
+def add_picture(seen_at: SeenAt, thing: Thing) -> SeenAt:
+    """Return where a thing was seen with the picture that shows it there, if there is one."""
+    picture = thing.find_picture(seen_at.furniture, seen_at.relation)
+    return seen_at if picture is None else replace(seen_at, picture=picture)
 
 
 def list_said_by(

@@ -29,6 +29,7 @@ _BY_LETTERS = {
     **{name.casefold().replace(" ", ""): relation for name, relation in SPELLINGS.items()},
 }
 MOST_NUMBERS = 4096  # of an embedding
+MOST_PICTURE = 500  # characters of the path or id of a picture
 Point: TypeAlias = tuple[float, float, float]  # x, y, z in the map, metres
 
 
@@ -95,6 +96,18 @@ def read_sd(value: Any, thing: str) -> float | None:
     return float(value)
 
 
+def read_picture(value: Any) -> str | None:
+    """Return the path or id of a picture; raises ValueError for what is no short text."""
+    if value is None:
+        return None
+    if not isinstance(value, str) or not value.isprintable() or not 0 < len(value) <= MOST_PICTURE:
+        raise ValueError(
+            f"picture must be a path or an id, a text of 1 to {MOST_PICTURE} characters, got "
+            f"{shorten(value)}. Give where the picture is, and keep it yourself."
+        )
+    return value
+
+
 @dataclass(frozen=True, slots=True)
 class Sighting:
     """An object that was detected on a furniture node.
@@ -113,6 +126,8 @@ class Sighting:
             (`SceneGraphMemory.find_nearest`). Empty without one.
         position: where its middle is, x, y, z in the frame of the map, metres; None if unknown.
         position_sd: standard deviation of that, metres; None if unknown.
+        picture: path or id of a picture that shows it; None without one. The text alone is kept,
+            and answers give it back.
         name: the description as it was read.
     """
 
@@ -124,6 +139,7 @@ class Sighting:
     embedding: tuple[float, ...] = ()
     position: Point | None = None
     position_sd: float | None = None
+    picture: str | None = None
     name: Name = field(init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:  # what it takes is more than what it holds
@@ -138,10 +154,11 @@ class Sighting:
             embedding: Sequence[float] | np.ndarray = (),
             position: Sequence[float] | np.ndarray | None = None,
             position_sd: float | None = None,
+            picture: str | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        """Raise ValueError for what is no name, relation, confidence, id, embedding or position."""
+        """Raise ValueError for what is no name, relation, confidence, id, position or the like."""
         words = read_words("description", self.description)
         if self.owner is not None and not words.startswith(f"{read_words('owner', self.owner)}'s "):
             object.__setattr__(self, "description", f"{self.owner}'s {self.description}")
@@ -160,14 +177,19 @@ class Sighting:
             thing = shorten(self.description)
             object.__setattr__(self, "position", read_point(self.position, thing))
             object.__setattr__(self, "position_sd", read_sd(self.position_sd, thing))
+        read_picture(self.picture)
 
     def to_row(self) -> list[Any]:
         """Return JSON values, the arguments with which the same sighting is made."""
         arguments: list[Any] = [self.description, self.relation, self.confidence]
-        if self.id is not None or self.embedding or self.position is not None:
+        has_position, has_picture = self.position is not None, self.picture is not None
+        if self.id is not None or self.embedding or has_position or has_picture:
             arguments += [None, self.id, list(self.embedding)]
-        if self.position is not None:
-            arguments += [list(self.position), self.position_sd]
+        if has_position or has_picture:
+            point = None if self.position is None else list(self.position)
+            arguments += [point, self.position_sd]
+        if has_picture:
+            arguments.append(self.picture)
         return arguments
 
 
@@ -189,6 +211,7 @@ class SeenAt:
         position_sd: standard deviation of that, metres; None if it is unknown.
         usual_position: where it usually lies there, by all sightings with a position; None without
             any.
+        picture: path or id of the picture of the latest sighting there that had one; None without.
     """
 
     time: int
@@ -202,3 +225,4 @@ class SeenAt:
     position: Point | None = None
     position_sd: float | None = None
     usual_position: Point | None = None
+    picture: str | None = None

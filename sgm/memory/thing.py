@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.memory.sighting import read_embedding, read_id
+from sgm.memory.sighting import read_embedding, read_id, read_picture
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import read_words
@@ -22,6 +22,7 @@ PERSON_CONFIDENCE, ROBOT_CONFIDENCE = 0.9, 0.97
 LEAST_CONFIDENCE = 0.5  # of less, the opposite would be likelier
 STATEMENTS = ("moved", "picked_up", "put_down")
 MOST_KEPT = 8  # statements of each thing; what older ones said has been overtaken
+MOST_PICTURES = 8  # of each thing, one for each of the places where it was seen last
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +122,46 @@ class ThingName:
 
 
 @dataclass(frozen=True, slots=True)
+class Pictured:
+    """That a picture shows a thing at a place.
+
+    Attributes:
+        time: time step of the sighting.
+        furniture: id of the place.
+        relation: such as "in" or "onTop" it.
+        picture: path or id of the picture.
+    """
+
+    time: int
+    furniture: int
+    relation: str
+    picture: str
+
+    @property
+    def place(self) -> tuple[int, str]:
+        """Furniture and relation."""
+        return self.furniture, self.relation
+
+    @classmethod
+    def from_json(cls, data: Any, furniture: Collection[int], time: int) -> Pictured:
+        """Read the values of a memory with this furniture; raises TypeError or ValueError."""
+        seen, place, relation, picture = data
+        is_known = place in furniture and relation in RELATIONS and picture is not None
+        if not isinstance(seen, int) or not 0 <= seen <= time or not is_known:
+            raise ValueError(f"no picture like {shorten(data)}")
+        return cls(seen, place, relation, read_picture(picture) or "")
+
+
+def keep_pictures(pictures: Iterable[Pictured]) -> tuple[Pictured, ...]:
+    """Return the latest picture of each place, the latest last, of `MOST_PICTURES` places."""
+    latest = {
+        pictured.place: pictured
+        for pictured in sorted(pictures, key=lambda pictured: pictured.time)
+    }
+    return tuple(sorted(latest.values(), key=lambda pictured: pictured.time))[-MOST_PICTURES:]
+
+
+@dataclass(frozen=True, slots=True)
 class Thing:
     """One object node.
 
@@ -130,12 +171,14 @@ class Thing:
             description; empty where words alone tell things apart.
         statements: what was said of it, and done with it, the latest last.
         embedding: how it looks to the tracker that gave the id, (D,); empty without one.
+        pictures: the latest of each place where one was given, the latest last.
     """
 
     description: str
     id: str = ""
     statements: tuple[Statement, ...] = ()
     embedding: tuple[float, ...] = ()
+    pictures: tuple[Pictured, ...] = ()
 
     @property
     def name(self) -> ThingName:
@@ -146,6 +189,17 @@ class Thing:
         """Return it with one statement more; the oldest of too many is left out."""
         return replace(self, statements=(*self.statements, statement)[-MOST_KEPT:])
 
+    def note_picture(self, pictured: Pictured) -> Thing:
+        """Return it with a picture more, instead of that of the same place."""
+        return replace(self, pictures=keep_pictures([*self.pictures, pictured]))
+
+    def find_picture(self, furniture: int | None, relation: str | None) -> str | None:
+        """Return the picture of a place; None without one."""
+        for pictured in self.pictures:
+            if pictured.place == (furniture, relation):
+                return pictured.picture
+        return None
+
     def order_places(self) -> dict[tuple[int, int | None], int]:
         """Return the number of the last statement, the oldest is 0, of each time step and place."""
         return {
@@ -155,18 +209,26 @@ class Thing:
 
     def redirect(self, furniture: int, other: int) -> Thing:
         """Return it in a home in which furniture turned out to be another piece."""
-        if not self.statements:
+        if not self.statements and not self.pictures:
             return self
         said = (statement.redirect(furniture, other) for statement in self.statements)
-        return replace(self, statements=tuple(said))
+        pictures = (
+            replace(pictured, furniture=other) if pictured.furniture == furniture else pictured
+            for pictured in self.pictures
+        )
+        return replace(self, statements=tuple(said), pictures=keep_pictures(pictures))
 
     def leave_out(self, furniture: Collection[int]) -> Thing:
         """Return it in a home without some furniture."""
-        if not self.statements:
+        if not self.statements and not self.pictures:
             return self
         left = (statement.leave_out(furniture) for statement in self.statements)
         return replace(
-            self, statements=tuple(statement for statement in left if statement is not None)
+            self,
+            statements=tuple(statement for statement in left if statement is not None),
+            pictures=tuple(
+                pictured for pictured in self.pictures if pictured.furniture not in furniture
+            ),
         )
 
 
@@ -309,7 +371,12 @@ class ThingRows:
         said = (
             statement for row in reversed(members) for statement in self._things[row].statements
         )
-        return replace(thing, statements=tuple(sorted(said, key=lambda statement: statement.time)))
+        pictures = [pictured for row in members for pictured in self._things[row].pictures]
+        return replace(
+            thing,
+            statements=tuple(sorted(said, key=lambda statement: statement.time)),
+            pictures=keep_pictures(pictures),
+        )
 
     def list_words(self, rows: Iterable[int]) -> Iterator[str]:
         """List the words of the descriptions of things, and of their ids."""
@@ -325,6 +392,7 @@ def write_things(things: tuple[Thing, ...]) -> dict[str, Any]:
         "ids": [thing.id for thing in things],
         "embeddings": [list(thing.embedding) for thing in things],
         "statements": [[said.to_json() for said in thing.statements] for thing in things],
+        "pictures": [[list(astuple(row)) for row in thing.pictures] for thing in things],
     }
     return {
         name: [[number, value] for number, value in enumerate(column) if value]
@@ -342,11 +410,16 @@ def read_things(data: Mapping[str, Any]) -> tuple[Thing, ...]:
         )
         for number, listed in data["statements"]
     }
-    if not {*ids, *embeddings, *statements} <= set(range(len(data["descriptions"]))):
-        raise ValueError("ids, embeddings or statements of a thing that is not there")
+    pictures = {
+        number: keep_pictures(Pictured.from_json(row, furniture, data["time"]) for row in listed)
+        for number, listed in data["pictures"]
+    }
+    if not {*ids, *embeddings, *statements, *pictures} <= set(range(len(data["descriptions"]))):
+        raise ValueError("ids, embeddings, statements or pictures of a thing that is not there")
     things = []
     for number, description in enumerate(data["descriptions"]):
         id = read_id(ids[number]) if number in ids else ""
         embedding = read_embedding(embeddings[number]) if number in embeddings else ()
-        things.append(Thing(description, id, statements.get(number, ()), embedding))
+        said, shown = statements.get(number, ()), pictures.get(number, ())
+        things.append(Thing(description, id, said, embedding, shown))
     return tuple(things)

@@ -9,7 +9,14 @@ from typing import Any
 
 from sgm.checks import is_finite
 from sgm.files import parse_json
-from sgm.memory.sighting import MOST_NUMBERS, SPELLINGS, Sighting, read_relation
+from sgm.memory.sighting import (
+    MOST_NUMBERS,
+    MOST_PICTURE,
+    SPELLINGS,
+    Sighting,
+    read_picture,
+    read_relation,
+)
 from sgm.messages import shorten, shorten_text
 from sgm.names.words import MAX_LENGTH
 from sgm.schema import MAX_TIME, MOST_METRES
@@ -97,6 +104,13 @@ def make_number_rule(above: float, most: float) -> Rule:
 def _read_relation(name: str, value: Any) -> str | None:
     try:
         return read_relation(value if value != "" else None)
+    except ValueError:
+        return None
+
+
+def _read_picture(name: str, value: Any) -> str | None:
+    try:
+        return read_picture(value)
     except ValueError:
         return None
 
@@ -229,6 +243,12 @@ _SIGHTING: Mapping[str, Rule] = {
         {"type": "number", "minimum": 0, "maximum": MOST_METRES},
         f"be a number of metres from 0 to {MOST_METRES:g}",
         lambda _, value: float(value) if is_finite(value) and 0 <= value <= MOST_METRES else None,
+    ),
+    "picture": Rule(
+        {"type": "string", "minLength": 1, "maxLength": MOST_PICTURE},
+        f"be the path or id of a picture, 1 to {MOST_PICTURE} characters that can be printed",
+        _read_picture,
+        is_text=True,
     ),
 }
 # A name, or an object with `thing`, and perhaps more about it.

@@ -40,6 +40,7 @@ const fillAnswer = (parent, answer, showsSearch, choose) => {
     bar.style.width = `${100 * row.p}%`;
     addText(item, "span", row.relation ? `${row.name}, ${row.relation}` : row.name);
     if (row.why) addText(item, "small", row.why);
+    if (row.picture) addText(item, "small", `picture: ${row.picture}`, "picture");
     if (row.furniture !== undefined) makeButton(item, () => choose(row.furniture));
   }
   if (!showsSearch || !answer.search.looks.length) return;
@@ -88,6 +89,7 @@ const fillChanges = (parent, changes, time, since, current, go) => {
     const between = change.after === null ? `${change.kind === "new" ? "first " : ""}seen ${time.say(change.time)}`
       : `between ${time.say(change.after)} and ${time.say(change.time)}`;
     addText(button, "small", between + (change.by ? `, said by ${change.by}` : ""));
+    if (change.picture) addText(button, "small", `picture: ${change.picture}`, "picture");
     button.setAttribute("aria-current", String(isSameChange(change, current)));
     button.addEventListener("click", () => go(change));
   }

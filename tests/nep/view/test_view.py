@@ -122,6 +122,7 @@ def test_changes_are_those_of_the_memory(desk):
         "time": 6,
         "probability": 1.0,
         "by": "",
+        "picture": None,
         "from": "desk in study",
         "to": "counter top in kitchen",
     }
