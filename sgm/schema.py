@@ -107,6 +107,7 @@ class PlaceCode:
         return num_furniture * NUM_RELATIONS
 
 
+NUM_LOOKS_KEPT = 8  # of every place; what older ones said has been overtaken by moves
 NEVER = -1  # time stamp of what has not happened
 NOW = -2.0  # as an upper bound: the time step of the memory
 
@@ -417,6 +418,14 @@ POSITIONS = (
         for name in ("x", "y", "z")
     ),
 )
+# Looks for one thing alone that did not find it; of one thing at one place no more than
+# `NUM_LOOKS_KEPT` rows.
+LONE_LOOKS = (
+    Column("object", text="the thing", refers_to="objects", merges=OWN),
+    Column("place", text="furniture that was looked at", refers_to="furniture", merges=OWN),
+    _stamp("time", text="step of the look, the last one of several", merges=OWN),
+    Column("num_looks", np.float64, text="looks, partial ones in part", merges=OWN),
+)
 # One row for each home, which is never merged.
 HOME = tuple(
     Column(name, np.float64, text=text, high=np.inf, merges=OWN)
@@ -437,6 +446,7 @@ TABLES = {  # of a home, by name
     "objects": OBJECTS,
     "edges": EDGES,
     "positions": POSITIONS,
+    "lone_looks": LONE_LOOKS,
 }
 
 

@@ -281,10 +281,10 @@ def _list_held(asked: Asked, number: int) -> list[int]:
 def compute_log_likelihood(looks: Looks, memory: MemoryBatch, detector: Detector) -> np.ndarray:
     """Return the log likelihood of looks that did not show V things, if at each place, (V, F).
 
-    Looks of this step all miss a thing that is there with `Detector.compute_miss`. Of looks for it
-    alone in an earlier step, of which policies know nothing, a thing that came since is not missed:
+    Looks of this step all miss a thing that is there with `Detector.compute_miss`. Of looks for
+    what no thing was called, of which policies know nothing, each misses it unless it came since:
 
-        1 - (1 - miss) stay(t)
+        Π (1 - (1 - miss) stay(t))
     """
     log_likelihood = np.zeros(looks.negative.shape)
     if looks.negative.any():
@@ -293,7 +293,7 @@ def compute_log_likelihood(looks: Looks, memory: MemoryBatch, detector: Detector
     if looks.sought.any():
         shown = 1 - detector.compute_miss(looks.sought)
         with np.errstate(divide="ignore"):
-            log_likelihood += np.log1p(-shown * compute_stay(memory, looks.sought_ago))
+            log_likelihood += np.log1p(-shown * compute_stay(memory, looks.sought_ago)).sum(axis=2)
     return log_likelihood
 
 

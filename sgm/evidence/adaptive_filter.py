@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sgm.evidence.look_filter import Destinations, follow, move_once
-from sgm.evidence.question import Question
+from sgm.evidence.question import Question, count_missed_then
 from sgm.evidence.rows import log_share, rank_rows
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.memory_batch import MemoryBatch
@@ -124,11 +124,20 @@ def compute_move_rates(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the moves per hour of the home's average object and of things, (n,) each.
 
-    That of a thing is the mean of a posterior that starts with the home's. `thing` are their rows,
-    (n,), and `step_hours` those of `compute_step_hours`, (H,).
+    That of a thing is the mean of a posterior that starts with the home's. Looks for a thing alone
+    where it was last seen have followed it since: it did not come back. That is counted as if the
+    home had followed it, for this thing alone. `thing` are their rows, (n,), and `step_hours` those
+    of `compute_step_hours`, (H,).
     """
     objects = memory.objects
     average = history.compute_move_rate(step_hours)[home]
+    if (lone := memory.find_lone_looks(thing)) is not None:
+        last = objects["last_furniture"][thing]
+        since = lone.last[np.arange(len(thing)), last] - objects["last_observed"][thing]
+        followed = np.where(last >= 0, np.maximum(since, 0), 0) * step_hours[home]
+        counters = history.counters
+        total = counters["time_followed"][home] * step_hours[home] + followed + 15
+        average = np.where(followed > 0, (counters["num_moved"][home] + 0.5) / total, average)
     known = objects["last_observed"][thing] - objects["first_observed"][thing]
     num_moved = objects["num_moved"][thing]
     rate = (num_moved + 1.5) / (known * step_hours[home] + 1.5 / average)
@@ -181,6 +190,7 @@ def compute_beliefs(
         crossing=crossing,
         moved=moved,
         miss=rates.miss,
+        missed_then=count_missed_then(asked),
     )
 
 
@@ -209,6 +219,7 @@ def follow_looks(
     crossing: np.ndarray,
     moved: np.ndarray,
     miss: np.ndarray,
+    missed_then: np.ndarray | None = None,
 ) -> np.ndarray:
     """Follow K filters over the looks at Q objects; see `compute_beliefs`.
 
@@ -227,11 +238,15 @@ def follow_looks(
         crossing: share of its ways that lead anywhere, not within the room, (Q, K).
         moved: how likely it has just moved, since it is asked for, (Q, K).
         miss: probability that a look misses it, (Q,).
+        missed_then: looks at the place of the last sighting, in its time step and after it, (Q,);
+            None for none.
 
     Returns:
         Probabilities of the places, (Q, K, P).
     """
     looks = LooksSince.list(look_times, look_row, last_place, last_time)
+    if missed_then is not None and missed_then.any():
+        looks = looks.begin_with(last_place, last_time, missed_then)
     is_now = looks.when == now
     since = looks.take(~is_now)
     steps = since.count_steps(since.start(last_place, last_time, now), now)
@@ -306,6 +321,13 @@ class LooksSince(NamedTuple):
         start = np.where(last_place >= 0, last_time, -1)
         counts = (when >= np.maximum(start, 0)) & ((when > start) | (where != last_place))
         return cls(when=when, where=where, number=number)._choose(counts)
+
+    def begin_with(
+        self, last_place: np.ndarray, last_time: np.ndarray, number: np.ndarray
+    ) -> LooksSince:
+        """Return these looks after so many at the place and in the step of the sighting, (Q,)."""
+        first = last_time, np.maximum(last_place, 0), number
+        return LooksSince(*(np.concatenate([a[None], b]) for a, b in zip(first, self, strict=True)))
 
     def take(self, chosen: np.ndarray) -> LooksSince:
         """Leave the other looks out, bool (n, Q)."""

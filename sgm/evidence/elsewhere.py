@@ -13,8 +13,9 @@ from sgm.arrays.week import NUM_WEEK_HOURS, compute_week_hours
 from sgm.belief import compute_miss_over_steps
 from sgm.evidence.adaptive_filter import Rates
 from sgm.evidence.expected_places import Expected, compute_destinations
-from sgm.evidence.question import Question
+from sgm.evidence.question import Question, count_missed_then
 from sgm.evidence.rows import add_in_order
+from sgm.memory.lone_looks import LoneLooks
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 
@@ -69,6 +70,7 @@ def compute_elsewhere_of(asked: Question, rates: Rates) -> np.ndarray:
     elsewhere = np.maximum(ELSEWHERE * moved, compute_out(asked, usual))
     since = np.where(was_seen, seen_at, -1)[:, None, None]
     num_looks = np.count_nonzero(asked.look_times[asked.look_row] > since, axis=2)
+    num_looks[np.arange(len(thing)), np.maximum(last, 0)] += count_missed_then(asked)
     num_looks = np.where(was_seen[:, None], num_looks, asked.looks)
     missed = compute_miss_over_steps(num_looks, rates.miss[:, None])  # (Q, F)
     missed_last = np.where(last >= 0, missed[np.arange(len(thing)), last], 1.0)
@@ -121,7 +123,10 @@ def _share_at_home(
     """
     home, thing, history = asked.home[known], asked.thing[known], asked.history
     detection = 1 - history.compute_miss_rate()[home][:, None]
-    expected = detection * np.einsum("qf,qfh->qh", usual, history.week.looks[home].astype(float))
+    looks = history.week.looks[home].astype(float)
+    if asked.lone is not None:
+        looks += _count_lone_looks(asked, asked.lone)[known]
+    expected = detection * np.einsum("qf,qfh->qh", usual, looks)
     seen = history.week.get_seen(thing).astype(float)
     # Looks of one day at one hour say the same: they count for as many as there were days.
     age = asked.memory.time - asked.memory.objects["first_observed"][thing]
@@ -137,6 +142,19 @@ def _share_at_home(
     odds = _GOES_OUT / (1 - _GOES_OUT) * np.exp(gain.clip(-50, 50))
     share = (seen + _AT_HOME * near) / (expected + _AT_HOME)
     return odds / (1 + odds), np.clip(share, _LEAST, 1.0)
+
+
+def _count_lone_looks(asked: Question, lone: LoneLooks) -> np.ndarray:
+    """Count the latest looks for each thing alone by hour of the week, (Q, F, NUM_WEEK_HOURS).
+
+    The memory has a clock.
+    """
+    assert asked.memory.clock is not None
+    looks = np.zeros((*lone.num_looks.shape, NUM_WEEK_HOURS))
+    hour = compute_week_hours(asked.memory.clock[asked.home[lone.query]], lone.time)
+    is_known = hour >= 0
+    np.add.at(looks, (lone.query[is_known], lone.place[is_known], hour[is_known]), 1.0)
+    return looks
 
 
 def _sum_beside(counts: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from sgm.arrays.grouped import choose_relations
 from sgm.memory.home_history import NUM_HOURS, HomeHistory
+from sgm.memory.lone_looks import LoneLooks
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.schema import NUM_RELATIONS
@@ -205,7 +206,9 @@ class Question:
         is_place: which columns are furniture, bool (Q, F).
         num_places: of the home, (Q,).
         room: of each furniture node, -1 beyond, (Q, F).
-        looks, last_look: at each furniture node, how many and when the last one was, (Q, F).
+        looks, last_look: at each furniture node, how many and when the last one was, (Q, F); with
+            those for what is asked for alone.
+        lone: looks for what is asked for alone; None if there are none.
         look_times: of the latest looks at each, -1 for none, (m, F, n).
         look_row: which of these m are about what is asked for, (Q,).
         step_hours: length of a time step of each home, (H,).
@@ -229,6 +232,7 @@ class Question:
     room: np.ndarray
     looks: np.ndarray
     last_look: np.ndarray
+    lone: LoneLooks | None
     look_times: np.ndarray
     look_row: np.ndarray
     step_hours: np.ndarray
@@ -245,6 +249,10 @@ class Question:
         history, (query, edge) = memory.history, memory.edges_of(queries)
         home, is_place = queries.home, memory.is_furniture[queries.home]
         looks = memory.furniture["num_observed"][home]
+        last_look = memory.furniture["last_observed"][home]
+        lone = memory.find_lone_looks(queries.object)
+        if lone is not None:
+            looks, last_look = looks + lone.num_looks, np.maximum(last_look, lone.last)
         counts = ObjectCounts.gather(memory, query, edge, looks)
         look_times, look_row = list_look_times(memory, queries, history)
         step_hours = compute_step_hours(memory)
@@ -263,7 +271,8 @@ class Question:
             num_places=is_place.sum(axis=1),
             room=room,
             looks=looks,
-            last_look=memory.furniture["last_observed"][home],
+            last_look=last_look,
+            lone=lone,
             look_times=look_times,
             look_row=look_row,
             step_hours=step_hours,
@@ -280,10 +289,24 @@ def list_look_times(
     memory: MemoryBatch, queries: Queries, history: HomeHistory
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return when places were looked at, (m, F, n), and the row for what is asked for, (Q,)."""
-    if history.look_relations is None:
+    lone = memory.find_lone_looks(queries.object)
+    if history.look_relations is None and lone is None:
         return np.ascontiguousarray(history.look_times), queries.home.astype(np.int64)
-    times = history.list_look_times(queries.home, memory.compute_relation_shares(queries))
-    return times, np.arange(len(times))
+    share = None if history.look_relations is None else memory.compute_relation_shares(queries)
+    times = history.list_look_times(queries.home, share)
+    return times if lone is None else lone.add_to(times), np.arange(len(times))
+
+
+def count_missed_then(asked: Question) -> np.ndarray:
+    """Count the looks in the step of the last sighting that missed the thing there after it, (Q,).
+
+    Looks have times in steps alone: these are known by the counters, as long as they are the last
+    ones there. Later ones say more.
+    """
+    counts, cell = asked.counts, (np.arange(len(asked.last)), np.maximum(asked.last, 0))
+    is_last = (counts.num_true[cell] > 0) & ~counts.is_true[cell] & (asked.last >= 0)
+    is_last &= counts.last_known[cell] == counts.last_true[cell]
+    return np.where(is_last, np.floor(counts.num_absent[cell] + 0.5), 0).astype(np.int64)
 
 
 def compute_step_hours(memory: MemoryBatch) -> np.ndarray:

@@ -213,6 +213,7 @@ class Noted:
         at: when.
         ask: as in `WhereIs`.
         candidates: as in `WhereIs`.
+        clock_fault: what is wrong with the clock of the machine; empty if nothing is.
     """
 
     status: Status
@@ -222,6 +223,7 @@ class Noted:
     at: Moment
     ask: str = ""
     candidates: tuple[str, ...] = ()
+    clock_fault: str = ""
 
 
 @dataclass(frozen=True, slots=True)

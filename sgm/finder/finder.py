@@ -12,7 +12,7 @@ import numpy as np
 from sgm.belief import Belief, Detector, Posterior, compute_posterior
 from sgm.checks import check_kind, check_shares
 from sgm.finder.judged import JudgedBeliefs
-from sgm.finder.ranking import Ranking, describe_places, rank_place
+from sgm.finder.ranking import Ranking, describe_places, order_places, rank_place
 from sgm.finder.said_places import narrow
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import SearchPlan, plan_search
@@ -151,7 +151,7 @@ class Finder:
             return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
         asked = memory.ask(resolution.matches or (description,), at=at, question=description)
         cosines, posterior = self._get_cosines(asked), self._compute_posterior(asked)
-        order = np.argsort(-posterior.places, kind="stable")
+        order = order_places(asked, posterior.places)
         if resolution.places:  # what is asked for there comes first
             is_said = [asked.furniture_ids[place] in resolution.places for place in order]
             order = order[np.argsort(~np.array(is_said), kind="stable")]

@@ -255,6 +255,19 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
+def order_places(asked: Asked, probability: np.ndarray) -> np.ndarray:
+    """Return the places, the likeliest first, and of equal ones that of the latest sighting, (F,).
+
+    `probability` is that of each place, (F,).
+    """
+    latest = np.full(len(probability), len(asked.sightings))
+    for number, seen in reversed([*enumerate(asked.sightings)]):
+        if seen.furniture is not None:
+            latest[asked.furniture_ids.index(seen.furniture)] = number
+    order: np.ndarray = np.lexsort((latest, -probability))
+    return order
+
+
 def describe_places(
     asked: Asked, posterior: Posterior, cosines: np.ndarray | None, furniture: Sequence[int]
 ) -> tuple[Place, ...]:
@@ -300,9 +313,11 @@ def gather_evidence(
     np.maximum.at(num_observed, edges["furniture"][asked_edges], edges["num_observed"][asked_edges])
     np.add.at(num_true, edges["furniture"][asked_edges], edges["num_true"][asked_edges])
     # What was never seen at a place was missed by every look at it, and by every search for it.
-    negative, sought = np.ceil(asked.looks.negative), asked.looks.sought
+    negative, sought = np.ceil(asked.looks.negative), asked.looks.sought.sum(axis=2)
     num_sought = np.ceil(asked.looks.negative + sought).max(axis=0).tolist()
-    num_missed = asked.batch.furniture["num_observed"][0] + (negative + np.ceil(sought)).max(axis=0)
+    lone = asked.batch.find_lone_looks(asked.queries.object)
+    alone = np.ceil(sought) + (0 if lone is None else lone.num_looks)
+    num_missed = asked.batch.furniture["num_observed"][0] + (negative + alone).max(axis=0)
     absent = np.where(num_true > 0, np.maximum(num_observed - num_true, 0), num_missed)
     num_absent = absent.tolist()
     similar = _list_similar(asked, cosines)

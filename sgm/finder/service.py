@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import secrets
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
+from datetime import datetime, timedelta
 from functools import wraps
 from threading import RLock
 from typing import Any, Literal, TypeVar, cast
@@ -33,8 +34,9 @@ from sgm.finder.travel_costs import find_distance
 from sgm.finder.where_calls import MOST_ROWS
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.memory.steady_clock import SteadyClock
 from sgm.memory.thing import ROBOT
-from sgm.messages import shorten
+from sgm.messages import shorten, warn_caller
 from sgm.names.asking import make_asking
 from sgm.names.ignored import IgnoredNames
 
@@ -107,15 +109,20 @@ class MemoryService(ReadCalls):
         *,
         accept_jump: bool = False,
         ignore: Iterable[str] = (),
+        monotonic: Callable[[], float] | None = None,
     ) -> None:
         """Serve a memory.
 
         Args:
             memory: with a clock, or time does not pass.
             finder: such as `ObjectFinder.load()`.
-            now: tells the local time; None where the caller itself calls `memory.step`.
+            now: tells the local time; None where the caller itself calls `memory.step`. Where it
+                goes back, steps go on from the latest time (`SteadyClock`), and `clock_fault`, the
+                answers of writes and the log say so.
             accept_jump: whether the first time is right, however far ahead of the memory's.
             ignore: names of what is no thing, such as "person" and "wall": `observe` leaves it out.
+            monotonic: seconds that pass, from any start, by a clock that is never set; None to take
+                those that `now` passes, as long as it goes ahead.
 
         Raises:
             TypeError: if `ignore` is a text.
@@ -123,7 +130,9 @@ class MemoryService(ReadCalls):
         """
         super().__init__(memory, finder)
         self._ignored = IgnoredNames(ignore)
-        self._now = now
+        if now is datetime.now and monotonic is None:
+            monotonic = time.monotonic
+        self._clock = None if now is None else SteadyClock(now, monotonic)
         self._writing = RLock()
         self._searches: OrderedDict[str, SeveralSearch] = OrderedDict()
         self._listeners: list[Callable[[Happened], None]] = []
@@ -156,16 +165,32 @@ class MemoryService(ReadCalls):
         Raises:
             ValueError: if the time is more than a month ahead and not accepted.
         """
-        clock = self.memory.clock
-        if clock is None or self._now is None:
+        clock, steady = self.memory.clock, self._clock
+        if clock is None or steady is None:
             return 0
         with self._writing:
-            before, now = self.memory.time, self._now()
+            before, num_faults = self.memory.time, steady.num_faults
+            present = clock.get_date(before) or datetime.max
+            now = steady.read(present, timedelta(seconds=clock.step_seconds))
+            if steady.num_faults > num_faults:
+                self._note_fault(now - steady.ahead, steady.tell())
             begun = clock.get_date(before + 1)
             if begun is None or now < begun:
                 return 0
             self.memory.step_to(now, accept_jump=accept_jump)
             return self.memory.time - before
+
+    @property
+    def clock_fault(self) -> str:
+        """What is wrong with the clock of the machine; empty if nothing is."""
+        return "" if self._clock is None else self._clock.tell()
+
+    def _note_fault(self, wall: datetime, fault: str) -> None:
+        """Say that the clock of the machine went back, and note in the log what it said."""
+        state = self.memory.parts.state
+        with state.lock:
+            state.write("step", num_steps=0, wall=wall.isoformat(timespec="seconds"))
+        warn_caller(fault)
 
     def search_start(
         self,
@@ -428,6 +453,9 @@ class MemoryService(ReadCalls):
     def rename(self, thing: str, name: str, by: str = ROBOT) -> Noted:
         """Call a thing otherwise: "that is no cup, it is a bowl".
 
+        What a detector calls so where it was seen is called so until the thing is renamed again.
+        Of several things of one name, that holds for those with ids alone.
+
         Args:
             thing: in words, or its id.
             name: what it is called from now on.
@@ -438,8 +466,13 @@ class MemoryService(ReadCalls):
         """
         known = find_thing(self.memory, thing)
         self.let_time_pass()
+        has_places = self.memory.num_furniture > 0
+        several = has_places and self.memory.ask([known]).num_instances.max() > 1
         self.memory.rename(known, name, by)
-        return self._note("rename", name, None, f"{by} said that {known} is called {name}")
+        said = f"{by} said that {known} is called {name}"
+        if several:
+            said += f"; there are several, of which ids alone tell which is no {known}"
+        return self._note("rename", name, None, said)
 
     @_write
     def merge(self, thing: str, other: str, by: str = ROBOT) -> Noted:
@@ -533,7 +566,7 @@ class MemoryService(ReadCalls):
             happened = Happened(self._num_happened, call, thing, place, said, now, changes)
             for listener in tuple(self._listeners):
                 listener(happened)
-        return Noted("ok", thing, place, said, now)
+        return Noted("ok", thing, place, said, now, clock_fault=self.clock_fault)
 
     def _find_new_changes(self) -> tuple[ChangeRow, ...]:
         """Return the changes of this time step that were not found before."""

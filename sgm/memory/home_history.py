@@ -22,9 +22,8 @@ from sgm.memory.merged_rows import Groups, join_hours
 from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
 from sgm.memory.week_hours import WeekHours
-from sgm.schema import HOME, NEVER, NUM_RELATIONS
+from sgm.schema import HOME, NEVER, NUM_LOOKS_KEPT, NUM_RELATIONS
 
-NUM_LOOKS_KEPT = 8  # of every furniture node; what older ones said has been overtaken by moves
 ALL = 2**NUM_RELATIONS - 1  # of `look_relations`
 NUM_HOURS = 12  # bins of a day, two hours each
 # Of more furniture, moves from place to place are not counted: few happen twice, and they would

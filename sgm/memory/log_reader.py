@@ -51,8 +51,9 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "split_off": ("description", "furniture", "name", "by"),
     "transform": ("angle", "shift", "map_id"),
 }
-# Id of the thing; who said it; checksum of the memory file that the log goes on from.
-_OPTIONAL = ("id", "by", "file")
+# Id of the thing; who said it; checksum of the memory file that the log goes on from; what a clock
+# said that went back.
+_OPTIONAL = ("id", "by", "file", "wall")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,8 @@ class LogLine:
             `seen` of a look holds the arguments of each sighting: description, relation, confidence
             (a score where the memory calibrates it) and, of some, owner, id and embedding;
             `coverage` is one share or those of `RELATIONS`, `viewpoint` of a look is None or
-            says from where it was.
+            says from where it was. A "step" of none has as `wall` what the clock of the machine
+            said when it went back.
         time: time step of the memory, after the change.
         values: JSON values by name.
     """

@@ -12,9 +12,11 @@ from sgm.memory.look_weights import SURE
 from sgm.memory.sighting import Sighting, read_relation
 from sgm.messages import shorten
 from sgm.names.name import Name
+from sgm.names.words import read_words
 from sgm.schema import NUM_RELATIONS, RELATIONS
 
-MOST_LOOKS = 10  # at one place in one time step; a search has three to five
+MOST_LOOKS = 10  # at one place in one time step that show the same; a search has three to five
+MOST_KEPT = 10 * MOST_LOOKS  # looks at one place that are held apart from what was known before
 # One share for all relations, or one of each, in the order of `RELATIONS`.
 Coverage: TypeAlias = float | tuple[float, ...]
 
@@ -28,28 +30,38 @@ class StepLook:
         seen: what was detected there.
         coverage: share of it that was in view, or a share by relation.
         hidden: names of what was not seen because its spot was out of view.
+        sought: name or id of the one thing that was looked for, and not found; empty for a look for
+            all.
     """
 
     furniture: int
     seen: tuple[Sighting, ...]
     coverage: Coverage = 1.0
     hidden: tuple[Name, ...] = ()
+    sought: str = ""
 
     def to_json(self) -> list[Any]:
         """Return JSON values, from which `from_json` makes the same look."""
         look = [self.furniture, self.coverage, [sighting.to_row() for sighting in self.seen]]
-        return [*look, [name.text for name in self.hidden]] if self.hidden else look
+        hidden = [name.text for name in self.hidden]
+        if self.sought:
+            return [*look, hidden, self.sought]
+        return [*look, hidden] if hidden else look
 
     @classmethod
     def from_json(cls, data: Any) -> StepLook:
         """Read JSON values; raises TypeError or ValueError if they are none of a look."""
-        furniture, share, seen, *hidden = data
+        furniture, share, seen, *others = data
         coverage = parse_coverage(share)
         if not isinstance(furniture, int) or not 0 < max(split_coverage(coverage)) <= 1:
             raise ValueError(f"look at {shorten(furniture)} with coverage {shorten(share)}")
-        (texts,) = hidden or [()]
-        names = tuple(Name.read(text) for text in texts)
-        return cls(furniture, tuple(Sighting(*arguments) for arguments in seen), coverage, names)
+        hidden: Any = others[0] if others else ()
+        sought = str(others[1]) if len(others) > 1 else ""
+        names = tuple(Name.read(text) for text in hidden)
+        if sought:
+            read_words("description", sought)
+        sightings = tuple(Sighting(*arguments) for arguments in seen)
+        return cls(furniture, sightings, coverage, names, sought)
 
 
 @dataclass(slots=True)
@@ -58,11 +70,15 @@ class StepLog:
 
     Attributes:
         looks: in order.
-        of_place: numbers of the looks at each furniture id.
-        num_looks: how many these were, each by its coverage, by furniture id.
+        of_place: numbers of the looks at each furniture id, but for those for one thing alone.
+        of_thing: numbers of the looks for one thing alone, by its words and furniture id.
+        num_looks: how many looks there were at each furniture id, each by its coverage.
         coverage: sum of their shares that were in view, by furniture id; of use as long as all
             looks were at whole places, and none had something hidden (`is_plain`).
-        counts: things seen, by object row and furniture id.
+        shown: things of each object that the latest look at each furniture id showed, by object
+            row; what it had not in view is as before.
+        at_once: most things of each object that one look has shown, by object row, and those that
+            were known before.
         num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
         queries: what was asked for since, each with the number of looks before it.
         looks_by_relation: whether a look had other shares of other relations in view.
@@ -71,9 +87,11 @@ class StepLog:
 
     looks: list[StepLook] = field(default_factory=list)
     of_place: dict[int, list[int]] = field(default_factory=dict)
+    of_thing: dict[str, dict[int, list[int]]] = field(default_factory=dict)
     num_looks: dict[int, float] = field(default_factory=dict)
     coverage: dict[int, float] = field(default_factory=dict)
-    counts: dict[int, dict[int, int]] = field(default_factory=dict)
+    shown: dict[int, dict[int, int]] = field(default_factory=dict)
+    at_once: dict[int, int] = field(default_factory=dict)
     num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
     queries: list[tuple[int, str]] = field(default_factory=list)
     looks_by_relation: bool = False
@@ -81,33 +99,80 @@ class StepLog:
 
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""
-        coverage, num_before = look.coverage, self.num_looks.get(look.furniture, 0.0)
+        coverage, furniture, number = look.coverage, look.furniture, len(self.looks)
+        share = average_coverage(coverage)
+        self.looks.append(look)
+        if look.sought:
+            words = read_words("description", look.sought)
+            of_place = self.of_thing.setdefault(words, {})
+            of_place.setdefault(furniture, []).append(number)
+            return
+        self.num_looks[furniture] = self.num_looks.get(furniture, 0.0) + share
         if isinstance(coverage, tuple):
             self.looks_by_relation = True
-            self.num_looks[look.furniture] = num_before + sum(coverage) / len(coverage)
         else:
-            self.num_looks[look.furniture] = num_before + coverage
-            before = self.coverage.get(look.furniture, 0.0)
-            self.coverage[look.furniture] = before + coverage
+            self.coverage[furniture] = self.coverage.get(furniture, 0.0) + coverage
         self.is_plain &= not look.hidden and not self.looks_by_relation
-        self.of_place.setdefault(look.furniture, []).append(len(self.looks))
-        self.looks.append(look)
+        self.of_place.setdefault(furniture, []).append(number)
+        is_whole = share >= SURE and not look.hidden
+        before = {} if is_whole else self.shown.get(furniture, {})
+        self.shown[furniture] = {**before, **seen}
         for object_row, count in seen.items():
-            at_once = self.counts.setdefault(object_row, Counter())
-            at_once[look.furniture] = max(at_once.get(look.furniture, 0), count)
-            self.num_until_seen.setdefault(object_row, {})[look.furniture] = len(self.looks)
+            self.at_once[object_row] = max(self.at_once.get(object_row, 0), count)
+            self.num_until_seen.setdefault(object_row, {})[furniture] = number + 1
 
-    def shows_nothing_new(self, look: StepLook) -> bool:
-        """Tell whether earlier looks there showed all that a look shows, and as surely."""
-        known: Counter[tuple[tuple[str, ...], bool]] = Counter()
-        for number in self.of_place.get(look.furniture, ()):
-            known |= _count_seen(self.looks[number])
-        return _count_seen(look) <= known
+    def is_repeated(self, look: StepLook, since: int = 0) -> bool:
+        """Tell whether the last looks there showed the same, and had as much in view ten times.
+
+        Of looks for one thing alone, those from the number `since` on count.
+        """
+        numbers = self.of_place.get(look.furniture, [])
+        if look.sought:
+            words = read_words("description", look.sought)
+            numbers = self.of_thing.get(words, {}).get(look.furniture, [])
+        if len(numbers) < MOST_LOOKS:
+            return False
+        shown, hidden = _count_seen(look), {name.key for name in look.hidden}
+        least = [MOST_LOOKS * float(share > 0) for share in split_coverage(look.coverage)]
+        for number in reversed(numbers):
+            before = self.looks[number]
+            is_same = _count_seen(before) == shown and number >= since
+            if not is_same or not hidden.issuperset(name.key for name in before.hidden):
+                return False
+            least = [
+                left - share
+                for left, share in zip(least, split_coverage(before.coverage), strict=True)
+            ]
+            if max(least) <= 1e-9:
+                return True
+        return False
+
+    def is_full(self, furniture: int) -> bool:
+        """Tell whether there are as many looks at furniture as are held apart."""
+        return len(self.of_place.get(furniture, ())) >= MOST_KEPT
+
+    def list_shown(self, object_row: int) -> dict[int, int]:
+        """Return how many things of an object the latest looks showed, by furniture id."""
+        places = self.num_until_seen.get(object_row, ())
+        counts = {place: self.shown[place].get(object_row, 0) for place in places}
+        return {place: count for place, count in counts.items() if count}
+
+    def find_last(self, rows: Iterable[int]) -> int | None:
+        """Return the furniture id at which any of some objects was seen last; None if nowhere."""
+        seen = [
+            (number, furniture)
+            for object_row in rows
+            for furniture, number in self.num_until_seen.get(object_row, {}).items()
+        ]
+        return max(seen)[1] if seen else None
 
 
-def _count_seen(look: StepLook) -> Counter[tuple[tuple[str, ...], bool]]:
-    """Count what a look shows by name, sure sightings and others apart."""
-    return Counter((sighting.name.key, sighting.confidence >= SURE) for sighting in look.seen)
+def _count_seen(look: StepLook) -> Counter[tuple[tuple[str, ...], str, bool]]:
+    """Count what a look shows by name and id, sure sightings and others apart."""
+    return Counter(
+        (sighting.name.key, sighting.id or "", sighting.confidence >= SURE)
+        for sighting in look.seen
+    )
 
 
 def read_sightings(seen: Iterable[Sighting], place: str) -> tuple[Sighting, ...]:
@@ -173,6 +238,11 @@ def parse_coverage(data: Any) -> Coverage:
 def split_coverage(coverage: Coverage) -> tuple[float, ...]:
     """Return the share of each relation."""
     return coverage if isinstance(coverage, tuple) else (coverage,) * NUM_RELATIONS
+
+
+def average_coverage(coverage: Coverage) -> float:
+    """Return which share of furniture was in view, all relations taken alike."""
+    return sum(coverage) / len(coverage) if isinstance(coverage, tuple) else coverage
 
 
 def read_share(name: str, share: Any, place: str) -> float:

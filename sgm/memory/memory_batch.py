@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from sgm.arrays.grouped import join_groups, share_relations
+from sgm.arrays.grouped import join_groups, mark_rows, share_relations
 from sgm.arrays.table import clone, make_table
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.home_history import HomeHistory
+from sgm.memory.lone_looks import LoneLooks, note_lone_look
 from sgm.memory.look_weights import LookWeights
 from sgm.memory.merged_things import find_roots, fuse_edges, fuse_objects
 from sgm.memory.queries import Change, Queries, propose_places
@@ -101,7 +102,7 @@ class MemoryBatch(Remembered):
         copied.labels = list(self.labels)
         copied.furniture = self.furniture.copy()
         copied.objects, copied.edges = self.objects.copy(), self.edges.copy()
-        copied.positions = self.positions.copy()
+        copied.positions, copied.lone_looks = self.positions.copy(), self.lone_looks.copy()
         copied._history = None if self._history is None else self._history.copy()
         copied._row_of_key = self._row_of_key.copy()
         copied._pending = copied.derived = None
@@ -117,7 +118,7 @@ class MemoryBatch(Remembered):
         shared = clone(self)
         shared.labels = list(self.labels)
         shared.objects, shared.edges = self.objects.share(), self.edges.share()
-        shared.positions = self.positions.share()
+        shared.positions, shared.lone_looks = self.positions.share(), self.lone_looks.share()
         shared._history = None if self._history is None else clone(self._history)
         shared._row_of_key = self._row_of_key.copy()
         shared._pending = None
@@ -138,6 +139,7 @@ class MemoryBatch(Remembered):
         if history is not None and hours is not None:
             history.edge_hours = hours
         fused.look_up_prior()
+        fused.lone_looks["object"][:] = roots[fused.lone_looks["object"]]
         if fused.positions.num_rows:
             rows = dict(fused.positions)
             joined = join_positions({**rows, "object": roots[rows["object"]]})
@@ -332,6 +334,46 @@ class MemoryBatch(Remembered):
             np.concatenate([is_seen, np.arange(len(added)) < len(true)]),
             look.coverage[home],
         )
+
+    def note_absent(self, objects: Sequence[int], furniture: int, coverage: float) -> None:
+        """Fold in a look at a place for some objects of one home alone, which did not show them.
+
+        It counts as a look for these: their remembered edges there, and their hypothetical ones,
+        are updated as by `observe`. Nothing is said of others, so that the place counts no look.
+
+        Args:
+            objects: rows, the first of the one that the look is kept of (`lone_looks`).
+            furniture: index of the place.
+            coverage: share of it that was in view, in (0, 1].
+        """
+        edges, is_whole = self.edges, coverage >= 0.5
+        home = self.objects["home"][objects[0]]
+        is_asked = mark_rows(np.array(objects), self.objects.num_rows)
+        rows = np.flatnonzero(is_asked[edges["object"]] & (edges["furniture"] == furniture))
+        if is_whole and self._pending is not None:
+            pending = self._pending.object[is_asked[self._pending.object]]
+            self.objects["num_sought"][
+                pending[self.objects["last_furniture"][pending] == furniture]
+            ] += 1
+            looked = np.full(self.num_homes, -1, dtype=np.int32)
+            looked[home] = furniture
+            is_new = self._mark_looked_up(looked) & is_asked[:, None]
+            is_new[edges["object"][rows], edges["relation"][rows]] = False
+            none = (np.zeros(0, dtype=np.int64),) * 2
+            added = self._add_edges(looked, none, _find_marked(is_new))
+            edges["missed"][added] = edges["num_absent"][added] - 1 + coverage
+        gone = rows[edges["num_true"][rows] > 0]
+        if is_whole and self._history is not None and self.clock is not None:
+            clock, is_seen = self.clock[edges["home"][gone]], np.zeros(len(gone), dtype=bool)
+            self._history.note_hours(clock, self.time, gone, is_seen, edges.num_rows)
+        self._update_edges(rows, np.zeros(len(rows), dtype=bool), np.full(len(rows), coverage))
+        note_lone_look(self.lone_looks, objects[0], furniture, self.time, coverage)
+
+    def find_lone_looks(self, objects: np.ndarray) -> LoneLooks | None:
+        """Return the looks for objects (Q,) alone that did not find them; None if there is none."""
+        if not self.lone_looks.num_rows:
+            return None
+        return LoneLooks.of(self.lone_looks, objects, self.num_furniture)
 
     def note_place(self, object_row: int, furniture: int, relation: int, confidence: float) -> None:
         """Take over that an object is somewhere now, which no look has shown.

@@ -12,6 +12,7 @@ from sgm.files import VERSION
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.home_history import HomeHistory
+from sgm.memory.lone_looks import SoughtLooks, add_sought
 from sgm.memory.look import StepLook
 from sgm.memory.look_log import write_line
 from sgm.memory.same_furniture import merge_places
@@ -54,9 +55,10 @@ class MemoryContent:
         looks: of the present time step, in order; all else is as it was before them.
         queries: what was asked for after the first of these looks, in order: how many looks came
             before it, and its description.
-        sought: by words of a description and furniture id, looks that were about this alone and
-            did not find it there: how many, weighed by what was in view, and when the last was.
+        sought: by words of a description that no thing has, and furniture id, looks for this alone
+            that did not find it there.
         score_calibration: what the scores of further looks mean; None if they are probabilities.
+        renamed: by words of what detectors say, and furniture id, what the thing is called there.
     """
 
     time: int
@@ -70,8 +72,9 @@ class MemoryContent:
     clock: Clock | None = None
     looks: tuple[StepLook, ...] = ()
     queries: tuple[tuple[int, str], ...] = ()
-    sought: Mapping[tuple[str, int], tuple[float, int]] = field(default_factory=dict)
+    sought: Mapping[tuple[str, int], SoughtLooks] = field(default_factory=dict)
     score_calibration: ScoreCalibration | None = None
+    renamed: Mapping[tuple[str, int], str] = field(default_factory=dict)
 
     @classmethod
     def empty(cls, prior: str, clock: Clock | None = None, map_id: str = "") -> MemoryContent:
@@ -90,6 +93,7 @@ class MemoryContent:
             },
             history=self.history.copy(),
             sought=dict(self.sought),
+            renamed=dict(self.renamed),
         )
 
     def remove(
@@ -111,6 +115,7 @@ class MemoryContent:
         rows = {"furniture": keep_furniture, "objects": keep_object}
         tables, keep_edge = keep_rows(self.tables, rows)
         left = zip(self.things, keep_object, strict=True)
+        names = {self.things[row].description for row in objects if not self.things[row].id}
         return replace(
             self,
             layout=layout,
@@ -121,6 +126,11 @@ class MemoryContent:
             looks=(),
             queries=(),
             sought={key: value for key, value in self.sought.items() if key[1] in kept},
+            renamed={
+                key: name
+                for key, name in self.renamed.items()
+                if key[1] in kept and name not in names
+            },
         )
 
     def merge_furniture(self, kept: int, other: int) -> MemoryContent:
@@ -131,26 +141,21 @@ class MemoryContent:
         history = self.history.copy()
         num_looks = int(tables["furniture"]["num_observed"][kept_place])
         history.merge_furniture(kept_place, gone_place, num_looks, edges)
-        sought: dict[tuple[str, int], tuple[float, int]] = {}
-        for (words, furniture), (count, time) in self.sought.items():
-            place = kept if furniture == other else furniture
-            before, last = sought.get((words, place), (0.0, time))
-            sought[words, place] = (before + count, max(last, time))
+        sought = {key: looks for key, looks in self.sought.items() if key[1] != other}
+        for (words, furniture), looks in self.sought.items():
+            if furniture == other:
+                both = sorted((*sought.pop((words, kept), ()), *looks))
+                for time, count in both:
+                    sought[words, kept] = add_sought(sought.get((words, kept), ()), time, count)
         things = tuple(thing.redirect(other, kept) for thing in self.things)
-        content = replace(self, tables=tables, history=history, sought=sought, things=things)
-        return content.remove(furniture=[other])
-
-    def rename(self, object_row: int, name: str) -> MemoryContent:
-        """Call an object otherwise."""
-        thing = self.things[object_row]
-        before, words = (read_words("description", text) for text in (thing.description, name))
-        sought = {
-            (words if sought_words == before and not thing.id else sought_words, furniture): value
-            for (sought_words, furniture), value in self.sought.items()
+        of_other = {
+            (words, kept): name for (words, at), name in self.renamed.items() if at == other
         }
-        new = replace(thing, description=name)
-        things = (*self.things[:object_row], new, *self.things[object_row + 1 :])
-        return replace(self, things=things, sought=sought, asked=None)
+        renamed = {**of_other, **self.renamed}
+        content = replace(
+            self, tables=tables, history=history, sought=sought, things=things, renamed=renamed
+        )
+        return content.remove(furniture=[other])
 
     def to_json(self) -> dict[str, Any]:
         """Return JSON values, from which `from_json` makes the same content."""
@@ -172,7 +177,8 @@ class MemoryContent:
             "looks": [look.to_json() for look in self.looks],
             "queries": [list(query) for query in self.queries],
             "score_calibration": None if scores is None else scores.to_json(),
-            "sought": [[*key, *value] for key, value in self.sought.items()],
+            "sought": [[*key, list(looks)] for key, looks in self.sought.items()],
+            "renamed": [[*key, name] for key, name in self.renamed.items()],
         }
 
     @classmethod
@@ -203,9 +209,10 @@ class MemoryContent:
                 looks=tuple(StepLook.from_json(look) for look in data["looks"]),
                 queries=tuple((number, words) for number, words in data["queries"]),
                 sought={
-                    (str(words), furniture): (float(count), time)
-                    for words, furniture, count, time in data["sought"]
+                    (str(words), furniture): tuple((time, float(count)) for time, count in looks)
+                    for words, furniture, looks in data["sought"]
                 },
+                renamed={(words, furniture): name for words, furniture, name in data["renamed"]},
             )
             content._check()
         except (KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
@@ -222,6 +229,7 @@ class MemoryContent:
             "objects": num_objects,
             "edges": len(self.tables["edges"]["object"]),
             "positions": len(self.tables["positions"]["object"]),
+            "lone_looks": len(self.tables["lone_looks"]["object"]),
         }
         check_tables(self.tables, num_rows, self.time)
         _check_between("room ids", list(layout.rooms), 0, layout.num_rooms_ever - 1)
@@ -232,12 +240,18 @@ class MemoryContent:
         _check_between("queries", [number for number, _ in self.queries], 1, len(self.looks))
         for _, description in self.queries:
             read_words("description", description)
-        for (name, furniture), (count, time) in self.sought.items():
+        for (name, furniture), looks in self.sought.items():
             read_words("description", name)
-            _check_between("time of a look", [time], 0, self.time)
-            if furniture not in layout.furniture or not 0 < count < MAX_TIME:
+            _check_between("time of a look", [time for time, _ in looks], 0, self.time)
+            counts = [count for _, count in looks]
+            if furniture not in layout.furniture or not all(0 < n < MAX_TIME for n in counts):
                 place = shorten(furniture)
-                raise ValueError(f"no {shorten(count)} looks for {shorten(name)} at {place}")
+                raise ValueError(f"no {shorten(counts)} looks for {shorten(name)} at {place}")
+        for (words, furniture), name in self.renamed.items():
+            read_words("description", words)
+            read_words("name", name)
+            if furniture not in layout.furniture:
+                raise ValueError(f"there is no furniture {shorten(furniture)}")
         _check_between("asked", [] if self.asked is None else [self.asked], 0, num_objects - 1)
         texts = [*self.labels, *layout.room_labels, *layout.furniture_labels]
         texts += [node.description for node in layout.furniture.values()]

@@ -80,7 +80,7 @@ class LookWatch:
         if num_in_step >= MOST_LOOKS:
             message = (
                 f"looks must be few in a time step, got more than {MOST_LOOKS} at {place}: further "
-                "ones of a step count if they show something new."
+                "ones that show the same are left out."
             )
         elif self._num_alike > _MOST_IN_A_ROW and not is_slow:
             lasting = "" if clock is None else f" of {clock.step_seconds:g} s"
@@ -156,9 +156,11 @@ class MemoryLooks:
     def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there."""
         with self._state.lock:
-            place = self._state.layout.describe(furniture)
+            state = self._state
+            place = state.layout.describe(furniture)
             words = read_words("description", description)
+            name = description if state.things.has_id(description) else words
             coverage = read_share("coverage", coverage, place)
-            furniture = int(furniture)
-            self._state.write("absent", furniture=furniture, description=words, coverage=coverage)
-            self._state.note_absent(furniture, words, coverage)
+            look = StepLook(int(furniture), (), coverage, sought=name)
+            state.write("absent", furniture=look.furniture, description=name, coverage=coverage)
+            state.look(look)

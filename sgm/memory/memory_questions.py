@@ -5,7 +5,7 @@ Questions leave the memory as it is: they get a copy of what they may change.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
@@ -15,10 +15,11 @@ import numpy as np
 from sgm.arrays.grouped import join_groups
 from sgm.layout.furniture import Furniture
 from sgm.memory.clock import Clock, count_steps
+from sgm.memory.look import average_coverage
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.queries import Queries
-from sgm.memory.seen_places import Looks, list_places, sum_negative
+from sgm.memory.seen_places import Looks, list_places, sort_places, sum_negative
 from sgm.memory.sighting import SeenAt
 from sgm.memory.thing import ROBOT_CONFIDENCE, Said, Statement
 from sgm.names.name import Name
@@ -29,7 +30,7 @@ from sgm.names.sentence import Sentence
 from sgm.names.words import read_words
 from sgm.schema import NEVER, NUM_RELATIONS
 
-_NOTHING_SAID = -2  # as a place
+_ANYWHERE = -2  # as a place
 _SAME_NAME = ("exact", "same words")  # how a thing is meant that no other name comes before
 
 
@@ -243,14 +244,13 @@ def _ask(
     found = join_groups(asked, current.edges["object"], num_objects + 1)
     edges = found[1] if len(known) == 1 else np.unique(found[1])  # one may be asked for twice
     said: list[Said | None] = []
-    sightings: list[SeenAt] = []
+    sightings: list[tuple[SeenAt, int]] = []
     for thing in known.tolist():
         said_of = None if thing < 0 else state.get_said(thing)
         said.append(said_of)
         if said_of is not None:
-            sightings += list_places(current, thing, said_of, places.ids, edges)
-    if len(known) > 1:
-        sightings.sort(key=lambda seen: -seen.time)
+            places_of = list_places(current, thing, said_of, places.ids, edges)
+            sightings += state.number_looks(said_of.members, places_of)
     last_said, statements = _list_statements(said)
     members = [[-1] if said_of is None else said_of.members for said_of in said]
     things = _AskedThings(current, places.position, known, names, members, last_said, *found)
@@ -271,7 +271,7 @@ def _ask(
         was_seen=batch.objects["num_observed"][queries.object] > 0,
         carried=_weigh_carried(things),
         relation=_choose_relation(current, queries, edges),
-        sightings=tuple(sightings),
+        sightings=tuple(sort_places(sightings)),
         furniture_ids=places.ids,
         furniture_names=places.names,
         open_costs=places.open_costs,
@@ -318,7 +318,7 @@ def _choose_relation(memory: MemoryBatch, queries: Queries, edges: np.ndarray) -
     relation = NUM_RELATIONS - 1 - prior[:, ::-1].argmax(axis=1)  # the last of equal ones
     table = memory.edges
     seen = edges[table["num_true"][edges] > 0]
-    seen = seen[np.argsort(table["last_true"][seen], kind="stable")]
+    seen = seen[np.lexsort((table["is_true"][seen], table["last_true"][seen]))]
     relation[table["furniture"][seen]] = table["relation"][seen]
     return relation
 
@@ -358,7 +358,7 @@ def _list_looks(
     They are `queries` in the memory before the looks of this step, `batch`. Looks for the
     `question` count as looks for each thing, if they were of a later time step than its sighting.
     """
-    now, seen = things.memory.time, _list_seen(things)
+    now, seen = things.memory.time, _list_seen(state, things)
     num_seen, negative = (seen > 0).astype(np.int64), np.zeros(seen.shape)
     if state.before is not None and batch.time == now == state.time:
         _count_seen(state, things, num_seen)
@@ -366,26 +366,33 @@ def _list_looks(
         if state.step.looks_by_relation or batch.history.look_relations is not None:
             share = batch.compute_relation_shares(queries)
         _sum_negative(state, things, share, negative)
-    sought, sought_ago = np.zeros(seen.shape), np.full(seen.shape, np.inf)
-    for thing_place, count, ago in _list_sought(state, things, question):
-        if ago == 0:
-            negative[thing_place] += count
-        else:
-            sought[thing_place], sought_ago[thing_place] = count, ago
-    return Looks(negative, sought, sought_ago, seen, num_seen)
+        _sum_lone(state, things, question, negative)
+    return Looks(negative, *_list_sought(state, batch, things, question), seen, num_seen)
 
 
-def _list_seen(things: _AskedThings) -> np.ndarray:
-    """Return how sure the looks of this step saw each thing at each place, 0 where not, (K, F)."""
+def _list_seen(state: MemoryState, things: _AskedThings) -> np.ndarray:
+    """Return how sure the looks of this step saw each thing at each place, 0 where not, (K, F).
+
+    Of what was said in this step, and of a single thing, the last place counts alone.
+    """
     now, position, edges = things.memory.time, things.position, things.memory.edges
-    said_now = np.full(len(things.rows), _NOTHING_SAID)  # in this step: not where it was before
-    for number, statement in enumerate(things.said):
+    last = np.full(len(things.rows), _ANYWHERE)
+    is_shown = edges["is_true"][things.edge]  # or else missed since, which looks of the step say
+    place = edges["furniture"][things.edge]
+    for number, (object_row, members) in enumerate(zip(things.rows, things.members, strict=True)):
+        statement = things.said[number]
         if statement is not None and statement.time == now:
-            place = statement.furniture
-            said_now[number] = -1 if place is None else position[place]
-    place, said_there = edges["furniture"][things.edge], said_now[things.thing]
-    is_now = edges["last_true"][things.edge] == now
-    is_now &= (said_there == _NOTHING_SAID) | (said_there == place)
+            last[number] = -1 if statement.furniture is None else position[statement.furniture]
+        elif object_row >= 0 and things.memory.objects["num_at_once"][object_row] <= 1:
+            seen_last = state.step.find_last(members)
+            last[number] = things.memory.objects["last_furniture"][object_row]
+            if seen_last is not None:
+                last[number] = position[seen_last]
+        for member in members:
+            shown_at = [position[found] for found in state.step.num_until_seen.get(member, ())]
+            is_shown |= (things.thing == number) & np.isin(place, shown_at)
+    is_now = (edges["last_true"][things.edge] == now) & is_shown
+    is_now &= (last[things.thing] == _ANYWHERE) | (last[things.thing] == place)
     confidence = np.zeros((len(things.rows), len(position), NUM_RELATIONS))
     edge_index = (things.thing, place, edges["relation"][things.edge])
     confidence[edge_index] = edges["confidence"][things.edge] * is_now
@@ -397,11 +404,10 @@ def _count_seen(state: MemoryState, things: _AskedThings, num_seen: np.ndarray) 
     """Count how many of each thing the looks of this step saw, where they saw any, (K, F)."""
     for number, members in enumerate(things.members):
         for member in members:
-            for furniture, num_here in state.step.counts.get(member, {}).items():
+            for furniture, num_here in state.step.list_shown(member).items():
                 thing_place = number, things.position[furniture]
-                num_seen[thing_place] = (
-                    max(num_seen[thing_place], num_here) if num_seen[thing_place] else 0
-                )
+                if num_seen[thing_place]:
+                    num_seen[thing_place] = max(num_seen[thing_place], num_here)
 
 
 def _sum_negative(
@@ -419,27 +425,57 @@ def _sum_negative(
         negative[number, [position[place] for place in least]] += [*least.values()]
 
 
-def _list_sought(
-    state: MemoryState, things: _AskedThings, question: str
-) -> Iterator[tuple[tuple[int, int], float, int]]:
-    """List looks for single things that did not find them, or what the question means.
-
-    Yields:
-        Number of the thing and position of the place, how many looks, and how many steps ago.
-    """
-    if not state.sought:
+def _sum_lone(
+    state: MemoryState, things: _AskedThings, question: str, negative: np.ndarray
+) -> None:
+    """Add the looks of this step for single things, or for what the question means, (K, F)."""
+    step = state.step
+    if not step.of_thing:
         return
-    now, edges = things.memory.time, things.memory.edges
+    for number, members in enumerate(things.members):
+        seen = [step.num_until_seen.get(member, {}) for member in members]
+        for words in {question, *_list_words(state, things, number)}:
+            for furniture, looks in step.of_thing.get(words, {}).items():
+                since = max(until.get(furniture, 0) for until in seen)
+                negative[number, things.position[furniture]] += sum(
+                    average_coverage(step.looks[look].coverage) for look in looks if look >= since
+                )
+
+
+def _list_words(state: MemoryState, things: _AskedThings, number: int) -> set[str]:
+    """Return the words by which a look may be for a thing: of its names, and ids."""
+    known = state.things.list_words(things.members[number]) if things.rows[number] >= 0 else ()
+    return {things.names[number].words, *known}
+
+
+def _list_sought(
+    state: MemoryState, batch: MemoryBatch, things: _AskedThings, question: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """List looks for what no thing was called, for things of that name or what the question means.
+
+    The latter count as far as they are later than the sighting of the thing at the place. Those of
+    this step are left out where `batch` is the memory before its looks.
+
+    Returns:
+        How many at each place and time, and how many steps ago, infinite for none, (K, F, L) each.
+    """
+    now, edges, found = things.memory.time, things.memory.edges, []
+    is_before = state.before is not None and batch.time == now == state.time
+    sought = state.before.sought if state.before is not None and is_before else state.sought
     last_seen = np.full((len(things.rows), len(things.position)), NEVER)
-    if question:
+    if sought:
         place = edges["furniture"][things.edge]
         np.maximum.at(last_seen, (things.thing, place), edges["last_true"][things.edge])
-    for number, (object_row, name) in enumerate(
-        zip(things.rows.tolist(), things.names, strict=True)
-    ):
-        known = state.things.list_words(things.members[number]) if object_row >= 0 else ()
-        words = {name.words, *known}
-        for (other, furniture), (count, time) in state.sought.items():
-            thing_place = number, things.position[furniture]
-            if other in words or (other == question and time > last_seen[thing_place]):
-                yield thing_place, count, now - time
+    for number in range(len(things.rows) if sought else 0):
+        words = _list_words(state, things, number)
+        for (other, furniture), looks in sought.items():
+            place = things.position[furniture]
+            since = NEVER if other in words else int(last_seen[number, place])
+            if other in words or other == question:
+                listed = (look for look in reversed(looks) if look[0] > since)
+                found += [(number, place, last, *look) for last, look in enumerate(listed)]
+    most = max((last + 1 for _, _, last, *_ in found), default=0)
+    counts, ago = np.zeros((*last_seen.shape, most)), np.full((*last_seen.shape, most), np.inf)
+    for number, place, last, time, count in found:
+        counts[number, place, last], ago[number, place, last] = count, now - time
+    return counts, ago

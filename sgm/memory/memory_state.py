@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock, RLock
@@ -15,7 +15,8 @@ from sgm.arrays.table import clone
 from sgm.layout.called import CalledFurniture
 from sgm.layout.layout import FurnitureNames
 from sgm.memory.clock import make_clock_rows
-from sgm.memory.look import MOST_LOOKS, StepLog, StepLook
+from sgm.memory.lone_looks import SoughtLooks, add_sought, note_lone_look
+from sgm.memory.look import StepLog, StepLook, average_coverage
 from sgm.memory.look_log import LookLog, read_checksum
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
@@ -23,6 +24,7 @@ from sgm.memory.memory_content import HOME_LABELS, MemoryContent, write_start
 from sgm.memory.merged_things import find_roots
 from sgm.memory.queries import Queries
 from sgm.memory.seen_positions import note_positions
+from sgm.memory.sighting import SeenAt, Sighting
 from sgm.memory.thing import Pictured, Said, Thing, ThingName, ThingRows
 from sgm.memory.written_tables import fill_tables, view_tables
 from sgm.messages import warn_caller
@@ -34,6 +36,7 @@ from sgm.names.resolution import Resolution
 from sgm.names.sentence import Sentence
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
+from sgm.prior.copies import get_copies
 from sgm.prior.prior_graph import PriorGraph
 from sgm.schema import RELATIONS
 
@@ -48,11 +51,13 @@ class BeforeLooks:
         batch: a copy of it.
         origin: stands for its state, as in `Asked`.
         asked: row of the object whose hypothetical edges were open then.
+        sought: looks for what it does not know, as `MemoryState.sought`.
     """
 
     batch: MemoryBatch
     origin: object
     asked: int | None
+    sought: Mapping[tuple[str, int], SoughtLooks]
 
 
 class MemoryState:
@@ -77,7 +82,7 @@ class MemoryState:
         has_merged: whether any of them was merged with another.
         step: looks of the present time step.
         before: the memory before the first of them; None without any.
-        sought, score_calibration: as in `MemoryContent`.
+        sought, score_calibration, renamed: as in `MemoryContent`.
         asked: row of the object whose hypothetical edges are open.
         language: code of the language in which is asked and answered.
         version: another object after each change of the batch.
@@ -88,7 +93,8 @@ class MemoryState:
     kept_file: Path | None
     step: StepLog
     before: BeforeLooks | None
-    sought: dict[tuple[str, int], tuple[float, int]]
+    sought: dict[tuple[str, int], SoughtLooks]
+    renamed: dict[tuple[str, int], str]
     version: object
     _is_layout_new: bool  # whether the batch has yet to take it over
     _furniture: FurnitureNames | None
@@ -193,6 +199,7 @@ class MemoryState:
 
     def take(self, content: MemoryContent) -> None:
         """Become a memory of that content; prior weights are looked up again."""
+        self.sought = {}
         self.vocabulary = Vocabulary(self.prior, content.labels, self._table)
         self.layout, self._furniture, self._called = content.layout, None, None
         self.clock, self.score_calibration = content.clock, content.score_calibration
@@ -205,6 +212,7 @@ class MemoryState:
         self._ensure_rows(0)
         batch.edges.append(len(content.tables["edges"]["object"]))
         batch.positions.append(len(content.tables["positions"]["object"]))
+        batch.lone_looks.append(len(content.tables["lone_looks"]["object"]))
         fill_tables(batch.tables, content.tables)
         self.has_merged = bool((batch.objects["same_as"] >= 0).any())
         batch.look_up_prior()  # of every edge
@@ -212,14 +220,13 @@ class MemoryState:
         if content.asked is not None:
             self.query_row(content.asked)
         batch.count_history(content.history)  # now: to ask again is no new question
-        self.sought = {}
+        self.sought, self.renamed = dict(content.sought), dict(content.renamed)
         self.begin_anew()
         queries = deque(content.queries)
         for number, look in enumerate(content.looks):
             self.look(look)
             while queries and queries[0][0] == number + 1:
                 self.query(queries.popleft()[1])
-        self.sought = dict(content.sought)  # as it is after these looks
 
     def get_content(self, batch: MemoryBatch | None = None) -> MemoryContent:
         """Return a view of what the memory holds, or held when a copy of its batch was made."""
@@ -235,6 +242,7 @@ class MemoryState:
             asked=self.asked,
             clock=self.clock,
             sought=dict(self.sought),
+            renamed=dict(self.renamed),
             score_calibration=self.score_calibration,
         )
 
@@ -246,6 +254,7 @@ class MemoryState:
         return replace(
             self.get_content(before.batch),
             asked=before.asked,
+            sought=before.sought,
             looks=tuple(step.looks),
             queries=tuple(step.queries),
         )
@@ -287,16 +296,18 @@ class MemoryState:
     def look(self, look: StepLook) -> None:
         """Fold one look at a furniture node in; see `SceneGraphMemory.observe`.
 
-        From the `MOST_LOOKS`-th look of a time step on, those that show nothing new are left out:
-        frames of a video are no looks.
+        From the `MOST_LOOKS`-th look of a time step on that shows the same, further ones are left
+        out: frames of a video are no looks. That is whatever they show, and as long as nothing of
+        it was seen elsewhere meanwhile.
         """
-        furniture, seen, batch = look.furniture, look.seen, self.batch
-        place, step = self.furniture.position[furniture], self.step
-        if step.num_looks.get(furniture, 0.0) >= MOST_LOOKS and step.shows_nothing_new(look):
+        if look.sought:
+            self._look_for(look)
             return
-        if self.before is None:
-            self.before = BeforeLooks(self.get_snapshot(), self.version, self.asked)
-        self.version = object()
+        furniture, seen, batch = look.furniture, self._call_renamed(look), self.batch
+        place, step = self.furniture.position[furniture], self.step
+        if step.is_repeated(look) and not self._has_come_back(furniture, seen):
+            return
+        step = self._begin_look(furniture)
         things, rows, relations, confidences = self.things, [], [], []
         num_known, has_position = batch.objects.num_rows, False
         for sighting in seen:
@@ -325,23 +336,92 @@ class MemoryState:
         )
         if has_position:
             note_positions(batch.positions, place, rows, seen, batch.time)
+        before = step.shown.get(furniture, {})
+        for object_row in rows:
+            if object_row not in step.at_once:
+                step.at_once[object_row] = int(batch.objects["num_at_once"][object_row])
         step.add(look, Counter(rows))
-        at_once = batch.objects["num_at_once"]
-        for object_row in set(rows):
-            num_at_once = 0
-            for count in step.counts[object_row].values():
-                num_at_once += count
-            at_once[object_row] = max(at_once[object_row], num_at_once)
-            if self.sought:
-                words = read_words("description", things[object_row].description)
-                self.sought.pop((words, furniture), None)
+        for object_row in {*rows, *before}:
+            self._count_at_once(object_row)
 
-    def note_absent(self, furniture: int, words: str, coverage: float) -> None:
-        """Note that a look for one thing, by its words, did not find it."""
-        count, time = self.sought.get((words, furniture), (0.0, self.batch.time))
-        if time < self.batch.time:  # from now on: negative looks before are long ago
-            count = 0.0
-        self.sought[words, furniture] = (count + coverage, self.batch.time)
+    def _begin_look(self, furniture: int | None = None) -> StepLog:
+        """Keep the memory before the first look of a step, and return what to note a look in."""
+        if furniture is not None and self.step.is_full(furniture):
+            self.begin_anew()
+        if self.before is None:
+            sought = dict(self.sought)
+            self.before = BeforeLooks(self.get_snapshot(), self.version, self.asked, sought)
+        self.version = object()
+        return self.step
+
+    def _call_renamed(self, look: StepLook) -> tuple[Sighting, ...]:
+        """Return what a look shows, by the names that people have given to what is there."""
+        if not self.renamed:
+            return look.seen
+        names = {
+            Name.read(words).key: name
+            for (words, at), name in self.renamed.items()
+            if at == look.furniture
+        }
+        return tuple(
+            replace(sighting, description=names[sighting.name.key], owner=None)
+            if not sighting.id and sighting.name.key in names
+            else sighting
+            for sighting in look.seen
+        )
+
+    def _has_come_back(self, furniture: int, seen: Sequence[Sighting]) -> bool:
+        """Tell whether a look shows a thing that another place has shown since this one."""
+        rows = (self.things.get_row(sighting.name, sighting.id or "") for sighting in seen)
+        at_once = self.batch.objects["num_at_once"]
+        return any(
+            at_once[object_row] < 2 and self.step.find_last([object_row]) != furniture
+            for object_row in rows
+        )
+
+    def _count_at_once(self, object_row: int) -> None:
+        """Count how many things of an object are known at once: in one look, or in a step.
+
+        In a step they are what the latest look at each place has shown. Of what is a single thing,
+        there is one, which was moved between two looks.
+        """
+        step, number = self.step, self.step.at_once[object_row]
+        if not self._is_single(object_row):
+            number = max(number, sum(step.list_shown(object_row).values()))
+        self.batch.objects["num_at_once"][object_row] = number
+
+    def _is_single(self, object_row: int) -> bool:
+        """Tell whether a thing is one alone: it has an id or a number, or homes have one such."""
+        thing = self.things[object_row]
+        if thing.id:
+            return True
+        name = self.things.read(thing.description)
+        label = self.vocabulary.labels[self.batch.objects["label"][object_row]]
+        return bool(name.instance) or get_copies(label)[0] == 1
+
+    def _look_for(self, look: StepLook) -> None:
+        """Fold in a look for one thing alone, by its name or id, which did not find it.
+
+        It counts for all things of that name. Of a name that no thing has, it is kept by its words
+        (`sought`) until a thing has it.
+        """
+        rows, found = self.find_rows(look.sought), self.step.num_until_seen
+        since = [
+            found.get(member, {}).get(look.furniture, 0)
+            for object_row in rows
+            for member in self.list_members(object_row)
+        ]
+        if self.step.is_repeated(look, max(since, default=0)):
+            return
+        step, coverage = self._begin_look(), average_coverage(look.coverage)
+        place, batch = self.furniture.position[look.furniture], self.batch
+        for object_row in rows:
+            batch.note_absent(self.list_members(object_row), place, coverage)
+        if not rows:
+            words = read_words("description", look.sought)
+            looks = self.sought.get((words, look.furniture), ())
+            self.sought[words, look.furniture] = add_sought(looks, batch.time, coverage)
+        step.add(look, {})
 
     def let_pass(self, num_steps: int) -> None:
         """Let time steps pass; questions end with the first of them."""
@@ -396,15 +476,52 @@ class MemoryState:
         ]
         labels, types = np.array(kinds, dtype=np.int64).reshape(-1, 2).T
         self.batch.ensure_objects(np.zeros_like(rows), rows, labels, types)
+        if self.sought:
+            self._take_sought(rows.tolist())
+
+    def _take_sought(self, rows: Sequence[int]) -> None:
+        """Let objects that are new have the looks for what had their names."""
+        for object_row in rows:
+            words = set(self.things.list_words([object_row]))
+            for key in [key for key in self.sought if key[0] in words]:
+                place = self.furniture.position[key[1]]
+                for time, coverage in self.sought.pop(key):
+                    note_lone_look(self.batch.lone_looks, object_row, place, time, coverage)
 
     def rename(self, object_row: int, name: str) -> None:
         """Call an object otherwise; of the others nothing changes."""
-        batch, content = self.batch, self.get_content().rename(object_row, name)
+        batch = self.batch
+        self._note_renamed(object_row, name)
         self.things.rename(object_row, name)
-        self.sought = dict(content.sought)
         batch.set_type(object_row, *self.vocabulary.find_type(name))
+        self._take_sought([object_row])
         self.asked = None
         self.begin_anew()
+
+    def _note_renamed(self, object_row: int, name: str) -> None:
+        """Note that what detectors call an object, where it was seen, is called otherwise.
+
+        Not of several things of one name: ids alone tell which of them that is.
+        """
+        batch, thing = self.batch, self.things[object_row]
+        if thing.id:
+            return
+        before = read_words("description", thing.description)
+        edges = batch.edges
+        is_seen = (edges["object"] == object_row) & (edges["num_true"] > 0)
+        places = {self.furniture.ids[place] for place in edges["furniture"][is_seen].tolist()}
+        if batch.objects["num_at_once"][object_row] > 1:
+            places = set()
+        renamed: dict[tuple[str, int], str] = {}
+        for (said, furniture), called in self.renamed.items():
+            if (
+                Name.read(called).key == Name.read(before).key
+            ):  # it is said otherwise, or was undone
+                places.discard(furniture)
+                called = name
+            if Name.read(said).key != Name.read(called).key:
+                renamed[said, furniture] = called
+        self.renamed = renamed | {(before, furniture): name for furniture in places}
 
     def list_members(self, object_row: int) -> list[int]:
         """Return the rows of all nodes that were merged with one, itself first."""
@@ -422,6 +539,24 @@ class MemoryState:
         if rows and self.has_merged:
             rows = find_roots(self._batch.objects["same_as"])[rows].tolist()
         return list(dict.fromkeys(rows))
+
+    def number_looks(
+        self, members: Sequence[int], places: Sequence[SeenAt]
+    ) -> list[tuple[SeenAt, int]]:
+        """Return places of a thing by its rows, with how many looks of this step led to it there.
+
+        That is 0 for what was seen before.
+        """
+        found = [self.step.num_until_seen.get(member, {}) for member in members]
+        return [
+            (
+                seen,
+                max(looks.get(seen.furniture, 0) for looks in found)
+                if seen.furniture is not None and seen.steps_ago == 0
+                else 0,
+            )
+            for seen in places
+        ]
 
     def get_said(self, object_row: int) -> Said:
         """Return what was said of an object, and of what was merged with it."""
@@ -476,6 +611,7 @@ class MemoryState:
         """
         is_there = self.batch.objects["num_observed"] > 0  # or was said to be
         is_there[self.batch.edges["object"]] = True
+        is_there[self.batch.lone_looks["object"]] = True
         never = np.flatnonzero(~is_there)
         if len(never):
             batch, label = self.batch, self.batch.objects["label"]

@@ -349,7 +349,4 @@ def _take_statement(
     num_observed = int(batch.objects["num_observed"][object_row])
     statement = replace(statement, was_at=tuple(places), num_observed=num_observed)
     state.things[object_row] = state.things[object_row].add(statement)
-    if state.sought and statement.furniture is not None:
-        words = read_words("description", state.things[object_row].description)
-        state.sought.pop((words, statement.furniture), None)
     state.begin_anew()

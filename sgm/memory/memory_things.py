@@ -24,6 +24,7 @@ from sgm.memory.seen_places import (
     list_places,
     list_rows,
     list_said_by,
+    sort_places,
 )
 from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
@@ -105,12 +106,12 @@ class MemoryThings:
             state = self._state
             fused = state.fuse_batch()
             rows = state.find_rows(*matches)
-            found: list[SeenAt] = []
+            found: list[tuple[SeenAt, int]] = []
             for object_row in rows:
-                found += list_places(
-                    fused, object_row, state.get_said(object_row), state.furniture.ids
-                )
-        return sorted(found, key=lambda seen: -seen.time)
+                said = state.get_said(object_row)
+                places = list_places(fused, object_row, said, state.furniture.ids)
+                found += state.number_looks(said.members, places)
+        return sort_places(found)
 
     def last_seen(self, description: str) -> SeenAt | None:
         """Return where and when an object was last seen; None if it never was."""
@@ -177,15 +178,18 @@ class MemoryThings:
                 seen = seen.take((seen.furniture == place) & seen.is_there)
             num_all, seen = len(seen.time), seen.take(seen.choose_latest(most))
             pictured = state.list_pictured()
-            rows = [
+            told = [
                 (
                     state.things[thing].description,
                     add_picture(seen_at, pictured.get(thing, state.things[thing])),
+                    is_last,
                 )
-                for thing, seen_at in zip(seen.thing.tolist(), seen.tell(fused, ids), strict=True)
+                for thing, seen_at, is_last in zip(
+                    seen.thing.tolist(), seen.tell(fused, ids), seen.is_last.tolist(), strict=True
+                )
             ]
-        rows.sort(key=lambda named: (-named[1].time, named[0]))
-        return rows[:most], num_all
+        rows = sorted(told, key=lambda row: (-row[1].time, row[0], not row[2]))
+        return [(name, place) for name, place, _ in rows[:most]], num_all
 
     def count_things(self) -> dict[int, tuple[int, int | None]]:
         """Count what the last look showed at each place, by furniture id."""

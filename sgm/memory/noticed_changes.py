@@ -128,7 +128,14 @@ def list_changes(
             [told.get((time, furniture_ids[f]), -1) for time, f in sightings], dtype=int
         )
         thing_edges = thing_edges[
-            np.lexsort((-spoken, ~edges["is_true"][thing_edges], -edges["last_true"][thing_edges]))
+            np.lexsort(
+                (
+                    -spoken,
+                    ~find_last_edges(batch, thing_edges),
+                    ~edges["is_true"][thing_edges],
+                    -edges["last_true"][thing_edges],
+                )
+            )
         ]
         changes = _list_changes(batch, thing, object_row, thing_edges, furniture_ids)
         found += [change for change in changes if change.time >= since]
@@ -274,6 +281,13 @@ def _find_look_before(batch: MemoryBatch, position: int, time: int) -> int | Non
     return int(before.max()) if len(before) else None
 
 
+def find_last_edges(batch: MemoryBatch, edges: np.ndarray) -> np.ndarray:
+    """Mark edges (n,) that lead to where their things were seen last, bool (n,)."""
+    thing, table = batch.edges["object"][edges], batch.edges
+    is_last: np.ndarray = table["furniture"][edges] == batch.objects["last_furniture"][thing]
+    return is_last & (table["last_true"][edges] == batch.objects["last_observed"][thing])
+
+
 def _get_held(thing: Thing, since: int) -> tuple[int | None, float]:
     """Return where the robot took a thing from, if that was one place, and how sure it has it."""
     for statement in thing.statements:
@@ -319,7 +333,9 @@ def list_events(
         if seen.furniture is None and not seen.by
     ]
     told = {(statement.time, statement.furniture) for statement in thing.statements}
-    for edge in np.flatnonzero((edges["object"] == object_row) & (edges["num_true"] > 0)):
+    seen_edges = np.flatnonzero((edges["object"] == object_row) & (edges["num_true"] > 0))
+    seen_edges = seen_edges[np.argsort(~find_last_edges(batch, seen_edges), kind="stable")]
+    for edge in seen_edges.tolist():
         furniture = ids[edges["furniture"][edge]]
         relation = RELATIONS[edges["relation"][edge]]
         seen, changed = int(edges["last_true"][edge]), int(edges["last_changed"][edge])

@@ -8,7 +8,7 @@ import numpy as np
 
 from sgm.arrays.table import Table, make_table
 from sgm.layout.layout import LayoutArrays
-from sgm.schema import EDGES, FURNITURE, OBJECTS, POSITIONS
+from sgm.schema import EDGES, FURNITURE, LONE_LOOKS, OBJECTS, POSITIONS
 
 
 class Remembered:
@@ -24,12 +24,13 @@ class Remembered:
             columns of its rows, (H,).
         num_homes, num_furniture: H, and F.
         furniture: table of furniture nodes, (H, F). What each column of this table and of the
-            others holds is said where it is declared: `sgm.schema`.FURNITURE, `OBJECTS`, `EDGES`
-            and `POSITIONS`.
+            others holds is said where it is declared: `sgm.schema`.FURNITURE, `OBJECTS`, `EDGES`,
+            `POSITIONS` and `LONE_LOOKS`.
         objects: table of object nodes, (O,).
         edges: table of object-furniture edges, (E,).
         positions: table of where objects were seen, in metres in the frame of the map, of one home;
             a row for each object, furniture node and relation that had a sighting with a position.
+        lone_looks: table of looks for one object alone that did not find it.
         place_prior: the prior for these layouts.
         clock: where in the week step 0 of each home is, and how long its steps are
             (`Clock.row`), float64 (H, 2), nan for a home without; None if no home has one.
@@ -45,7 +46,7 @@ class Remembered:
         self._take_layout(layout)
         self.furniture = make_table(FURNITURE, (self.num_homes,), self.num_furniture)
         self.objects, self.edges = make_table(OBJECTS), make_table(EDGES)
-        self.positions = make_table(POSITIONS)
+        self.positions, self.lone_looks = make_table(POSITIONS), make_table(LONE_LOOKS)
 
     @property
     def tables(self) -> dict[str, Table]:
@@ -55,6 +56,7 @@ class Remembered:
             "objects": self.objects,
             "edges": self.edges,
             "positions": self.positions,
+            "lone_looks": self.lone_looks,
         }
 
     @property

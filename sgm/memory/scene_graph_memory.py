@@ -446,8 +446,8 @@ class SceneGraphMemory:
                 memory does not use it.
 
         Looks must lie some time apart: a memory that seems to get every frame of a video
-        warns once (`LookPerFrameWarning`), and counts ten looks at a place in a time step and those
-        that show something new.
+        warns once (`LookPerFrameWarning`), and of those at a place in a time step that show the
+        same counts ten in a row. What comes or goes between them counts.
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.
@@ -462,6 +462,9 @@ class SceneGraphMemory:
 
     def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there.
+
+        For that thing it counts, ages and is kept as a look at the place; of a name that several
+        things have, for all of them.
 
         Args:
             furniture: id from `add_furniture`.
@@ -907,6 +910,10 @@ class SceneGraphMemory:
 
     def rename(self, thing: str | ThingName, name: str, by: str = ROBOT) -> None:
         """Call a thing otherwise: "that is no cup, it is a bowl".
+
+        What a detector calls so at a place where the thing was seen is called so there, until it is
+        renamed again; `rename("bowl", "cup")` undoes it. Of several things of one name, without
+        ids, it holds for what was seen so far: who sees one more cannot tell which that is.
 
         Args:
             thing: name or id.

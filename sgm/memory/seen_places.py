@@ -36,6 +36,7 @@ class SeenRows:
         is_there: whether the last look showed it, bool (n,).
         time: time step of the last sighting, (n,).
         times_seen, times_looked: looks that showed it there, and looks, (n,).
+        is_last: whether it was seen there last of all; of one time step that is one place, (n,).
     """
 
     edge: np.ndarray
@@ -46,6 +47,7 @@ class SeenRows:
     time: np.ndarray
     times_seen: np.ndarray
     times_looked: np.ndarray
+    is_last: np.ndarray
 
     @classmethod
     def of_things(cls, memory: MemoryBatch, things: np.ndarray | None = None) -> SeenRows:
@@ -72,7 +74,9 @@ class SeenRows:
             of_left = (left, none - 1, none, none > 0, last, none, none)
             columns = [np.append(*pair) for pair in zip(columns, of_left, strict=True)]
             seen = np.append(seen, none - 1)
-        return cls(seen, *columns)
+        last = memory.objects["last_furniture"][columns[0]]
+        is_latest = columns[4] == memory.objects["last_observed"][columns[0]]
+        return cls(seen, *columns, is_last=is_latest & (columns[1] == last))
 
     def take(self, rows: np.ndarray) -> SeenRows:
         """Return some of the rows, by index or mark."""
@@ -87,7 +91,7 @@ class SeenRows:
         is_placed = np.zeros(len(name_of), dtype=bool)
         is_placed[name[self.is_there]] = True
         nowhere = np.flatnonzero(~is_placed[name])
-        order = nowhere[np.argsort(-self.time[nowhere], kind="stable")]
+        order = nowhere[np.lexsort((~self.is_last[nowhere], -self.time[nowhere]))]
         latest = order[np.unique(name[order], return_index=True)[1]]
         return np.sort(np.append(np.flatnonzero(self.is_there), latest))
 
@@ -155,7 +159,8 @@ def list_home(
     unplaced = []
     furniture_ids = tuple(layout.furniture)
     seen = SeenRows.of_things(memory)
-    seen = seen.take(np.lexsort((-seen.time, seen.thing)))  # of each object, the latest first
+    order = (~seen.is_last, -seen.time, seen.thing)  # of each object, the latest first
+    seen = seen.take(np.lexsort(order))
     for object_row, values in zip(seen.thing.tolist(), seen.list_values(memory), strict=True):
         place, relation, is_there, time, times_seen, times_looked, (position, _, _) = values
         if place < 0:
@@ -230,8 +235,8 @@ def list_places(
 ) -> list[SeenAt]:
     """List every place where an object was ever seen, the latest first.
 
-    Of one time step, the place of which was spoken last comes first, after one that a look has
-    shown since.
+    Of one time step, the place where it was seen last comes first, or that of which was spoken
+    last, after one that a look has shown since.
 
     Args:
         memory: what was merged is one.
@@ -246,7 +251,8 @@ def list_places(
     last_seen = int(memory.objects["last_observed"][object_row])
     is_left = last_seen > memory.edges["last_true"][seen].max(initial=NEVER)
     rows = SeenRows.of_edges(memory, seen, np.array([object_row])[: int(is_left)])
-    places = sorted(rows.tell(memory, furniture_ids), key=lambda seen_at: -seen_at.time)
+    rows = rows.take(np.lexsort((~rows.is_there, ~rows.is_last, -rows.time)))
+    places = rows.tell(memory, furniture_ids)
     if said.thing.pictures:
         places = [add_picture(seen_at, said.thing) for seen_at in places]
     if not said.thing.statements:
@@ -269,6 +275,11 @@ def add_picture(seen_at: SeenAt, thing: Thing) -> SeenAt:
     """Return where a thing was seen with the picture that shows it there, if there is one."""
     picture = thing.find_picture(seen_at.furniture, seen_at.relation)
     return seen_at if picture is None else replace(seen_at, picture=picture)
+
+
+def sort_places(places: Iterable[tuple[SeenAt, int]]) -> list[SeenAt]:
+    """Return places of several things, the latest sighting first, by step and the looks of this."""
+    return [seen for seen, _ in sorted(places, key=lambda place: (-place[0].time, -place[1]))]
 
 
 def list_said_by(
@@ -306,8 +317,9 @@ class Looks:
     Attributes:
         negative: looks of this time step that did not show it, since it was seen there in this step
             or all, each weighed by how much of the furniture was in view, (V, F).
-        sought: how often it alone was looked for in an earlier step and not found, (V, F).
-        sought_ago: time steps since then, infinite where that never was, (V, F).
+        sought: looks for what no thing was called, which did not find it, in L time steps each,
+            (V, F, L); policies know nothing of them.
+        sought_ago: time steps since then, infinite where that never was, (V, F, L).
         seen: confidence with which it was seen there in this step, 0 where it was not, (V, F).
         num_seen: how many of its description were seen there at once in this step, (V, F).
     """

@@ -113,6 +113,8 @@ class LastSeenUnlessAbsent(Policy):
             spread_over_furniture(memory, queries, true_at.__getitem__, never)
         )
         last_look = memory.furniture_last_observed[queries.home]
+        if (lone := memory.find_lone_looks(queries.object)) is not None:
+            last_look = np.maximum(last_look, lone.last)
         is_absent = (last_look > last_true) & (last_look != NEVER)
         is_empty = is_absent & (memory.time - last_look <= self.recent_steps)
         weights = self.compute_weights(memory, queries)

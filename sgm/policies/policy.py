@@ -146,13 +146,22 @@ def weigh_looks_since(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     look_times, number = list_look_times(memory, queries, history)
     times = look_times[number]  # (Q, F, L), -1 for none
     since = np.full(times.shape[:2], NEVER)
-    query, edge = memory.edges_of(queries)
-    np.maximum.at(since, (query, memory.edges["furniture"][edge]), memory.edges["last_true"][edge])
+    edges, (query, edge) = memory.edges, memory.edges_of(queries)
+    cell = query, edges["furniture"][edge]
+    np.maximum.at(since, cell, edges["last_true"][edge])
     stay = np.exp(-(rate * hours)[:, None, None] * (memory.time - times))
     given = history.given_miss_rate
     detection = 1 - (Detector().miss_rate if given is None else given)
     is_later = times > since[..., None]
     likelihood: np.ndarray = np.where(is_later, 1 - detection * stay, 1.0).prod(axis=2)
+    # Later looks in the very step of the sighting, as long as they are the last ones.
+    is_then = ~edges["is_true"][edge] & (edges["last_observed"][edge] == since[cell])
+    is_then &= edges["last_true"][edge] == since[cell]
+    if is_then.any():
+        missed = np.zeros(since.shape)
+        np.maximum.at(missed, cell, edges["num_absent"][edge] * is_then)
+        ago = np.where(since == NEVER, 0, memory.time - since)
+        likelihood *= (1 - detection * np.exp(-(rate * hours)[:, None] * ago)) ** missed
     return likelihood ** np.where(since == NEVER, 1.0, 0.5)
 
 

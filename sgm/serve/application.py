@@ -226,7 +226,9 @@ class Application:
         if path == "/":
             await _send(send, 200, "text/html; charset=utf-8", self._page)
         elif path == "/health":
-            await _send(send, 200, _JSON, b'{"status":"ok"}')
+            fault = self.caller.service.clock_fault
+            health = {"status": "ok", **({"clock_fault": fault} if fault else {})}
+            await _send(send, 200, _JSON, json.dumps(health, separators=(",", ":")).encode())
         elif path == "/metrics":
             text = self.metrics.write(self._list_gauges())
             await _send(send, 200, "text/plain; version=0.0.4; charset=utf-8", text.encode())

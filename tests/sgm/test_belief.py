@@ -27,7 +27,8 @@ MEMORY.add_furniture("desk", MEMORY.add_room("study"))
 
 def make_looks(negative=NOTHING, sought=NOTHING, sought_ago=(np.inf,) * 3, seen=NOTHING) -> Looks:
     """Looks for one thing at three places."""
-    columns = (negative, sought, sought_ago, seen, np.array(seen) > 0)
+    once = (np.array(values, dtype=float)[..., None] for values in (sought, sought_ago))
+    columns = (negative, *once, seen, np.array(seen) > 0)
     return Looks(*(np.array(values, dtype=float)[None] for values in columns))
 
 

@@ -257,8 +257,14 @@ def test_what_was_learnt_survives_a_restart_and_a_step(make_home, tmp_path):
         memory.step()
     after = finder.rank(copy, "scissors")
     assert after == finder.rank(home.memory, "scissors")
-    never_looked = finder.rank(make_home().memory, "scissors").elsewhere
-    assert never_looked < after.elsewhere < before.elsewhere
+    never_looked, other = make_home().memory, make_home().memory
+    assert finder.rank(never_looked, "scissors").elsewhere < before.elsewhere
+    looking = finder.search(other, "scissors")
+    for _ in range(6):
+        looking.next()
+        looking.seen([])
+    other.step()  # looks that showed nothing at all say the same of it
+    assert after.elsewhere == pytest.approx(finder.rank(other, "scissors").elsewhere, abs=0.01)
 
 
 def test_a_place_twice_in_vain_cannot_stay_the_best():

@@ -10,9 +10,10 @@ import pytest
 from sgm.arrays.week import HOUR_SECONDS
 from sgm.evidence.question import HomeSums
 from sgm.memory.clock import Clock
-from sgm.memory.home_history import MOST_FURNITURE, NUM_LOOKS_KEPT
+from sgm.memory.home_history import MOST_FURNITURE
 from sgm.policies.adaptive import Adaptive
 from sgm.policies.heuristics import Bayesian
+from sgm.schema import NUM_LOOKS_KEPT
 from simulator import SceneGraphMemory, Sighting
 from simulator.tasks.rollout import Rollout
 

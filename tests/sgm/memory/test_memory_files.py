@@ -235,7 +235,8 @@ def test_a_look_for_one_thing_after_it_was_seen_is_saved(tmp_path):
     memory.save(tmp_path / "home.sgm")
     SceneGraphMemory.load(tmp_path / "home.sgm").save(tmp_path / "copy.sgm")
     assert (tmp_path / "home.sgm").read_bytes() == (tmp_path / "copy.sgm").read_bytes()
-    assert json.loads((tmp_path / "copy.sgm").read_bytes())["content"]["sought"]
+    looks = json.loads((tmp_path / "copy.sgm").read_bytes())["content"]["looks"]
+    assert [look[4:] for look in looks] == [[], ["mug"]]
 
 
 def test_questions_leave_no_trace_in_a_file_once_their_step_is_over(tmp_path):

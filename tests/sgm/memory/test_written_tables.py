@@ -50,7 +50,8 @@ def test_a_new_column_is_written_and_read(content):
     for table, columns in content.items():
         for name, values in columns.items():
             assert again[table][name].tolist() == values.tolist(), (table, name)
-    check_tables(again, {"furniture": 2, "objects": 2, "edges": 3, "positions": 0}, 1)
+    rows = {"furniture": 2, "objects": 2, "edges": 3, "positions": 0, "lone_looks": 0}
+    check_tables(again, rows, 1)
 
 
 def test_what_is_as_guessed_is_in_no_file_and_read_so(content):

@@ -1,0 +1,96 @@
+"""A service on a machine whose clock is wrong: steps go on, and it is said everywhere."""
+
+import json
+from datetime import datetime, timedelta
+
+import pytest
+
+from sgm.finder.finder import Finder
+from sgm.finder.service import MemoryService
+from sgm.memory.clock import Clock
+from sgm.memory.log_reader import read_log
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+from sgm.policies.adaptive import Adaptive
+from sgm.replay.replay import replay
+
+START = datetime(2026, 11, 16, 8)
+MINUTE, DAY = timedelta(minutes=1), timedelta(days=1)
+
+
+class Machine:
+    """A machine whose clock says what it is set to."""
+
+    def __init__(self, path):
+        self.wall, self.log = START, path / "looks.jsonl"
+        memory = SceneGraphMemory(clock=Clock(START, 600), log=self.log)
+        self.table = memory.add_furniture("table", memory.add_room("kitchen"))
+        self.memory = memory
+        self.service = MemoryService(memory, Finder(Adaptive()), lambda: self.wall)
+
+    def look(self, wall, *things):
+        self.wall = wall
+        return self.service.observe(self.table, [Sighting(thing) for thing in things])
+
+
+@pytest.fixture
+def machine(tmp_path):
+    return Machine(tmp_path)
+
+
+@pytest.mark.parametrize("wrong", [20 * DAY, timedelta(hours=1), timedelta(hours=7)])
+def test_one_wrong_reading_does_not_freeze_a_memory(machine, wrong):
+    """All looks of the next twenty days fell into one step: "97 %, seen here in this step"."""
+    right = START + DAY
+    machine.look(right + wrong, "mug")
+    ahead = machine.memory.time
+    with pytest.warns(UserWarning, match="the clock of the machine went back: it says 2026-11-17"):
+        noted = machine.look(right + 10 * MINUTE)
+    assert "went back" in noted.clock_fault
+    times = []
+    for number in range(2, 30):
+        noted = machine.look(right + number * 10 * MINUTE)
+        times.append(machine.memory.time)
+    assert times == list(range(ahead + 1, ahead + 29))
+    assert "whose steps go on from there" in noted.clock_fault
+    places = machine.service.where_is("mug").places
+    assert all(place.probability < 0.5 for place in places)
+    assert not machine.memory.last_seen("mug").is_there
+
+
+def test_the_log_has_what_the_clock_said_and_replays_alike(machine):
+    machine.look(START + 20 * DAY, "mug")
+    with pytest.warns(UserWarning, match="went back"):
+        machine.look(START + MINUTE, "pen")
+    machine.look(START + 31 * MINUTE, "pen")
+    lines = read_log(machine.log)
+    walls = [line.values["wall"] for line in lines if "wall" in line.values]
+    assert walls == ["2026-11-16T08:01:00"]
+    *_, (memory, _, _) = replay(lines)
+    assert json.dumps(memory.to_dict()) == json.dumps(machine.memory.to_dict())
+
+
+def test_a_restart_with_the_right_time_goes_on(machine):
+    machine.look(START + 20 * DAY, "mug")
+    before = machine.memory.time
+    machine.wall = START
+    with pytest.warns(UserWarning, match="went back"):
+        other = MemoryService(machine.memory, Finder(Adaptive()), lambda: machine.wall)
+    machine.wall = START + 60 * MINUTE
+    assert other.let_time_pass() == 6
+    assert machine.memory.time == before + 6
+
+
+def test_nothing_is_said_of_a_clock_that_is_right(machine):
+    for number in range(5):
+        assert machine.look(START + number * DAY, "mug").clock_fault == ""
+    assert machine.service.clock_fault == ""
+    assert "wall" not in machine.log.read_text()
+
+
+def test_a_month_ahead_is_refused_and_nothing_is_written(machine):
+    size = machine.log.stat().st_size
+    with pytest.raises(ValueError, match="at most 31 days after the present step"):
+        machine.look(START + 60 * DAY, "mug")
+    assert machine.log.stat().st_size == size
+    assert machine.look(START + MINUTE, "mug").status == "ok"
