@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from sgm.files import read_file, write_whole
+from sgm.finder.home_map import HomeMap
 from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.replay.replay import replay
-from sgm.ros.home_map import HomeMap
 from sgm.ros.map_file import write_map
 
 _MOST_BYTES = 1 << 24  # of a map

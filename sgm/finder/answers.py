@@ -8,6 +8,7 @@ from datetime import datetime
 from typing import Any, Literal
 
 from sgm.finder.ranking import tell_time
+from sgm.layout.box import Box
 from sgm.memory.clock import Clock
 from sgm.memory.sighting import Point
 
@@ -18,6 +19,8 @@ LEFT_OUT = {"is_left_out": True}
 _PLAIN = frozenset((str, int, bool, type(None)))
 
 Status = Literal["ok", "ambiguous", "unknown"]
+PositionOf = Literal["thing", "place"]
+Pose = tuple[float, float, float]  # x, y in the map, metres, and yaw, radians
 # What each status means, for the documentation.
 STATUSES = {
     "ok": "the call was done",
@@ -64,7 +67,9 @@ class PlaceFound:
             was asked for.
         probability: that the thing is there.
         why: what the memory holds for and against it.
-        position: where it was seen last there, x, y, z in the map, metres; left out where unknown.
+        position: x, y, z in the map, metres: where it was seen last there, else of the place; left
+            out where unknown.
+        position_of: "thing" or "place"; left out without a position.
         picture: path or id of the latest picture that shows it there; left out without one.
     """
 
@@ -74,6 +79,7 @@ class PlaceFound:
     probability: float
     why: str
     position: Point | None = field(default=None, metadata=LEFT_OUT)
+    position_of: PositionOf | None = field(default=None, metadata=LEFT_OUT)
     picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 
@@ -87,8 +93,8 @@ class LastSeen:
         is_there: whether the last look there still showed it.
         by: who said so; "robot" for what it did itself, empty for what was seen.
         at: when that was.
-        position: where that was, x, y, z in the map, metres; left out where it is unknown, or the
-            thing is not there any more.
+        position: as in `PlaceFound`; of the place where the thing is not there any more.
+        position_of: as in `PlaceFound`.
         picture: path or id of the latest picture that shows it there; left out without one.
     """
 
@@ -98,6 +104,7 @@ class LastSeen:
     by: str
     at: Moment
     position: Point | None = field(default=None, metadata=LEFT_OUT)
+    position_of: PositionOf | None = field(default=None, metadata=LEFT_OUT)
     picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 
@@ -157,18 +164,23 @@ class NextLook:
         name: "desk in study".
         probability: that the thing is there.
         cost: of going there and looking: metres and 1, where places have positions; else 1.
-        position: where the thing was seen last there, x, y, z in the map, metres; left out where
-            unknown.
-        pose: where to stand to see that, x, y in the map, metres, and yaw, radians; left out where
-            unknown.
+        look: number of this look in its search, 1 for the first, for `search_next`.
+        position: as in `PlaceFound`.
+        position_of: as in `PlaceFound`.
+        pose: where to stand to see that, x, y in the map, metres, and yaw, radians, which is 0
+            where it is not known which way to look; left out where unknown.
+        box: extents of the place; left out where unknown.
     """
 
     place: int
     name: str
     probability: float
     cost: float
+    look: int
     position: Point | None = field(default=None, metadata=LEFT_OUT)
-    pose: tuple[float, float, float] | None = field(default=None, metadata=LEFT_OUT)
+    position_of: PositionOf | None = field(default=None, metadata=LEFT_OUT)
+    pose: Pose | None = field(default=None, metadata=LEFT_OUT)
+    box: Box | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,6 +226,8 @@ class Noted:
         ask: as in `WhereIs`.
         candidates: as in `WhereIs`.
         clock_fault: what is wrong with the clock of the machine; empty if nothing is.
+        position: of the place, x, y, z in the map, metres; left out where unknown.
+        room: id of the room, of what was noted of one; else left out.
     """
 
     status: Status
@@ -224,6 +238,8 @@ class Noted:
     ask: str = ""
     candidates: tuple[str, ...] = ()
     clock_fault: str = ""
+    position: Point | None = field(default=None, metadata=LEFT_OUT)
+    room: int | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,18 +251,27 @@ class PlaceRow:
         name: "white fridge in kitchen".
         room: label of its room.
         label: what it is.
-        position: in metres; None if it is not known.
+        position: x, y, z in the map, metres: the middle of its box, or, without one, on the floor
+            where one stands to look at it; None if it is not known.
         last_looked: when it was last looked at; None if it never was.
         things: how many things are there by the last look.
+        room_id: id of its room.
+        pose: as in `NextLook`.
+        box: as in `NextLook`.
+        open_cost: of opening it to look into it; left out where there is nothing to open.
     """
 
     place: int
     name: str
     room: str
     label: str
-    position: tuple[float, float] | None
+    position: Point | None
     last_looked: Moment | None
     things: int
+    room_id: int
+    pose: Pose | None = field(default=None, metadata=LEFT_OUT)
+    box: Box | None = field(default=None, metadata=LEFT_OUT)
+    open_cost: float | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,8 +319,8 @@ class ThingRow:
         times_seen: looks there that showed it.
         times_looked: looks there since it was first seen there.
         last_seen: when it was last seen there.
-        position: where it was seen last there, x, y, z in the map, metres; left out where it is
-            unknown, or the thing is not there any more.
+        position: as in `LastSeen`.
+        position_of: as in `PlaceFound`.
         picture: path or id of the latest picture that shows it there; left out without one.
     """
 
@@ -308,6 +333,7 @@ class ThingRow:
     times_looked: int
     last_seen: Moment
     position: Point | None = field(default=None, metadata=LEFT_OUT)
+    position_of: PositionOf | None = field(default=None, metadata=LEFT_OUT)
     picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 
@@ -336,6 +362,8 @@ class EventRow:
         confidence: of the sighting or statement.
         by: who said so; "robot" for what it did itself, empty for looks.
         at: when.
+        position: as in `LastSeen`.
+        position_of: as in `PlaceFound`.
         picture: path or id of the latest picture that shows it there; left out without one.
     """
 
@@ -347,6 +375,8 @@ class EventRow:
     confidence: float
     by: str
     at: Moment
+    position: Point | None = field(default=None, metadata=LEFT_OUT)
+    position_of: PositionOf | None = field(default=None, metadata=LEFT_OUT)
     picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 
@@ -377,6 +407,10 @@ class ChangeRow:
         at: when the change was noticed.
         probability: how sure it is.
         by: who said so; "robot" for what it did itself, empty for looks.
+        from_position: of the place where it was, x, y, z in the map, metres; left out where
+            unknown.
+        to_position: where it is, else of the place where it is; left out where unknown.
+        to_position_of: "thing" or "place"; left out without a `to_position`.
         picture: path or id of the latest picture that shows it where it is; left out without one.
     """
 
@@ -391,6 +425,9 @@ class ChangeRow:
     at: Moment
     probability: float
     by: str
+    from_position: Point | None = field(default=None, metadata=LEFT_OUT)
+    to_position: Point | None = field(default=None, metadata=LEFT_OUT)
+    to_position_of: PositionOf | None = field(default=None, metadata=LEFT_OUT)
     picture: str | None = field(default=None, metadata=LEFT_OUT)
 
 

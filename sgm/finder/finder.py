@@ -199,7 +199,8 @@ class Finder:
         """
         places = self.rank(memory, description, k, exclude).places
         distance = find_distance(memory, start, distance)
-        return plan_search(description, places, start, distance, look_cost)
+        layout = memory.layout
+        return plan_search(description, places, start, distance, look_cost, layout=layout)
 
     def search(
         self,

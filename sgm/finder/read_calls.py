@@ -19,9 +19,13 @@ from sgm.finder.answers import (
 )
 from sgm.finder.meanings import Unclear, ask_room, doubt, find_place, find_rooms, tell_doubt
 from sgm.finder.question_answers import QuestionAnswers
+from sgm.finder.spots import find_position, tell_position
 from sgm.finder.where_calls import MOST_ROWS, WhereCalls, check_rows
+from sgm.memory.noticed_changes import ThingChange
+from sgm.memory.sighting import Point
 
 DEFAULT_ROWS = 20  # of lists
+_MOST_POSITIONS = 500  # of things, those seen last, that a list tells
 
 _List = TypeVar("_List", PlaceList, ThingList, EventList)
 
@@ -71,9 +75,13 @@ class ReadCalls(WhereCalls):
                 name=layout.describe(number),
                 room=str(layout.rooms[layout.furniture[number].room]),
                 label=layout.furniture[number].label,
-                position=layout.furniture[number].position,
+                position=layout.furniture[number].location,
                 last_looked=self.tell_any(counts[number][1], now),
                 things=counts[number][0],
+                room_id=int(layout.furniture[number].room),
+                pose=layout.compute_pose(number),
+                box=layout.furniture[number].box,
+                open_cost=layout.furniture[number].open_cost,
             )
             for number in furniture[:k]
         ]
@@ -107,7 +115,7 @@ class ReadCalls(WhereCalls):
                     raise unknown
         except Unclear as unclear:
             return self._cut(ThingList, [], k, self.memory.time, unclear)
-        now = self.memory.time
+        now, layout = self.memory.time, self.memory.layout
         seen, num_all = self.memory.list_seen(matches, found, k)
         rows = [
             ThingRow(
@@ -119,7 +127,7 @@ class ReadCalls(WhereCalls):
                 times_seen=seen_at.times_seen,
                 times_looked=seen_at.times_looked,
                 last_seen=self.tell_time(seen_at.time, now),
-                position=seen_at.position,
+                **tell_position(layout, seen_at.furniture, seen_at.position),
                 picture=seen_at.picture,
             )
             for thing, seen_at in seen
@@ -143,6 +151,9 @@ class ReadCalls(WhereCalls):
         resolution, now = self.finder.resolve(self.memory, thing), self.memory.time
         unclear = doubt(resolution)
         matches = resolution.matches if unclear is None else ()
+        events = [(match, event) for match in matches for event in self.memory.history(match)]
+        events.sort(key=lambda named: -named[1].time)
+        layout, seen = self.memory.layout, self._find_positions(matches)
         rows = [
             EventRow(
                 thing=match,
@@ -153,13 +164,14 @@ class ReadCalls(WhereCalls):
                 confidence=event.confidence,
                 by=event.by,
                 at=self.tell_time(event.time, now),
+                **tell_position(
+                    layout, event.furniture, seen.get((match, event.furniture, event.time))
+                ),
                 picture=event.picture,
             )
-            for match in matches
-            for event in self.memory.history(match)
+            for match, event in events[:k]
         ]
-        rows.sort(key=lambda event_row: -event_row.at.step)
-        return self._cut(EventList, rows, k, now, unclear)
+        return self._cut(EventList, rows, k, now, unclear, len(events))
 
     def changes(self, since: datetime | int, k: int = DEFAULT_ROWS) -> ChangeList:
         """List what is new, was moved, is gone or was picked up, the latest first.
@@ -173,7 +185,14 @@ class ReadCalls(WhereCalls):
         """
         check_rows(k)
         changes, now = self.memory.changes(since), self.memory.time
-        rows = tuple(
+        rows = self._tell_changes(changes[:k], now)
+        return ChangeList("ok", rows, max(len(changes) - k, 0), self.tell_time(now, now))
+
+    def _tell_changes(self, changes: Sequence[ThingChange], now: int) -> tuple[ChangeRow, ...]:
+        layout = self.memory.layout
+        seen = self._find_positions([change.thing for change in changes])
+        latest = {(thing, place): position for (thing, place, _), position in seen.items()}
+        return tuple(
             ChangeRow(
                 what=change.kind,
                 thing=change.thing,
@@ -186,11 +205,29 @@ class ReadCalls(WhereCalls):
                 at=self.tell_time(change.time, now),
                 probability=change.probability,
                 by=change.by,
+                from_position=find_position(layout, change.from_place),
+                **tell_position(
+                    layout, change.to_place, latest.get((change.thing, change.to_place)), "to_"
+                ),
                 picture=change.picture,
             )
-            for change in changes[:k]
+            for change in changes
         )
-        return ChangeList("ok", rows, max(len(changes) - k, 0), self.tell_time(now, now))
+
+    def _find_positions(
+        self, things: Sequence[str]
+    ) -> dict[tuple[str, int | None, int], Point | None]:
+        """Return where things are, by description, place, and the time step of the last sighting.
+
+        Without any, nothing; of two things of one name at one place, where the one seen last is.
+        """
+        if not things or not self.memory.batch.positions.num_rows:
+            return {}
+        seen, _ = self.memory.list_seen(list(dict.fromkeys(things)), most=_MOST_POSITIONS)
+        return {
+            (thing, seen_at.furniture, seen_at.time): seen_at.position
+            for thing, seen_at in reversed(seen)
+        }
 
     def _cut(
         self,

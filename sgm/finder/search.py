@@ -321,6 +321,7 @@ class ObjectSearch:
             miss_again,
             self._opened,
             most=1,
+            layout=self.memory.layout,
         )
         return next(iter(plan), None)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,9 @@ from sgm.finder.tour_optimiser import (
     plan_tour,
 )
 from sgm.finder.travel_costs import Distance, TravelCosts, check_start
+from sgm.layout.box import Box
+from sgm.layout.layout import Layout
+from sgm.memory.sighting import Point
 from sgm.messages import shorten
 from sgm.schema import RELATION_TABLE, USUAL_RELATION
 
@@ -41,12 +44,33 @@ class Look:
         prob_needed: probability that the object was not found before.
         must_open: whether it has to be opened to look into it; not for another look at a place
             where one stands.
+        layout: rooms and furniture, by which positions are told; None where there are none.
     """
 
     place: Place
     cost: float
     prob_needed: float
     must_open: bool = False
+    layout: Layout | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def position(self) -> Point | None:
+        """Where to look, x, y, z in the map, metres: where the thing was seen, else the place."""
+        if self.place.position is not None or self.layout is None:
+            return self.place.position
+        return self.layout.furniture[self.place.furniture].location
+
+    @property
+    def pose(self) -> tuple[float, float, float] | None:
+        """Where to stand, x, y in the map, metres, and yaw, radians; None where that is unknown."""
+        if self.layout is None:
+            return None
+        return self.layout.compute_pose(self.place.furniture, self.place.position)
+
+    @property
+    def box(self) -> Box | None:
+        """Extents of the place; None where they are unknown."""
+        return None if self.layout is None else self.layout.furniture[self.place.furniture].box
 
     @property
     def instruction(self) -> str:
@@ -106,6 +130,7 @@ def plan_search(
     miss_again: float | None = None,
     opened: int | None = None,
     most: int | None = None,
+    layout: Layout | None = None,
 ) -> SearchPlan:
     """Order looks so that the expected cost until the object is found is small.
 
@@ -142,6 +167,7 @@ def plan_search(
             costs least where one of these looks finds it. None for one look each.
         opened: furniture id of what is open now; None for none.
         most: looks to plan, the first ones of all; None for all.
+        layout: rooms and furniture, by which looks tell positions; None for none.
 
     Raises:
         ValueError: if a cost is negative or nan, or there is a start without distances.
@@ -170,6 +196,7 @@ def plan_search(
             float(leg),
             float(needed),
             places[place].open_cost is not None and places[place].furniture != last,
+            layout,
         )
         for place, leg, needed, last in zip(stop[order], cost, prob_needed, before, strict=False)
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from datetime import datetime
+from typing import TypeVar
 
 from sgm.finder.answers import (
     MOST_BYTES,
@@ -20,6 +21,7 @@ from sgm.finder.finder import Finder
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear, ask_which, doubt, tell_doubt
 from sgm.finder.past_places import WasAt, find_past_places
 from sgm.finder.ranking import Place, Ranking
+from sgm.finder.spots import tell_position
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import SeenAt
 from sgm.messages import shorten, shorten_text
@@ -30,6 +32,8 @@ DEFAULT_PLACES = 3
 _MOST_WHY = 80  # characters of the evidence of a place
 _MOST_ASKED = 4  # times as many characters of a question as of a name, where an answer is cut
 _WORST = ("ok", "unknown", "ambiguous")
+
+_Said = TypeVar("_Said", PlaceFound, LastSeen | None)
 
 
 class WhereCalls:
@@ -103,6 +107,7 @@ class WhereCalls:
         elif isinstance(at, int):
             step = at
         unclear = None if ranking.asked_for != "thing" else self._doubt(ranking)
+        layout = self.memory.layout
         return WhereOne(
             thing=ranking.description,
             taken_for=_list_taken(ranking),
@@ -113,8 +118,8 @@ class WhereCalls:
                     place.relation,
                     place.probability,
                     _tell_why(place),
-                    place.position,
-                    place.picture,
+                    **tell_position(layout, place.furniture, place.position),
+                    picture=place.picture,
                 )
                 for place in ranking
             ),
@@ -164,14 +169,16 @@ class WhereCalls:
             told = asking.say("said then", who=was.by, when=when.words)
         name = self.tell_name(was.furniture)
         assert was.furniture is not None
-        return PlaceFound(was.furniture, name, was.relation or "", was.probability, told)
+        spot = tell_position(self.memory.layout, was.furniture, None)
+        return PlaceFound(was.furniture, name, was.relation or "", was.probability, told, **spot)
 
     def _tell_last_seen(self, seen: SeenAt | None) -> LastSeen | None:
         if seen is None:
             return None
         name, when = self.tell_name(seen.furniture), self.tell_time(seen.time, self.memory.time)
-        about = (seen.is_there, seen.by, when, seen.position, seen.picture)
-        return LastSeen(seen.furniture, name, *about)
+        spot = tell_position(self.memory.layout, seen.furniture, seen.position)
+        about = (seen.is_there, seen.by, when)
+        return LastSeen(seen.furniture, name, *about, picture=seen.picture, **spot)
 
     def _doubt(self, ranking: Ranking) -> Unclear | None:
         """Return what to ask about a thing, or about a place that may be meant: "left sofa"."""
@@ -253,7 +260,13 @@ def _fit_beside_picture(answer: WhereOne) -> WhereOne:
 
 
 def _fit(answer: WhereOne) -> WhereOne:
-    """Leave places out, then reasons, then shorten names, until an answer is short enough."""
+    """Leave positions of places out, then places, reasons, and letters, until it is short enough.
+
+    The likeliest place keeps its position longest; `list_places` has all.
+    """
+    if len(write_json(answer)) <= MOST_BYTES:
+        return answer
+    answer = replace(answer, last_seen=_leave_out_position(answer.last_seen))
     if len(write_json(answer)) <= MOST_BYTES:
         return answer
     sizes = [len(write_json(place)) + 1 for place in answer.places]  # with a comma, but for one
@@ -265,6 +278,9 @@ def _fit(answer: WhereOne) -> WhereOne:
     answer = replace(answer, places=answer.places[:kept], left_out=num_left_out)
     if sum(sizes[:kept]) <= left:
         return answer
+    answer = replace(answer, places=tuple(map(_leave_out_position, answer.places)))
+    if len(write_json(answer)) <= MOST_BYTES:
+        return answer
     whole = replace(answer, places=tuple(replace(place, why="") for place in answer.places))
     answer = whole
     for most in (60, 40, 20, 10, 5, 1):  # names may have hundreds of letters
@@ -272,6 +288,13 @@ def _fit(answer: WhereOne) -> WhereOne:
             break
         answer = _shorten_names(whole, most)
     return answer
+
+
+def _leave_out_position(said: _Said) -> _Said:
+    """Leave the position of a place out; that of a thing stays."""
+    if said is None or said.position_of != "place":
+        return said
+    return replace(said, position=None, position_of=None)
 
 
 def _shorten_names(answer: WhereOne, most: int) -> WhereOne:

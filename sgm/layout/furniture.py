@@ -62,6 +62,16 @@ class Furniture:
     open_cost: float | None = None
 
     @property
+    def location(self) -> tuple[float, float, float] | None:
+        """Where it is, x, y, z in the map, metres; None if it is unknown.
+
+        The middle of its box, or, without one, on the floor where one stands to look at it.
+        """
+        if self.box is not None:
+            return self.box.center
+        return None if self.position is None else (*self.position, 0.0)
+
+    @property
     def must_open(self) -> bool:
         """Whether it must be opened to look into it."""
         return self.open_cost is not None or (self.box is not None and self.box.has_door)
@@ -142,6 +152,7 @@ _CLEARANCE = 0.3  # metres around the robot's middle that must be free
 _TALLEST = 1.8  # metres: what hangs higher is in no robot's way
 _STEP = 0.1  # metres above the floor: what is lower is walked over
 _FLOOR = "floor"
+_THING = 0.2  # metres: side of what lies at furniture whose extents are unknown
 
 
 def compute_positions(
@@ -185,23 +196,26 @@ def _find_position(
     number: int,
     point: tuple[float, float, float] | None = None,
 ) -> tuple[float, float] | None:
-    piece = furniture[number]
-    if piece.position is not None or piece.box is None:
+    piece, extents = furniture[number], furniture[number].box
+    if extents is None and point is not None:  # unknown: around what is looked at
+        extents = Box(point, (_THING, _THING, _THING))
+    if piece.position is not None or extents is None:
         return piece.position
     in_room = [other for other in boxes if furniture[other].room == piece.room]
     floors = [boxes[other] for other in in_room if furniture[other].label == _FLOOR]
     # Of a floor without a box: the lowest side of the furniture of its room.
-    ground = floors[0].top if floors else min(boxes[other].bottom for other in in_room)
+    lowest = min((boxes[other].bottom for other in in_room), default=0.0)
+    ground = floors[0].top if floors else lowest
     in_the_way = [
         box
         for other, box in boxes.items()
         if furniture[other].label != _FLOOR
         and box.top > ground + _STEP
         and box.bottom < ground + _TALLEST
-        and math.dist(box.center[:2], piece.box.center[:2])
-        < _get_reach(box) + _get_reach(piece.box)
+        and math.dist(box.center[:2], extents.center[:2]) < _get_reach(box) + _get_reach(extents)
     ]
-    points = _list_points(piece.box, is_floor=piece.label == _FLOOR, point=point)
+    is_floor = piece.box is not None and piece.label == _FLOOR
+    points = _list_points(extents, is_floor=is_floor, point=point)
     is_free = np.ones(len(points), dtype=bool)
     flat = np.column_stack([points, np.zeros(len(points))])
     for box in in_the_way:
@@ -226,6 +240,9 @@ def compute_pose(
 ) -> tuple[float, float, float] | None:
     """Return where one stands to look at a furniture node, x, y, and the yaw with which one does.
 
+    Where no side of it is free, that is its middle; where it is not known which way to look, the
+    yaw is 0.
+
     Args:
         furniture: by id.
         number: id of the one.
@@ -234,12 +251,11 @@ def compute_pose(
     Returns:
         Metres and radians; None where it is not known where it stands.
     """
-    box = furniture[number].box
-    stand = compute_position(furniture, number, point)
-    target = point if point is not None or box is None else box.center
-    if stand is None or target is None:
+    target = furniture[number].location if point is None else point
+    if target is None:
         return None
-    return (*stand, math.atan2(target[1] - stand[1], target[0] - stand[0]))
+    x, y = compute_position(furniture, number, point) or target[:2]
+    return x, y, math.atan2(target[1] - y, target[0] - x)
 
 
 def _get_reach(box: Box) -> float:

@@ -12,7 +12,7 @@ from sgm.messages import shorten
 
 Outline = tuple[tuple[float, float], ...]
 
-_MOST_CORNERS = 64
+MOST_CORNERS = 64
 _LEAST_AREA = 1e-6  # square metres
 
 
@@ -22,9 +22,9 @@ def read_outline(name: str, corners: Any) -> Outline:
         num = len(corners)
     except TypeError:
         num = 0
-    if not 3 <= num <= _MOST_CORNERS:
+    if not 3 <= num <= MOST_CORNERS:
         raise ValueError(
-            f"{name} must have 3 to {_MOST_CORNERS} corners, got {shorten(corners)}. Give x, y of "
+            f"{name} must have 3 to {MOST_CORNERS} corners, got {shorten(corners)}. Give x, y of "
             "each, around the footprint."
         )
     read = read_numbers(name, corners, (num, 2))

@@ -31,6 +31,7 @@ from sgm.schema import MAX_TIME
 _FIELDS: Mapping[str, tuple[str, ...]] = {
     "start": ("version", "prior", "clock", "rooms", "furniture", "map", "memory"),
     "room": ("room", "label"),
+    "rename_room": ("room", "label"),
     "furniture": ("furniture", "label", "room", "description", "position"),
     "move": ("furniture", "room", "position"),
     "name": ("furniture", "label", "description"),
@@ -62,8 +63,8 @@ class LogLine:
 
     Attributes:
         kind: "start": a memory begins, or goes on after it was loaded, with this `layout` and this
-            clock; `memory` is all that it holds then, a `MemoryContent`. "room", "furniture",
-            "move", "name", "merge_furniture", "remove_room", "remove_furniture",
+            clock; `memory` is all that it holds then, a `MemoryContent`. "room", "rename_room",
+            "furniture", "move", "name", "merge_furniture", "remove_room", "remove_furniture",
             "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down",
             "rename", "merge", "split", "split_off", "transform": what was called, with its
             arguments as values; a thing is named by its description and, where it has one, its id.

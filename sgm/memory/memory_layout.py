@@ -7,7 +7,7 @@ from typing import Any
 
 from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import Box, read_box
-from sgm.layout.furniture import Furniture, read_open_cost, read_position
+from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
 from sgm.layout.layout import Layout, RoomId, read_map_id
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.seen_positions import keep_positions_at, turn_positions
@@ -61,6 +61,16 @@ class MemoryLayout:
             room = layout.add_room(label)
             self._state.note_new(label)
         return room
+
+    def rename_room(self, room: int, label: str) -> None:
+        """Note what a room is, where that was not known, or was known wrongly."""
+        read_words("room label", label)
+        with self._state.lock:
+            layout = self._state.layout
+            layout.check_room(room)
+            self._state.write("rename_room", room=int(room), label=label)
+            layout.rooms[RoomId(room)] = Room(label)
+            self._state.note_new(label)
 
     def add_furniture(
         self,

@@ -246,6 +246,15 @@ class SceneGraphMemory:
         """
         return self._layout.add_room(label)
 
+    def rename_room(self, room: int, label: str) -> None:
+        """Note what a room is, where that was not known, or was known wrongly; its id stays.
+
+        Raises:
+            KeyError: if there is no room of that id.
+            ValueError: if the label is no text.
+        """
+        self._layout.rename_room(room, label)
+
     def add_furniture(
         self,
         label: str,
@@ -801,7 +810,9 @@ class SceneGraphMemory:
         Under each furniture node stand the objects that were ever seen there: "is_there" says
         whether the last look at it found them; "by" is who said last that they are there, where no
         look has shown it. "unplaced" lists objects that were last seen at furniture that was
-        removed.
+        removed. "position" is x, y, z in the map, metres, of an object where it was seen, and of
+        furniture the middle of its "box", or the point on the floor where one stands to look at it;
+        both are left out where they are unknown.
         """
         return self._things.to_dict()
 

@@ -190,12 +190,18 @@ def list_home(
     last_looked = memory.furniture_last_observed[0].tolist()
     furniture_in: dict[int, list[dict[str, Any]]] = {room: [] for room in layout.rooms}
     for (number, node), looked in zip(layout.furniture.items(), last_looked, strict=True):
+        where: dict[str, Any] = {}
+        if node.location is not None:
+            where["position"] = list(node.location)
+        if node.box is not None:
+            where["box"] = node.box.to_json()
         furniture_in[node.room].append(
             {
                 "id": number,
                 "label": node.label,
                 "description": node.description,
                 "last_looked": None if looked == NEVER else looked,
+                **where,
                 "objects": objects[number],
             }
         )

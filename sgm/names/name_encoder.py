@@ -7,12 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
+from sgm.arrays.kept_rows import KeptRows
 from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
 
 # A function from n names to n vectors, of any width and length.
 Encode = Callable[[list[str]], "np.typing.ArrayLike"]
 
+_MOST_VECTORS = 5000  # of names that are kept; some encoders give a thousand numbers each
 _SAMPLE = 300  # names of the table that the thresholds are measured on
 _HOME = 100  # names that a home is taken to have
 _FALSE = 0.02  # share of the names that nothing in such a home is called, and that find something
@@ -40,7 +42,7 @@ class NameEncoder:
             )
         self._encode = encode
         self._table = table
-        self._vectors: dict[str, np.ndarray] = {}
+        self._vectors = KeptRows[str](_MOST_VECTORS)
 
     def compare(self, name: str, others: Sequence[str]) -> Sequence[float]:
         """Return the cosines of a name to others; raises ValueError for vectors that are none."""
@@ -64,15 +66,14 @@ class NameEncoder:
         return max(float(least), _LEAST), max(float(related), _LEAST)
 
     def _take(self, names: Sequence[str]) -> np.ndarray:
-        """Return unit vectors; each name is encoded once."""
-        new = [name for name in dict.fromkeys(names) if name not in self._vectors]
-        if new:
-            vectors = np.asarray(self._encode(new), dtype=np.float64)
-            if vectors.ndim != 2 or len(vectors) != len(new) or not np.isfinite(vectors).all():
-                raise ValueError(
-                    f"encoder must give {len(new)} finite vectors of one width, got an array of "
-                    f"shape {vectors.shape}. Return one row for each name."
-                )
-            length = np.maximum(np.sqrt((vectors**2).sum(axis=1, keepdims=True)), 1e-12)
-            self._vectors.update(zip(new, vectors / length, strict=True))
-        return np.stack([self._vectors[name] for name in names])
+        """Return unit vectors; each name is encoded once, as long as it is kept."""
+        return np.stack(self._vectors.take(names, self._compute))
+
+    def _compute(self, new: list[str]) -> np.ndarray:
+        vectors = np.asarray(self._encode(new), dtype=np.float64)
+        if vectors.ndim != 2 or len(vectors) != len(new) or not np.isfinite(vectors).all():
+            raise ValueError(
+                f"encoder must give {len(new)} finite vectors of one width, got an array of "
+                f"shape {vectors.shape}. Return one row for each name."
+            )
+        return vectors / np.maximum(np.sqrt((vectors**2).sum(axis=1, keepdims=True)), 1e-12)

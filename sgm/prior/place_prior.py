@@ -9,8 +9,11 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from sgm.arrays.grouped import sum_relations
+from sgm.arrays.kept_rows import KeptRows
 from sgm.prior.prior_graph import PriorGraph
 from sgm.text.vectors import Alike, weigh
+
+_MOST_FOUND = 20_000  # homes and labels whose shares by words are kept: 20 MB of 100 places
 
 
 class PlacePrior:
@@ -58,7 +61,8 @@ class PlacePrior:
             for rooms, home_rooms in zip(room_labels, furniture_rooms, strict=True)
         ]
         self._is_place = np.asarray(furniture_rooms) >= 0
-        self._found: dict[tuple[int, str], np.ndarray] = {}  # by words, as the same is asked again
+        # By words, as the same is asked again.
+        self._found = KeptRows[tuple[int, str]](_MOST_FOUND)
         self._node = np.array(
             [
                 [
@@ -116,17 +120,20 @@ class PlacePrior:
             object type it is most like of those that are known in the home, (n,), 0 for none.
         """
         keys = list(zip(home.tolist(), labels, strict=True))
-        if new := [key for key in dict.fromkeys(keys) if key not in self._found]:
-            homes = np.array([home for home, _ in new])
-            is_present = self._has_place[homes]
-            cosines = self._object_words.cosines([label for _, label in new])
-            weights = weigh(cosines, is_present)
-            share = np.einsum("no,nof->nf", weights, self.weights_by_words[homes])
-            most = np.where(is_present, cosines, 0).max(axis=1, keepdims=True, initial=0)
-            self._found |= zip(new, np.append(share, most, axis=1), strict=True)
-        rows = np.array([self._found[key] for key in keys])
-        rows = rows.reshape(len(keys), self.weights.shape[2] + 1)
+        rows = np.array(self._found.take(keys, self._weigh_words)).reshape(
+            len(keys), self.weights.shape[2] + 1
+        )
         return rows[:, :-1], rows[:, -1]
+
+    def _weigh_words(self, keys: Sequence[tuple[int, str]]) -> np.ndarray:
+        """Return shares of places and the cosine, of objects by home and label, (n, F + 1)."""
+        homes = np.array([home for home, _ in keys])
+        is_present = self._has_place[homes]
+        cosines = self._object_words.cosines([label for _, label in keys])
+        weights = weigh(cosines, is_present)
+        share = np.einsum("no,nof->nf", weights, self.weights_by_words[homes])
+        most = np.where(is_present, cosines, 0).max(axis=1, keepdims=True, initial=0)
+        return np.append(share, most, axis=1)
 
     @cached_property
     def _has_place(self) -> np.ndarray:

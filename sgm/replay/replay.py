@@ -101,6 +101,8 @@ class Replayer:
             self._start(line)
         elif kind == "room":
             self._rooms[values["room"]] = memory.add_room(values["label"])
+        elif kind == "rename_room":
+            memory.rename_room(self._rooms[values["room"]], values["label"])
         elif kind == "furniture":
             about = map(values.get, ("description", "position", "box", "open_cost"))
             furniture = memory.add_furniture(values["label"], self._rooms[values["room"]], *about)

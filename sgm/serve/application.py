@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # mcp is an extra, and takes as long to import as all else
 # Upper bounds of the times that are counted, in seconds.
 BOUNDS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 _JSON = "application/json"
+_KEY_HEADER = "idempotency-key"  # as other services call the key of a write
 # A page that was read, by mistake or not, can do nothing and is shown nowhere else.
 _HEADERS = [
     (b"x-content-type-options", b"nosniff"),
@@ -197,7 +198,7 @@ class Application:
         except OSError as error:
             line = str(error.args[-1] if error.args else error)
             if " must " not in line:
-                line = f"disk must take the change, got {error}"
+                line = f"disk must take the change, got {error}. Free some space, and send it again"
             await _send(count, 507, _JSON, _write_error(line))
         finally:
             self.metrics.count(name, status, time.perf_counter() - begin)
@@ -293,6 +294,9 @@ class Application:
             raise ValueError(
                 f"body must be JSON, got {shorten_text(str(error))}. Send one object."
             ) from None
+        key = headers.get(_KEY_HEADER)
+        if key is not None and call.is_write and isinstance(values, Mapping):
+            values = {"key": key, **values}
         return call.read(values)
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
 from sgm.checks import is_finite
 from sgm.files import parse_json
+from sgm.layout.box import INTERIORS
+from sgm.layout.outline import MOST_CORNERS
 from sgm.memory.sighting import (
     MOST_NUMBERS,
     MOST_PICTURE,
@@ -23,6 +25,7 @@ from sgm.schema import MAX_TIME, MOST_METRES
 
 MOST_SEEN = 500  # sightings of a look
 MOST_THINGS = 10  # that are asked for at once
+MOST_ENTRIES = 10_000  # rooms, or pieces of furniture, of a map
 _LARGEST = 1e9  # number of an embedding, or of a start in metres
 
 
@@ -150,6 +153,13 @@ def _read_numbers(
     return tuple(map(float, value)) if fits else None
 
 
+def _read_corners(value: Any) -> list[tuple[float, ...]] | None:
+    if not isinstance(value, list) or not 3 <= len(value) <= MOST_CORNERS:
+        return None
+    corners = [_read_numbers(corner, 2, 2) for corner in value]
+    return None if None in corners else [corner for corner in corners if corner is not None]
+
+
 def _read_seen(name: str, value: Any) -> list[Sighting] | None:
     if not isinstance(value, list) or len(value) > MOST_SEEN:
         return None
@@ -207,10 +217,80 @@ PLACE = Rule(
     f"be the id of a place, or a name of 1 to {MAX_LENGTH} characters",
     _read_place,
 )
+# Of a room, by its id or a name.
+ROOM = Rule(PLACE.schema, PLACE.must.replace("place", "room"), _read_place)
+# Where one stands or starts; with a height, as answers have it, which says nothing of that.
 POSITION = Rule(
-    {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
-    "be two numbers, metres, such as [1.5, 4]",
-    lambda _, value: _read_numbers(value, 2, 2),
+    {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 3},
+    "be two numbers, metres, such as [1.5, 4], or three",
+    lambda _, value: _read_numbers(value, 2, 3),
+)
+POINT = Rule(
+    {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+    "be three numbers, metres, such as [1.5, 4, 0.8]",
+    lambda _, value: _read_numbers(value, 3, 3),
+)
+NUMBER = Rule(
+    {"type": "number", "minimum": -_LARGEST, "maximum": _LARGEST},
+    f"be a number within {_LARGEST:g}",
+    lambda _, value: float(value) if is_finite(value) and abs(value) <= _LARGEST else None,
+)
+_PAIR = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+CORNERS = Rule(
+    {"type": "array", "items": _PAIR, "minItems": 3, "maxItems": MOST_CORNERS},
+    f"be 3 to {MOST_CORNERS} corners, x, y of each, metres",
+    lambda _, value: _read_corners(value),
+)
+INTERIOR = make_choice_rule(*INTERIORS)
+# Extents of a place, as `read_extents` takes them.
+EXTENTS: Mapping[str, Rule] = {
+    "center": POINT,
+    "size": POINT,
+    "yaw": NUMBER,
+    "interior": INTERIOR,
+    "polygon": CORNERS,
+    "bottom": NUMBER,
+    "top": NUMBER,
+}
+COST = Rule(
+    {"type": "number", "minimum": 0, "maximum": _LARGEST},
+    f"be a number from 0 to {_LARGEST:g}",
+    lambda _, value: float(value) if is_finite(value) and 0 <= value <= _LARGEST else None,
+)
+
+
+def _make_entries_rule(needed: Sequence[str], known: Mapping[str, Any]) -> Rule:
+    """Return the rule of the rooms, or the furniture, of a map: `HomeMap` reads what is in each."""
+    entry = {
+        "type": "object",
+        "properties": dict(known),
+        "required": list(needed),
+        "additionalProperties": False,
+    }
+    return Rule(
+        {"type": "array", "items": entry, "minItems": 1, "maxItems": MOST_ENTRIES},
+        f"be a list of 1 to {MOST_ENTRIES} entries with {' and '.join(needed)}",
+        lambda _, value: (
+            value if isinstance(value, list) and 1 <= len(value) <= MOST_ENTRIES else None
+        ),
+    )
+
+
+_NAMED = {"name": TEXT.schema, "label": TEXT.schema, "id": _STEP}
+ROOMS = _make_entries_rule(
+    ("name",),
+    {**_NAMED, "floor": {"type": "array", "items": _PAIR, "minItems": 2, "maxItems": MOST_CORNERS}},
+)
+FURNITURE = _make_entries_rule(
+    ("name", "room"),
+    {
+        **_NAMED,
+        "room": TEXT.schema,
+        "position": POSITION.schema,
+        **{name: rule.schema for name, rule in EXTENTS.items()},
+        "open_cost": COST.schema,
+        "is_open": {"type": "boolean"},
+    },
 )
 # A position, or a place.
 START = Rule(

@@ -147,7 +147,7 @@ class Caller:
 
         Raises:
             Refused: if too many calls wait, or it takes too long. A write that takes too long may
-                still be made.
+                still be made: sent again with its key, it is made once.
             KeyError, ValueError: as the method does.
             OSError: if the disk does not take a write; then it was not made, or, where the disk was
                 to have it before the answer, may be lost with the power.
@@ -162,7 +162,7 @@ class Caller:
             if call.is_write and self._sync == "answer":
                 await asyncio.wait_for(self._sync_log(), self.timeout)
         except asyncio.TimeoutError:
-            raise self._refuse_slow() from None
+            raise self._refuse_slow(call.is_write) from None
         return answer
 
     async def answer(self, call: Call, arguments: Mapping[str, Any]) -> bytes:
@@ -190,10 +190,17 @@ class Caller:
     def _check_waiting(self) -> None:
         num_waiting = len(self._turns) + (0 if self.reader is None else self.reader.num_waiting)
         if num_waiting >= MOST_WAITING:
-            raise Refused(503, f"calls must be at most {MOST_WAITING} at once, got more. Wait.")
+            line = f"calls must be at most {MOST_WAITING} at once, got more. Nothing was done. "
+            raise Refused(503, f"{line}Wait, and send it again.")
 
-    def _refuse_slow(self) -> Refused:
-        line = f"a call must take at most {self.timeout:g} s, got a longer one. Try again."
+    def _refuse_slow(self, is_write: bool = False) -> Refused:
+        line = f"a call must take at most {self.timeout:g} s, got a longer one. "
+        line += (
+            "It may have been made, or be made yet: send it again with the same key, and it is "
+            "made once. Without a key, see first what is known."
+            if is_write
+            else "Try again."
+        )
         return Refused(503, line)
 
     def _write(self, run: Callable[[], Any]) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, get_type_hints
 
 from sgm.finder.read_calls import ReadCalls
@@ -13,9 +13,15 @@ from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
 from sgm.serve.answer_schema import make_schema
 from sgm.serve.argument_rules import (
+    COST,
+    EXTENTS,
+    FURNITURE,
+    NUMBER,
     PLACE,
     POSITION,
     RELATION,
+    ROOM,
+    ROOMS,
     SEEN,
     SHARE,
     START,
@@ -32,6 +38,7 @@ from sgm.serve.coerced import coerce
 
 VERSION: Final = "v1"  # of the schema: fields may be added in it, and none changes or goes
 REQUIRED: Final = object()
+MOST_LOOKS = 1_000_000  # of a search
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +51,7 @@ class Argument:
         about: in one line.
         default: `REQUIRED`, or what is documented as the value of one that is left out.
         python: its name in Python, if another.
+        also: other names under which it is understood.
     """
 
     name: str
@@ -51,6 +59,7 @@ class Argument:
     about: str
     default: Any = None
     python: str = ""
+    also: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,13 +124,7 @@ class Call:
                 f"arguments of {self.name} must be one JSON object, got {shorten(values)}. Write "
                 '{"name": value}.'
             )
-        names = [argument.name for argument in self.arguments]
-        for name in values:
-            if name not in names:
-                raise ValueError(
-                    f"arguments of {self.name} must be some of {', '.join(names) or 'none'}, got "
-                    f"{shorten(name)}. Leave it out."
-                )
+        values = self._name_as_declared(values)
         read = {}
         for argument in self.arguments:
             value = values.get(argument.name)
@@ -138,6 +141,32 @@ class Call:
             read[argument.python or argument.name] = read_one(argument.name, value)
         return read
 
+    def _name_as_declared(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return values by the names of the arguments; raises ValueError for unknown ones."""
+        names = [argument.name for argument in self.arguments]
+        others = {
+            other: argument.name
+            for argument in self.arguments
+            for other in argument.also
+            if argument.name not in values
+        }
+        for name in values:
+            if name in names or name in others:
+                continue
+            missing = [
+                argument
+                for argument in self.arguments
+                if argument.default is REQUIRED and values.get(argument.name) is None
+            ]
+            advice = "Leave it out."
+            if missing:
+                advice = f"Say {missing[0].name}: {missing[0].about}."
+            raise ValueError(
+                f"arguments of {self.name} must be some of {', '.join(names) or 'none'}, got "
+                f"{shorten(name)}. {advice}"
+            )
+        return {others.get(name, name): value for name, value in values.items()}
+
     def run(self, service: ReadCalls, arguments: Mapping[str, Any]) -> Any:
         """Make the call with arguments that `read` gave, and return its answer."""
         return self.method(service, **arguments)
@@ -150,8 +179,30 @@ _THINGS = Argument(
     REQUIRED,
 )
 _SPEAKER = Argument("speaker", TEXT, "who says my, such as anna")
+_KEY = Argument(
+    "key",
+    TEXT,
+    "of this write, any text: one that is sent again with its key is made once, and gets the "
+    "same answer",
+)
 _THING = Argument("thing", TEXT, "in words, such as the red mug, or its id", REQUIRED)
 _PLACE = Argument("place", PLACE, "id or name, such as desk in study", REQUIRED)
+_ROOM = Argument("room", ROOM, "id or name, such as kitchen", REQUIRED)
+_LABEL = Argument("label", TEXT, "what it is, such as fridge", REQUIRED)
+_STAND = Argument("position", POSITION, "where one stands to look at it, metres")
+_ABOUT_EXTENTS = {
+    "center": "x, y, z of its middle in the map, metres",
+    "size": "depth, width and height, metres",
+    "yaw": "where its front looks to, radians from the x axis",
+    "interior": "none: a table; open: shelves; door: to be opened",
+    "polygon": "corners of its footprint, in place of center and size",
+    "bottom": "height of its lower side, with a polygon",
+    "top": "height of its upper side, with a polygon",
+}
+_BOX, _POLYGON = (
+    tuple(Argument(name, EXTENTS[name], _ABOUT_EXTENTS[name]) for name in names)
+    for names in (("center", "size", "yaw", "interior"), ("polygon", "bottom", "top"))
+)
 _COVERAGE = Argument("coverage", SHARE, "share of the place that was in view", 1)
 _SEEN = Argument(
     "seen", SEEN, "everything that was seen there, and nothing else; [] if nothing was", REQUIRED
@@ -164,7 +215,8 @@ def _rows(about: str, default: int | None) -> Argument:
     return Argument("k", make_whole_rule(1, MOST_ROWS), about, default)
 
 
-CALLS: Final[tuple[Call, ...]] = (
+# Every call; those that write have a key besides.
+_CALLS: Final[tuple[Call, ...]] = (
     Call(
         "Answer a sentence of a person, as it was said: where a thing is, was or will be, whether "
         "it is somewhere, what is at a place, in which room, who moved what, what has changed.",
@@ -219,6 +271,11 @@ CALLS: Final[tuple[Call, ...]] = (
             Argument("seen", SEEN, "everything that was seen there, if the result is seen"),
             _COVERAGE,
             Argument("thing", TEXT, "which of several was found, as left has it"),
+            Argument(
+                "look",
+                make_whole_rule(1, MOST_LOOKS),
+                "number of that look, next.look: one that is sent again is noted once",
+            ),
         ),
         MemoryService.search_next,
         is_write=True,
@@ -320,20 +377,90 @@ CALLS: Final[tuple[Call, ...]] = (
     ),
     Call(
         "Add a room.",
-        (Argument("label", TEXT, "such as kitchen", REQUIRED),),
+        (Argument("label", TEXT, "such as kitchen", REQUIRED, also=("name",)),),
         MemoryService.add_room,
         is_write=True,
     ),
     Call(
-        "Add a place where things may be, such as a fridge or a desk.",
+        "Call a room otherwise: this is no bedroom, it is a study.",
+        (_ROOM, Argument("label", TEXT, "what it is", REQUIRED, also=("name",))),
+        MemoryService.rename_room,
+        is_write=True,
+    ),
+    Call(
+        "Remove a room with all its places, and what is remembered of them.",
+        (_ROOM,),
+        MemoryService.remove_room,
+        is_write=True,
+    ),
+    Call(
+        "Add a place where things may be, such as a fridge or a desk. Its extents are center and "
+        "size, or polygon, bottom and top.",
         (
-            Argument("label", TEXT, "what it is, such as fridge", REQUIRED),
-            Argument("room", TEXT, "its room, by name", REQUIRED),
+            _LABEL,
+            _ROOM,
             Argument("name", TEXT, "for people, such as white fridge; else the label"),
-            Argument("position", POSITION, "where one stands to look at it, metres"),
+            _STAND,
+            *_BOX,
+            Argument("open_cost", COST, "of opening it to look into it, as metres; else no door"),
+            *_POLYGON,
         ),
         MemoryService.add_place,
         is_write=True,
     ),
+    Call(
+        "Note what a place is, where that was not known, or was known wrongly.",
+        (_PLACE, _LABEL, Argument("name", TEXT, "for people; else the label")),
+        MemoryService.name_place,
+        is_write=True,
+    ),
+    Call(
+        "Note that a place was moved: what was seen there moves with it. What is left out stays.",
+        (
+            _PLACE,
+            Argument("room", ROOM, "where it stands now, by id or name"),
+            _STAND,
+            *_BOX,
+            *_POLYGON,
+        ),
+        MemoryService.move_place,
+        is_write=True,
+    ),
+    Call(
+        "Note that two places are one, which is called as the first.",
+        (_PLACE, Argument("other", PLACE, "id or name of the other one, which goes", REQUIRED)),
+        MemoryService.merge_places,
+        is_write=True,
+    ),
+    Call(
+        "Remove a place of the map, and what is remembered of it; its things have no place then.",
+        (_PLACE,),
+        MemoryService.remove_place,
+        is_write=True,
+    ),
+    Call(
+        "Take a whole map over. What the home has already is moved and not added again; nothing is "
+        "removed.",
+        (
+            Argument("rooms", ROOMS, "all rooms: a name of each, or more about it", REQUIRED),
+            Argument("furniture", FURNITURE, "all places, each with its room by name", REQUIRED),
+            Argument("frame", TEXT, "of the coordinates", "map"),
+        ),
+        MemoryService.set_map,
+        is_write=True,
+    ),
+    Call(
+        "Move all positions into the frame of another map of the same home: turn, then shift.",
+        (
+            Argument("angle", NUMBER, "radians around the origin, counter-clockwise", 0.0),
+            Argument("shift", POSITION, "metres, x, y; left out for none", None),
+            Argument("map_id", TEXT, "of the new map"),
+        ),
+        MemoryService.transform_map,
+        is_write=True,
+    ),
+)
+CALLS: Final[tuple[Call, ...]] = tuple(
+    replace(call, arguments=(*call.arguments, _KEY)) if call.is_write else call for call in _CALLS
 )
 BY_NAME: Final[Mapping[str, Call]] = {call.name: call for call in CALLS}

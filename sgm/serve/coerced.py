@@ -62,7 +62,7 @@ def _coerce_parts(value: Any, schema: Mapping[str, Any]) -> Any:
     if isinstance(value, list) and "items" in schema:
         return [coerce(part, schema["items"]) for part in value]
     if isinstance(value, dict):
-        known = schema["properties"]
+        known = schema.get("properties", {})
         return {
             name: coerce(part, known[name]) if name in known else part
             for name, part in value.items()

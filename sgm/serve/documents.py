@@ -81,7 +81,9 @@ def describe_rule(schema: Any) -> str:
     if json_type == "integer" and "minimum" in schema:
         return f"whole number {schema['minimum']} to {schema['maximum']}"
     if json_type == "number" and "maximum" in schema:
-        return f"number above {schema['exclusiveMinimum']:g} to {schema['maximum']:g}"
+        least = schema.get("minimum")
+        begin = f"above {schema['exclusiveMinimum']:g}" if least is None else f"{least:g}"
+        return f"number {begin} to {schema['maximum']:g}"
     return {"string": "text", "integer": "whole number"}.get(json_type, json_type)
 
 

@@ -7,7 +7,8 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import suppress
 
 from sgm.finder.answers import write_json
-from sgm.finder.service import Happened, MemoryService
+from sgm.finder.service import MemoryService
+from sgm.finder.written import Happened
 
 MOST_LISTENERS = 50
 MOST_WAITING = 1000  # events of a listener that does not read; then its connection ends

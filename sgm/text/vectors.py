@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sgm.arrays.kept_rows import KeptRows
 from sgm.messages import shorten
 from sgm.text.tok2vec import ENCODER_FILE, RMS, WIDTH, FloatArray, Tok2Vec, load_tok2vec, scale_mean
 
@@ -20,6 +21,8 @@ SHIPPED_PIPELINE = Path(__file__).parent / "pipeline"
 # Of the weights of words around the most alike one. Chosen on the shipped prior alone: each
 # object type left out and predicted from the others (cross-entropy 1.95 nats, 2.88 without words).
 WORD_WIDTH = 0.05
+_MOST_VECTORS = 20_000  # of labels that are kept: 11 MB
+_MOST_WORDS = 2000  # whose cosines to the words of a prior are kept: 10 MB
 # Parts of a pipeline that no vector needs.
 _UNUSED = ["tagger", "morphologizer", "parser", "senter", "ner", "attribute_ruler", "lemmatizer"]
 
@@ -55,7 +58,7 @@ class TextVectors:
         self._encoder: SpacyEncoder | Tok2Vec = (
             SpacyEncoder(load_language(pipeline)) if needs_spacy else load_tok2vec(file)
         )
-        self._vector_of: dict[str, FloatArray] = {}
+        self._vectors = KeptRows[str](_MOST_VECTORS)
 
     @property
     def name(self) -> str:
@@ -79,15 +82,12 @@ class TextVectors:
                 f"labels must be a sequence of strings, got {shorten(labels)}. Pass "
                 f"[{shorten(labels)}]"
             )
-        new = [label for label in dict.fromkeys(labels) if label not in self._vector_of]
-        if new:
-            self._encode(new)
         if not labels:
             return np.zeros((0, self.WIDTH), dtype=np.float32)
-        return np.stack([self._vector_of[label] for label in labels])
+        return np.stack(self._vectors.take(labels, self._encode))
 
-    def _encode(self, new: Sequence[str]) -> None:
-        """Compute the vectors of labels that were not seen before."""
+    def _encode(self, new: Sequence[str]) -> Sequence[FloatArray]:
+        """Compute the vectors of labels that are not kept."""
         texts = [" ".join(label.lower().replace("_", " ").split()) for label in new]
         for label, text in zip(new, texts, strict=True):
             if not text:
@@ -99,7 +99,7 @@ class TextVectors:
                     f"label must be text that UTF-8 can hold, got {shorten(label)}. Decode it from "
                     "the encoding that it has"
                 )
-        self._vector_of.update(zip(new, self._encoder.encode(texts), strict=True))
+        return list(self._encoder.encode(texts))
 
     def cosines(self, labels: Sequence[str]) -> FloatArray:
         """Give the cosine of every pair of labels, float32 (L, L), within [-1, 1].
@@ -133,16 +133,17 @@ class Alike:
 
     def __init__(self, known: Sequence[str]) -> None:
         self._known = list(known)
-        self._cosines_of: dict[str, np.ndarray] = {}
+        self._cosines = KeptRows[str](_MOST_WORDS)
 
     def cosines(self, words: Sequence[str]) -> np.ndarray:
         """Return the cosine of each word to each known one, float64 (n, K), -1 to itself."""
-        new = [word for word in dict.fromkeys(words) if word not in self._cosines_of]
-        if new:
-            for word, cosines in zip(new, compare(new, self._known), strict=True):
-                cosines[[known == word for known in self._known]] = -1
-                self._cosines_of[word] = cosines
-        return np.array([self._cosines_of[word] for word in words]).reshape(-1, len(self._known))
+        return np.array(self._cosines.take(words, self._compare)).reshape(-1, len(self._known))
+
+    def _compare(self, words: Sequence[str]) -> np.ndarray:
+        found = compare(words, self._known)
+        for word, cosines in zip(words, found, strict=True):
+            cosines[[known == word for known in self._known]] = -1
+        return found
 
 
 def weigh(cosines: np.ndarray, is_present: np.ndarray | bool = True) -> np.ndarray:

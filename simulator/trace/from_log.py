@@ -184,6 +184,8 @@ class _LogReader:
         self._time_s = self._shift_s + line.time * self._step_seconds
         if line.kind == "room":
             self._add_room(values["room"], values["label"])
+        elif line.kind == "rename_room":
+            self._room_labels[self._rooms[values["room"]]] = values["label"]
         elif line.kind == "furniture":
             node = Furniture(
                 values["label"],

@@ -85,6 +85,7 @@ def _act(memory: SceneGraphMemory, folder: Path, rng: Rng, log: Path | None) -> 
     box = Box((share(), share(), 0.5), (0.5, 1.0, 1.0), share(), take(("none", "open", "door")))
     acts: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
         (memory.add_room, (take(ROOMS),)),
+        (memory.rename_room, (take(rooms), take(ROOMS))),
         (memory.add_furniture, (take(LABELS), take(rooms), None, position)),
         (memory.move_furniture, (take(furniture), take(rooms), position)),
         (memory.name_furniture, (take(furniture), take(LABELS), take((None, *LABELS)))),

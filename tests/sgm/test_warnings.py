@@ -18,6 +18,7 @@ DESK, SHELF = range(2)
 # A call of each name that writes into the log.
 WRITING = {
     "add_room": lambda m: m.add_room("hall"),
+    "rename_room": lambda m: m.rename_room(0, "hall"),
     "add_furniture": lambda m: m.add_furniture("bed", 0),
     "move_furniture": lambda m: m.move_furniture(DESK, position=(1, 2)),
     "name_furniture": lambda m: m.name_furniture(DESK, "table"),

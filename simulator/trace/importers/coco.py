@@ -24,12 +24,12 @@ from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.files import make_read_error, read_file, read_json
 from sgm.finder.finder import Finder
+from sgm.finder.home_map import HomeMap
 from sgm.layout.areas import Areas
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.policies.adaptive import Adaptive
 from sgm.prior.prior_graph import PriorGraph
-from sgm.ros.home_map import HomeMap
 from sgm.ros.live_memory import LiveMemory
 from simulator.trace.importers.imported_looks import ImportedLooks, TimeOptions
 from simulator.yaml_text import read_yaml

@@ -43,6 +43,7 @@ boxes = st.none() | st.sampled_from(
 # Every call that writes, with arguments of which some are refused.
 CALLS = {
     "add_room": st.tuples(st.sampled_from((*ROOMS, ""))),
+    "rename_room": st.tuples(places, st.sampled_from((*ROOMS, "\n"))),
     "add_furniture": st.tuples(
         st.sampled_from((*FURNITURE, "\n")),
         places,

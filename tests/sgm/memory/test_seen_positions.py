@@ -278,8 +278,11 @@ def test_one_stands_before_what_was_seen(memory):
     assert 0.4 < math.dist((x, y), (6, 6)) < 1.2  # not on it
     bare = memory.add_furniture("bed", 0)
     assert memory.get_pose(bare) is None
+    x, y, yaw = memory.get_pose(bare, (6.0, 6.0, 0.5))  # before the thing
+    assert 0.4 < math.dist((x, y), (6, 6)) < 1.2
+    assert (x + math.cos(yaw), y + math.sin(yaw)) == pytest.approx((6, 6), abs=0.6)
     given = memory.add_furniture("sofa", 0, position=(1.0, 1.0))
-    assert memory.get_pose(given) is None  # it is not known where it is from there
+    assert memory.get_pose(given) == (1.0, 1.0, 0.0)  # it is not known which way to look
     assert memory.get_pose(given, (2.0, 1.0, 0.5)) == pytest.approx((1.0, 1.0, 0.0))
     with pytest.raises(KeyError, match="furniture must be an id"):
         memory.get_pose(99)

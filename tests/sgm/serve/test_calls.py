@@ -20,7 +20,13 @@ GOOD = {
     "ask": {"text": "what is on the desk?", "speaker": "anna"},
     "where_is": {"thing": "mug", "at": "2026-11-16T18:30", "k": 2},
     "search_start": {"thing": "mug", "from": [0, 1.5], "budget": 9.5},
-    "search_next": {"search_id": "x", "result": "seen", "seen": ["cup"], "coverage": 0.5},
+    "search_next": {
+        "search_id": "x",
+        "result": "seen",
+        "seen": ["cup"],
+        "coverage": 0.5,
+        "look": 1,
+    },
     "observe": {"place": "desk", "seen": [{"thing": "pen", "relation": "in", "confidence": 0.5}]},
     "note_moved": {
         "thing": "keys",
@@ -41,7 +47,41 @@ GOOD = {
     "history": {"thing": "mug", "k": 1},
     "changes": {"since": "2026-11-16T00:00", "k": 2},
     "add_room": {"label": "bath"},
-    "add_place": {"label": "sink", "room": "kitchen", "name": "white sink", "position": [1, 2]},
+    "rename_room": {"room": "kitchen", "label": "canteen"},
+    "remove_room": {"room": 0},
+    "add_place": {
+        "label": "sink",
+        "room": "kitchen",
+        "name": "white sink",
+        "position": [1, 2],
+        "center": [1, 3, 0.5],
+        "size": [0.5, 0.5, 1],
+        "yaw": -1.5,
+        "interior": "door",
+        "open_cost": 2,
+    },
+    "name_place": {"place": "desk", "label": "table", "name": "white table"},
+    "move_place": {
+        "place": "desk",
+        "room": "kitchen",
+        "position": [1, 2, 0],
+        "polygon": [[0, 0], [1, 0], [0, 1]],
+        "bottom": 0,
+        "top": 1,
+        "yaw": 0.5,
+    },
+    "merge_places": {"place": "desk", "other": 1},
+    "remove_place": {"place": "desk"},
+    "set_map": {
+        "rooms": [{"name": "kitchen"}, {"name": "bath", "floor": [[0, 0], [2, 3]]}],
+        "furniture": [{"name": "sink", "room": "bath", "position": [1, 2], "open_cost": 1}],
+        "frame": "map",
+    },
+    "transform_map": {"angle": 1.5, "shift": [1, 2], "map_id": "new"},
+}
+GOOD = {
+    name: {**arguments, "key": "one"} if BY_NAME[name].is_write else arguments
+    for name, arguments in GOOD.items()
 }
 
 
@@ -108,9 +148,15 @@ def test_arguments_and_answers_keep_their_schemas(call, tmp_path):
                 service.split("scissors")
         elif call.name == "split":
             service.merge("scissors", "paper knife")
+        elif call.name in ("rename_room", "remove_room", "merge_places", "remove_place") or (
+            call.name == "name_place" and values is least
+        ):
+            service = open_service(tmp_path / f"{values is least}.sgm")[1]
         elif call.name == "forget":
             values = arguments
             service.observe("desk", [Sighting("milk")])
+        if "key" in values:
+            values = {**values, "key": f"{values is least}"}
         answer = to_json(call.run(service, call.read(values)))
         assert fits(call.make_output_schema(), json.loads(json.dumps(answer)))
         assert answer["status"] == "ok"
@@ -157,6 +203,18 @@ BAD = [
     ("add_place", {"label": "a", "room": "b", "position": [1, 10**400]}, "position must be two"),
     ("observe", {"place": 1, "seen": [], "coverage": 10**400}, "coverage must be a number above 0"),
     ("search_start", {"thing": "mug", "budget": float("inf")}, "budget must be a number above 0"),
+    ("where_is", {"name": "mug"}, r"got 'name'. Say thing: in words, such as the red mug"),
+    ("observe", {"furniture": "desk", "seen": []}, r"got 'furniture'. Say place: id or name"),
+    ("add_room", {"lable": "bath"}, r"got 'lable'. Say label: such as kitchen"),
+    ("add_room", {"label": "bath", "name": "bath"}, r"got 'name'. Leave it out"),
+    ("add_room", {"label": "bath", "key": ""}, "key must be a text of 1 to 200"),
+    ("add_place", {"label": "a", "room": "b", "center": [1, 2]}, "center must be three numbers"),
+    ("add_place", {"label": "a", "room": "b", "open_cost": -1}, "open_cost must be a number from"),
+    ("add_place", {"label": "a", "room": "b", "interior": "x"}, "interior must be one of none, op"),
+    ("move_place", {"place": 0, "polygon": [[0, 0], [1, 1]]}, "polygon must be 3 to 64 corners"),
+    ("move_place", {"place": 0, "yaw": "west"}, "yaw must be a number"),
+    ("set_map", {"rooms": [], "furniture": []}, "rooms must be a list of 1 to 10000 entries"),
+    ("search_next", {"search_id": "x", "result": "found", "look": 0}, "look must be a whole"),
 ]
 
 

@@ -84,6 +84,7 @@ def ask_all(served):
 
 def test_calls_that_only_read_are_those_of_a_copy():
     assert {call.name for call in CALLS if call.only_reads} == {
+        "ask",
         "where_is",
         "list_places",
         "list_things",

@@ -23,6 +23,7 @@ mcp = pytest.importorskip("mcp", reason="mcp is not installed: extra serve")
 
 # A session that uses every call; None stands for the number of the search that was started.
 SESSION = [
+    ("ask", {"text": "where is the mug?"}),
     ("where_is", {"thing": "mug"}),
     ("where_is", {"thing": "glasses", "k": 1}),
     ("where_is", {"thing": "flux capacitor", "at": "2026-11-16T18:30"}),
@@ -39,6 +40,16 @@ SESSION = [
     ("rename", {"thing": "keys", "name": "car keys", "by": "anna"}),
     ("merge", {"thing": "scissors", "other": "paper knife"}),
     ("split", {"thing": "paper knife"}),
+    ("rename_room", {"room": "bath", "label": "bathroom"}),
+    ("move_place", {"place": "sink", "center": [2, 3, 0.5], "size": [0.5, 0.5, 1.0]}),
+    ("name_place", {"place": "sink", "label": "bathtub"}),
+    ("set_map", {"rooms": ["hall"], "furniture": [{"name": "bench", "room": "hall"}]}),
+    ("merge_places", {"place": "bathtub", "other": "bench"}),
+    ("remove_place", {"place": "bathtub"}),
+    ("remove_room", {"room": "hall"}),
+    ("transform_map", {"shift": [1, 0], "map_id": "new"}),
+    ("add_place", {"label": "sink", "room": "bathroom", "key": "a sink"}),
+    ("add_place", {"label": "sink", "room": "bathroom", "key": "a sink"}),
     ("forget", {"place": "sink"}),
     ("list_places", {"room": "kitchen"}),
     ("list_things", {"k": 3}),
@@ -142,7 +153,7 @@ def test_the_tools_are_the_declared_calls(tmp_path):
         assert tool.output_schema == call.make_output_schema()
         assert tool.annotations.read_only_hint == (not call.is_write)
     assert refused.is_error
-    assert "tool must be one of where_is" in refused.content[0].text
+    assert "tool must be one of ask, where_is" in refused.content[0].text
 
 
 @asynccontextmanager

@@ -19,6 +19,7 @@ _SAME = 2e-3  # metres and radians: maps are written to millimetres
 _MOST_ROOMS, _MOST_FURNITURE = 1000, 10_000
 _ROOM_FIELDS = ("name", "label", "floor", "id")
 _BOX, _POLYGON = ("center", "size"), ("polygon", "bottom", "top")  # one or the other
+_EXTENTS = (*_BOX, *_POLYGON, "yaw", "interior")
 _FURNITURE_FIELDS = (
     "name",
     "label",
@@ -36,7 +37,7 @@ _FURNITURE_FIELDS = (
 
 @dataclass(frozen=True, slots=True)
 class MapFurniture(Furniture):
-    """Furniture of a map; it has a box.
+    """Furniture of a map.
 
     Attributes:
         is_open: whether its door stands open all the time.
@@ -64,12 +65,13 @@ class HomeMap:
     room_ids: tuple[int | None, ...] = ()
 
     @classmethod
-    def from_values(cls, data: Any, where: str = "map") -> HomeMap:
+    def from_values(cls, data: Any, where: str = "map", *, needs_boxes: bool = True) -> HomeMap:
         """Read what a file of a map holds.
 
         Args:
             data: plain values: {"frame": "map", "rooms": [...], "furniture": [...]}.
             where: name of the file, for messages.
+            needs_boxes: whether all furniture must have a box, without which no camera sees it.
 
         Raises:
             ValueError: if something is missing or malformed; names the entry.
@@ -107,7 +109,8 @@ class HomeMap:
                 furniture.append(MapFurniture("floor", number, f"floor of {name}", box=box))
         entries = _read_list("furniture", data["furniture"], _MOST_FURNITURE, where)
         for number, entry in enumerate(entries):
-            furniture.append(_read_furniture(entry, rooms, f"furniture {number} in {where}"))
+            spot = f"furniture {number} in {where}"
+            furniture.append(_read_furniture(entry, rooms, spot, needs_boxes))
         _check_unique([piece.id for piece in furniture], where)
         _check_unique(room_ids, where)
         frame = str(data.get("frame", "map"))
@@ -122,6 +125,44 @@ class HomeMap:
                 piece.label, room, text, piece.position, piece.box, piece.open_cost
             )
         return memory.boxes
+
+    def update(self, memory: SceneGraphMemory) -> Counter[str]:
+        """Take rooms and furniture over, and say what was done how often; nothing is removed.
+
+        What the memory has already is not added again: the first room of a label is the first of
+        that label there, and furniture of one name in one room likewise. It is moved to where it
+        is now, and keeps its `open_cost`. So a map may be given at every start.
+        """
+        counts: Counter[str] = Counter()
+        layout = memory.layout
+        known: dict[str, list[int]] = {label: [] for label in self.rooms}
+        for number, node in layout.rooms.items():
+            known.setdefault(node.label, []).append(number)
+        rooms = []
+        for label in self.rooms:
+            is_known = bool(known[label])
+            rooms.append(known[label].pop(0) if is_known else memory.add_room(label))
+            counts["room added"] += not is_known
+        pieces: dict[tuple[int, str], list[int]] = {}
+        for number, piece in layout.furniture.items():
+            pieces.setdefault((piece.room, piece.description), []).append(number)
+        for new in self.furniture:
+            room, same = rooms[new.room], pieces.get((rooms[new.room], new.description))
+            if not same:
+                about = new.description, new.position, new.box, new.open_cost
+                memory.add_furniture(new.label, room, *about)
+                counts["place added"] += 1
+                continue
+            number = same.pop(0)
+            old = layout.furniture[number]
+            if old.label != new.label:
+                memory.name_furniture(number, new.label, new.description)
+                counts["place renamed"] += 1
+            has_moved = new.box is not None and not _is_same_box(old.box, new.box)
+            if has_moved or new.position not in (None, old.position):
+                memory.move_furniture(number, None, new.position, new.box if has_moved else None)
+                counts["place moved"] += 1
+        return counts
 
     def correct(self, memory: SceneGraphMemory) -> Counter[str]:
         """Correct a memory by a map that was written of it, and say what was done how often.
@@ -214,11 +255,49 @@ def _read_floor(corners: Any, spot: str) -> Box:
     return Box.of_floor(read[0].tolist(), read[1].tolist())
 
 
-def _read_furniture(entry: Any, rooms: Mapping[str, int], spot: str) -> MapFurniture:
+def read_extents(entry: Mapping[str, Any], spot: str) -> Box | None:
+    """Return the box that an entry describes, by its middle and size, or a polygon.
+
+    Args:
+        entry: some of center, size, yaw, interior; or polygon, bottom, top, yaw, interior; others
+            are not read. None is as good as nothing.
+        spot: name of the entry, for messages.
+
+    Returns:
+        None where there is none of center, size and polygon.
+
+    Raises:
+        ValueError: if a part is missing or malformed.
+    """
+    said = {name: entry[name] for name in _EXTENTS if entry.get(name) is not None}
+    if not said:
+        return None
+    needed, others = (_POLYGON, _BOX) if "polygon" in said else (_BOX, _POLYGON)
+    missing = [name for name in needed if name not in said]
+    unknown = [name for name in others if name in said]
+    if missing or unknown:
+        got = f"no {' and no '.join(missing)}" if missing else " and ".join(unknown)
+        raise ValueError(
+            f"extents of {spot} must be {' and '.join(_BOX)}, or {', '.join(_POLYGON)}, got {got}. "
+            "Give all of the one or of the other, or none."
+        )
+    yaw, interior = said.get("yaw", 0.0), said.get("interior", "none")
+    try:
+        if "polygon" in said:
+            box = Box.of_polygon(said["polygon"], said["bottom"], said["top"], yaw)
+            return replace(box, interior=interior)
+        return Box(said["center"], said["size"], yaw, interior)
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{spot}: {error}") from None
+
+
+def _read_furniture(
+    entry: Any, rooms: Mapping[str, int], spot: str, needs_boxes: bool
+) -> MapFurniture:
     is_polygon = isinstance(entry, Mapping) and "polygon" in entry
     needed, others = (_POLYGON, _BOX) if is_polygon else (_BOX, _POLYGON)
     known = tuple(name for name in _FURNITURE_FIELDS if name not in others)
-    _check_fields(entry, known, ("name", "room", *needed), spot)
+    _check_fields(entry, known, ("name", "room", *(needed if needs_boxes else ())), spot)
     name = read_words(f"name of {spot}", entry["name"])
     room = rooms.get(read_words(f"room of {spot}", entry["room"]))
     if room is None:
@@ -228,20 +307,10 @@ def _read_furniture(entry: Any, rooms: Mapping[str, int], spot: str) -> MapFurni
         )
     position = None
     if entry.get("position") is not None:
-        x, y = read_numbers(f"position of {spot}", entry["position"], (2,)).tolist()
-        position = x, y
-    cost = entry.get("open_cost")
-    try:
-        yaw, interior = entry.get("yaw", 0.0), entry.get("interior", "none")
-        if is_polygon:
-            box = Box.of_polygon(entry["polygon"], entry["bottom"], entry["top"], yaw)
-            box = replace(box, interior=interior)
-        else:
-            box = Box(entry["center"], entry["size"], yaw, interior)
-    except (ValueError, TypeError) as error:
-        raise ValueError(f"{spot}: {error}") from None
+        position = read_stand(entry["position"], spot)
+    cost, box = entry.get("open_cost"), read_extents(entry, spot)
     is_open = entry.get("is_open", False)
-    if not isinstance(is_open, bool) or (is_open and not box.has_door):
+    if not isinstance(is_open, bool) or (is_open and not (box is not None and box.has_door)):
         raise ValueError(
             f"is_open of {spot} must be true or false, and true of doors alone, got "
             f"{shorten(is_open)}. Write interior: door, or leave it out."
@@ -250,6 +319,17 @@ def _read_furniture(entry: Any, rooms: Mapping[str, int], spot: str) -> MapFurni
     cost = None if cost is None else float(read_numbers(f"open_cost of {spot}", cost, ()))
     furniture_id = _read_id(entry, spot)
     return MapFurniture(label, room, name, "", position, box, cost, is_open, furniture_id)
+
+
+def read_stand(value: Any, spot: str) -> tuple[float, float]:
+    """Return where one stands, x, y in metres; with a height, as answers have it, without that.
+
+    Raises:
+        ValueError: if it is neither two numbers nor three.
+    """
+    with_height = isinstance(value, Sequence) and len(value) == 3
+    numbers = read_numbers(f"position of {spot}", value, (3,) if with_height else (2,)).tolist()
+    return numbers[0], numbers[1]
 
 
 def _read_list(name: str, values: Any, most: int, where: str) -> list[Any]:
