@@ -76,7 +76,8 @@ class SeenRows:
             seen = np.append(seen, none - 1)
         last = memory.objects["last_furniture"][columns[0]]
         is_latest = columns[4] == memory.objects["last_observed"][columns[0]]
-        return cls(seen, *columns, is_last=is_latest & (columns[1] == last))
+        columns = [seen, *columns, is_latest & (columns[1] == last)]
+        return cls(*columns)
 
     def take(self, rows: np.ndarray) -> SeenRows:
         """Return some of the rows, by index or mark."""
