@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from nep.encoders import HEAT
-from nep.model.module import NEPModule
+from nep.paper.encoders import HEAT
+from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
 
 

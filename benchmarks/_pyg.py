@@ -9,7 +9,7 @@ from torch import Tensor
 from torch_geometric.nn import HEATConv as PyGHEATConv
 
 from datamodules.batch import Batch
-from nep.encoders.heat import HEATConv
+from nep.paper.encoders.heat import HEATConv
 from sgm.schema import EDGE_TYPES, NODE_TYPES
 
 
@@ -58,8 +58,8 @@ class PyGLayer(torch.nn.Module):
         return self.theirs(
             node,
             torch.stack([batch.edge_src, batch.edge_dst]),
-            torch.repeat_interleave(torch.tensor(batch.node_counts)),
-            torch.repeat_interleave(torch.tensor(batch.edge_counts)),
+            batch.node_type,
+            batch.edge_type,
             edge,
         )
 
@@ -79,13 +79,14 @@ def compute_difference(ours: HEATConv, batch: Batch, node: Tensor, edge: Tensor)
         The largest difference of any number.
     """
     theirs = PyGLayer(ours).double()
-    entered, _ = batch.find_entered()
+    entered = batch.edge_dst.unique()
     found = []
     for layer in (deepcopy(ours).double(), theirs):
         node, edge = (value.detach().double().requires_grad_() for value in (node, edge))
-        out = layer(batch, node, edge)
         if layer is theirs:
-            out = theirs.take_shares(out)
+            out = theirs.take_shares(theirs(batch, node, edge))
+        else:
+            out = layer(batch.homogeneous, node, edge)
         out = out.index_select(0, entered)
         weight = torch.linspace(-1, 1, out.numel()).view_as(out)
         found.append((out.detach(), *torch.autograd.grad(out, [node, edge], weight)))

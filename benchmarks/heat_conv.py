@@ -8,7 +8,7 @@ weights, and it is an error if any output or gradient differs by more than 1e-10
 one head both are the same function, and `pyg_*` compares that. With two, theirs works on twice the
 width (`_pyg.py`), and its output holds ours: `pyg_heads_*`. Ratios above 1 say how much longer
 theirs takes. `dgl_ratio` does so for the attention-weighted sum alone, `dgl.ops.u_mul_e_sum` for
-`nep.layers.segment.attend`.
+`nep.training.segment.attend`.
 
 Limit: the matrix products, twice two operations a multiplication for the two gradients of each,
 take 3 x 2 x (N D (D + 2 K) + E D A + R K A D / K) = 3 x 2 x (30.0 + 9.9 + 1.0) M = 245 M operations
@@ -36,8 +36,8 @@ from datamodules.batch import Batch
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
-from nep.encoders.heat import HEATConv
-from nep.layers.segment import attend
+from nep.paper.encoders.heat import HEATConv
+from nep.training.segment import attend
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
 

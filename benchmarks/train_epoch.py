@@ -24,8 +24,8 @@ import lightning.pytorch as pl
 from _measure import Benchmark, Measure, run
 
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.encoders import HEAT
-from nep.model.module import NEPModule
+from nep.paper.encoders import HEAT
+from nep.paper.module import NEPModule
 from simulator.collect.folder import collect
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
+from importlib import import_module
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
@@ -163,6 +164,31 @@ class Batch:
         node_data, edge_data = self.list_node_data(), self.list_edge_data()
         return make_dgl(node_data, edge_data, self.list_ends(), self.num_snapshots)
 
+    @cached_property
+    def homogeneous(self) -> dgl.DGLGraph:
+        """The graph that encoders read: all nodes and edges as in the arrays, types as ids.
+
+        As `dgl.to_homogeneous(batch.graph)`, without that detour: `ndata["_TYPE"]` counts in
+        `NODE_TYPES`, `edata["_TYPE"]` in `EDGE_TYPES`, and `ndata["degree"]` is `degree`. Without
+        DGL, or on a device for which it was not built, it is `datamodules.stand_in.GraphStandIn`.
+        """
+        message_passing = import_module("datamodules.message_passing")  # loads DGL
+        graph = message_passing.make_graph(self.edge_src, self.edge_dst, self.num_nodes)
+        graph.ndata[message_passing.NTYPE] = self.node_type
+        graph.edata[message_passing.ETYPE] = self.edge_type
+        graph.ndata["degree"] = self.degree
+        return graph
+
+    @cached_property
+    def node_type(self) -> Tensor:
+        """Type of each node, by number in `NODE_TYPES`, int64 (N,)."""
+        return _repeat(self.node_counts, self.label.device)
+
+    @cached_property
+    def edge_type(self) -> Tensor:
+        """Type of each edge, by number in `EDGE_TYPES`, int64 (E,)."""
+        return _repeat(self.edge_counts, self.label.device)
+
     def to_pyg(self) -> HeteroData:
         """Return the batch as PyTorch Geometric's `HeteroData`, extra `events`.
 
@@ -300,28 +326,13 @@ class Batch:
         elsewhere = torch.where(is_known, 1.0, torch.nan)
         return torch.where(num_true > 0, 0.0, elsewhere).float()
 
-    def find_entered(self) -> tuple[Tensor, Tensor]:
-        """Find the nodes that edges enter, (R,), and which of them each edge enters, (E,)."""
-        is_entered = self.edge_dst.new_zeros(self.num_nodes).index_fill_(0, self.edge_dst, 1)
-        number = is_entered.cumsum(0) - 1
-        return is_entered.nonzero().squeeze(1), number.index_select(0, self.edge_dst)
-
-    def repeat_per_edge_type(self, values: Tensor) -> Tensor:
-        """Give each edge the row of its edge type: (10, ...) -> (E, ...)."""
-        return _repeat_blocks(values, self.edge_counts)
-
-    def repeat_per_node_type(self, values: Tensor) -> Tensor:
-        """Give each node the row of its node type: (5, ...) -> (N, ...)."""
-        return _repeat_blocks(values, self.node_counts)
-
 
 def _number(types: Sequence[Any], counts: Sequence[int]) -> dict[Any, int]:
     """Return the first id of each type."""
     return dict(zip(types, accumulate(counts, initial=0), strict=False))
 
 
-def _repeat_blocks(values: Tensor, counts: tuple[int, ...]) -> Tensor:
-    # The backward of expand is a sum per block, that of repeat_interleave a slow scatter. Of a
-    # single home most blocks are empty: they are left out but for one, since all may be empty.
-    blocks = [(block, count) for block, count in enumerate(counts) if count or not block]
-    return torch.cat([values[block].expand(count, *values.shape[1:]) for block, count in blocks])
+def _repeat(counts: tuple[int, ...], device: torch.device) -> Tensor:
+    """Return the number of each block, as often as it has rows."""
+    each = torch.tensor(counts, device=device)
+    return torch.repeat_interleave(each, output_size=sum(counts))

@@ -33,5 +33,8 @@ class SnapshotDataset(Dataset[Batch]):
         return self.__getitems__([index])
 
     def __getitems__(self, indices: Sequence[int] | np.ndarray) -> Batch:
-        """Return several snapshots as one batch."""
-        return self._builder.build(self.snapshots.take(np.asarray(indices)))
+        """Return several snapshots as one batch, with the graph that a convolution reads."""
+        batch = self._builder.build(self.snapshots.take(np.asarray(indices)))
+        if self._builder.num_hops != 0:
+            _ = batch.homogeneous
+        return batch

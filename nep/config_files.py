@@ -12,6 +12,7 @@ from simulator.yaml_text import MOST_BYTES
 
 CONFIG_FOLDER = Path(__file__).parent / "configs"
 _BASE = re.compile(r"^base:[ \t]*(\S+)", re.MULTILINE)
+_CLASS = re.compile(r"^(model|data)_class:[ \t]*([\w.]+)", re.MULTILINE)
 
 
 def find_configs(args: Sequence[str]) -> list[str]:
@@ -42,6 +43,24 @@ def find_configs(args: Sequence[str]) -> list[str]:
         files = list_files(Path(value)) if os.path.isfile(value) else [value]
         found += [f"--config={path}" for path in files]
     return found
+
+
+def read_classes(args: Sequence[str]) -> dict[str, str]:
+    """Return the import paths that lines `model_class: ...` of configs have, the last of each.
+
+    Args:
+        args: command line, with configs as `find_configs` returns them.
+
+    Raises:
+        OSError: if a config cannot be read.
+    """
+    found: dict[str, str] = {}
+    for arg in args:
+        name, _, value = arg.partition("=")
+        if name == "--config" and os.path.isfile(value):
+            text = read_file(value, MOST_BYTES).decode("utf-8", errors="replace")
+            found |= {f"{kind}_class": path for kind, path in _CLASS.findall(text)}
+    return {name: path for name, path in found.items() if path != "null"}
 
 
 def list_files(path: Path) -> list[Path]:

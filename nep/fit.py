@@ -34,10 +34,11 @@ from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.fit_messages import FitMessages
 from nep.callbacks.online_config import OnlineConfig
 from nep.callbacks.resume import RandomStates, WholeCheckpoints
-from nep.config_files import find_configs
-from nep.encoders import load_all
-from nep.model.module import NEPModule
+from nep.config_files import find_configs, read_classes
+from nep.paper.encoders import load_all
+from nep.paper.module import NEPModule
 from nep.players.checkpoints import check_resumable
+from nep.training.module import TrainingModule
 from sgm.messages import shorten, shorten_text
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors, use_plain_yaml
 from simulator.process import run_main
@@ -61,7 +62,7 @@ class FitCLI(LightningCLI):
     def __init__(
         self,
         args: ArgsType = None,
-        model_class: type[NEPModule] = NEPModule,
+        model_class: type[TrainingModule] = NEPModule,
         data_class: type[SGMDataModule] = SGMDataModule,
     ) -> None:
         """Parse `args` (the command line if None) and build model, data and trainer.
@@ -100,6 +101,10 @@ class FitCLI(LightningCLI):
         parser.add_argument(
             "--base", type=str | None, help="In a config file: packaged config that it changes."
         )
+        parser.add_argument(
+            "--model_class", type=str | None, help="What is trained; null for the paper's network."
+        )
+        parser.add_argument("--data_class", type=str | None, help="What it is trained on.")
         parser.add_argument("--ckpt_path", type=str | None, help="Checkpoint to resume from.")
         parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
@@ -138,6 +143,7 @@ class FitCLI(LightningCLI):
         try:
             self._check_trainer()
             super().instantiate_classes()
+            self.model.check_data(self.datamodule)
             self._check_new_run()
         # The last two are what Lightning raises for settings of its own.
         except (*BAD_INPUT, TypeError, RuntimeError, MisconfigurationException) as error:
@@ -210,25 +216,26 @@ def _list_groups(features: Namespace | FeatureConfig) -> list[str]:
     return list(features.extra_groups)
 
 
-def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
-    """Import the classes of `--model_class` and `--data_class`.
+def find_classes(args: Sequence[str]) -> dict[str, Any]:
+    """Import the classes of `--model_class` and `--data_class`, which configs may name, too.
 
     Args:
         args: command line; values are import paths, such as my_module.MyData.
 
     Returns:
-        The other arguments, and the classes by argument of `FitCLI`.
+        The classes by argument of `FitCLI`.
 
     Raises:
-        ValueError: if there is no such class, or it is no subclass of ours.
+        OSError: if a config cannot be read.
+        ValueError: if there is no such class, or it is no subclass of ours, or no such config.
     """
-    bases = {"model_class": NEPModule, "data_class": SGMDataModule}
+    bases = {"model_class": TrainingModule, "data_class": SGMDataModule}
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     for name in bases:
         parser.add_argument(f"--{name}", nargs="?", const="", default=argparse.SUPPRESS)
-    paths, others = parser.parse_known_args(args)
+    given, others = parser.parse_known_args(args)
     classes = {}
-    for name, path in vars(paths).items():
+    for name, path in {**read_classes(find_configs(others)), **vars(given)}.items():
         base = bases[name]
         module, _, attribute = path.rpartition(".")
         try:
@@ -241,7 +248,7 @@ def find_classes(args: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
                 f"{shorten(path)}. Check the path, and run the command in the folder of the module."
             )
         classes[name] = found
-    return others, classes
+    return classes
 
 
 def main(args: ArgsType = None) -> FitCLI:
@@ -255,7 +262,7 @@ def main(args: ArgsType = None) -> FitCLI:
     classes: dict[str, Any] = {}
     if isinstance(args, list):
         with one_line_errors(status=2):
-            args, classes = find_classes(args)
+            classes = find_classes(args)
     cli = FitCLI(args, **classes)
     cli.datamodule.trainer = cli.trainer  # for whether to show progress
     try:  # Lightning does both again, at no cost: what can be wrong with data is said here

@@ -44,8 +44,8 @@ ORDER = """
     simulator.robot_home simulator.collect simulator.compile simulator.testing simulator.test_sets
     simulator simulator.__main__
     datamodules
-    nep.tensor_file nep.importers nep.layers nep.encoders nep.config_files
-    nep.model nep.players nep.report nep.robot nep.callbacks nep.view nep.fit
+    nep.tensor_file nep.importers nep.config_files nep.training nep.paper nep.any_home
+    nep.players nep.report nep.robot nep.callbacks nep.view nep.fit
     nep.evaluate nep.export nep.compare nep.bench nep.igridson nep.reproduce
     nep
     nep.__main__

@@ -120,7 +120,7 @@ volume = world.floor.furniture[3].volume("nextTo")
 print(bool(volume.contains(world.things.center[0])), world.things.get_box(0)[0][2] < 0.2)
 """
 PAGES = """
-import nep.view.answers, nep.players.onnx_export
+import nep.view.answers, nep.any_home.onnx_export
 from nep.view.texts import _tell_look
 from sgm.network.network import EDGE_COLUMNS
 from simulator.replay.story import PastLook
@@ -132,8 +132,8 @@ print(EDGE_COLUMNS)
 BATCHES = """
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from nep.encoders import MLP
-from nep.model.module import NEPModule
+from nep.paper.encoders import MLP
+from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
 from sgm import SceneGraphMemory, Sighting
 from simulator.snapshots.taken import take_snapshots

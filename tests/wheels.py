@@ -35,7 +35,7 @@ TEST_PACKAGES = (
 ).split()
 HEAVY = ("torch", "dgl", "lightning", "spacy", "scipy", "numba")
 LIGHT = ("-m", "not slow", "tests/sgm", "tests/simulator/world", "tests/simulator/snapshots")
-FAST = ("-m", "not slow", "tests/datamodules", "tests/nep/model", "tests/nep/layers")
+FAST = ("-m", "not slow", "tests/datamodules", "tests/nep/paper", "tests/nep/training")
 TINY_FIT = (
     "--config heat.yaml --data.num_homes 2 --data.steps 4 --data.num_val_homes 1 "
     "--data.batch_size 4 --data.workers 1 --trainer.max_epochs 1 --online.num_homes 1 "

@@ -12,7 +12,6 @@ from rich.console import Console
 
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.online_config import OnlineConfig
-from nep.model.module import NEPModule
 from nep.players.contestants import MakePolicy
 from nep.players.policy import NEPPolicy
 from nep.report.boards import list_boards, log_figures, log_final, log_layout, log_table
@@ -28,6 +27,7 @@ from nep.report.tables import (
     make_markdown,
     make_rich_table,
 )
+from nep.training.module import TrainingModule
 from sgm.files import write_whole
 from simulator.policies import POLICIES, find_policy, make_policy
 from simulator.policies.registry import ORACLES
@@ -144,7 +144,7 @@ class OnlineEvaluation(pl.Callback):
             self.scores[name] = self._compute(self._play(trainer, partial(make_policy, name)))
 
     def _evaluate_model(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
-        assert isinstance(pl_module, NEPModule)
+        assert isinstance(pl_module, TrainingModule)
         if not self.scores:
             self._play_heuristics(trainer)
             log_layout(list_boards(trainer), self.task.metric, list(self.scores))

@@ -22,14 +22,14 @@ from datamodules.features import (
     FeatureConfig,
 )
 from datamodules.graph import GraphBuilder
-from nep.model.module import NEPModule
-from nep.players.onnx_export import is_exportable, make_onnx
+from nep.any_home.onnx_export import is_exportable, make_onnx
 from nep.players.stored_network import (
     build_network,
     check_weights,
     read_features,
 )
 from nep.tensor_file import read_tensors
+from nep.training.module import TrainingModule
 from sgm.files import (
     VERSION,
     check_version,
@@ -74,7 +74,7 @@ class TrainedModel:
             have it.
     """
 
-    module: NEPModule
+    module: TrainingModule
     builder: GraphBuilder
     training: dict[str, Any] | None = None
 
@@ -130,7 +130,7 @@ def load_checkpoint(path: Path) -> TrainedModel:
     return TrainedModel(module, builder, training=training)
 
 
-def check_resumable(path: Path, module: NEPModule) -> None:
+def check_resumable(path: Path, module: TrainingModule) -> None:
     """Check that a training of a network can go on from a checkpoint.
 
     Raises:
@@ -156,7 +156,7 @@ def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> N
     """
     folder.mkdir(parents=True, exist_ok=True)
     hyperparameters = dict(model.module.hparams)
-    del hyperparameters["_instantiator"]
+    hyperparameters.pop("_instantiator", None)
     tensors = {name: tensor.contiguous() for name, tensor in model.module.state_dict().items()}
     weights = save_tensors(tensors)
     config: dict[str, Any] = {
@@ -320,7 +320,7 @@ def _load_content(path: Path) -> Any:
 
 
 def _make_builder(
-    features: FeatureConfig, module: NEPModule, text: str, where: Path
+    features: FeatureConfig, module: TrainingModule, text: str, where: Path
 ) -> GraphBuilder:
     builder = GraphBuilder(features, module.num_hops)
     if builder.text_name != text:

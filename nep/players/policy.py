@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 
 from datamodules.graph import GraphBuilder
-from nep.layers.equal_rows import equal_rows
-from nep.model.module import NEPModule
-from nep.model.node_edge_predictor import NodeEdgePredictor
 from nep.players.checkpoints import checksum_trained, load_trained
+from nep.training.module import Predictor, TrainingModule
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.evidence_features import compute_features
 from sgm.memory.memory_batch import MemoryBatch
@@ -29,8 +28,7 @@ class NEPPolicy(StepPolicy):
     A furniture node's score is the highest logit of its query edges. A home's scores do not depend
     on the homes beside it, nor on threads: products of float32 differ in the last bit with the
     number of rows and who shares a vector register, enough to break a tie. So a copy of the network
-    computes within `nep.layers.equal_rows`, or in float64 where its encoder, or a device that is no
-    CPU, cannot; its logits are rounded to six decimals.
+    computes in float64, and its logits are rounded to six decimals.
 
     Asked again in a time step, it says what it said first and, by Bayes' rule, what looks have
     shown since (`StepAnswers`): where people live, asking the network anew took a tenth more looks.
@@ -41,7 +39,7 @@ class NEPPolicy(StepPolicy):
 
     def __init__(
         self,
-        module: NEPModule,
+        module: TrainingModule,
         builder: GraphBuilder,
         belief_filter: HomeFilter | None = None,
         asks_moved: float = TASKS_ASK_MOVED,
@@ -58,8 +56,8 @@ class NEPPolicy(StepPolicy):
         self._builder = builder
         self._belief_filter = belief_filter
         self._asks_moved = asks_moved
-        self._predictor: NodeEdgePredictor | None = None  # the copy that answers
-        self._copied: tuple[NodeEdgePredictor, torch.device] | None = None  # of what, and where
+        self._predictor: Any = None  # the copy that answers
+        self._copied: tuple[Predictor, torch.device] | None = None  # of what, and where
         self._is_current = False
         self.counts_looks = builder.config.evidence  # type: ignore[misc]
 
@@ -143,8 +141,7 @@ class NEPPolicy(StepPolicy):
         batch = self._builder.build(snapshots)
         places = (batch.query_snapshot, batch.query_furniture, batch.query_relation)
         first = next(predictor.parameters())
-        with equal_rows(first.dtype == torch.float32):
-            answer = predictor.answer(batch.to(first.device, first.dtype))
+        answer = predictor.answer(batch.to(first.device, first.dtype))
         scores = np.full(queries.prior.shape, -np.inf)
         scores[tuple(place.numpy() for place in places)] = _round(answer.edges)
         elsewhere = np.full(len(queries.home), -np.inf)
@@ -153,7 +150,7 @@ class NEPPolicy(StepPolicy):
         return scores, elsewhere
 
     @torch.inference_mode()
-    def _take_predictor(self) -> NodeEdgePredictor:
+    def _take_predictor(self) -> Any:
         """Return the network as it was at the last reset or first question.
 
         The copy is kept over resets, and takes the weights alone: a robot resets with every
@@ -165,9 +162,7 @@ class NEPPolicy(StepPolicy):
         network = self._module.predictor
         if self._predictor is None or self._copied != (network, device):
             copy = deepcopy(network).requires_grad_(False).eval()
-            is_equal = copy.encoder.has_equal_rows and copy.evidence_embedding is None
-            is_equal = is_equal and device.type == "cpu"
-            self._predictor = copy.to(device, torch.float32 if is_equal else torch.float64)
+            self._predictor = copy.to(device, torch.float64)
             self._copied = network, device
         elif not self._is_current:
             for kept, present in (

@@ -7,6 +7,7 @@ import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,11 @@ import torch
 from torch import Tensor
 
 from datamodules.features import FeatureConfig
-from nep.encoders import Encoder, load_all
-from nep.model.module import NEPModule
+from nep.any_home.module import AnyHomeModule
+from nep.paper.encoders import Encoder, load_all
+from nep.paper.module import NEPModule
+from nep.paper.query_attention import AttentionConfig
+from nep.training.module import TrainingModule
 from sgm.messages import shorten, shorten_text
 from sgm.text import PAPER_PIPELINE, is_text_known
 
@@ -26,7 +30,7 @@ _UNUSED = 4096
 
 def build_network(
     hyperparameters: Any, weights: Mapping[str, Tensor], where: str | Path
-) -> NEPModule:
+) -> TrainingModule:
     """Build a network and fill it.
 
     Nothing is allocated before the weights are known to fit: the network is built without memory
@@ -41,24 +45,13 @@ def build_network(
         for name, value in hyperparameters.items()
     }
     arguments.pop("_instantiator", None)  # names a function that would import the encoder
-    encoder = arguments.pop("encoder")
-    is_named = isinstance(encoder, Mapping) and "class_path" in encoder
-    given = encoder.get("init_args", {}) if is_named else None
-    if not isinstance(given, Mapping):
-        raise ValueError(
-            f"encoder must have a class_path and init_args by name, got {shorten(encoder)} in "
-            f"{where}. Train again, or export again."
-        )
-    encoder_class = _find_encoder(encoder["class_path"], where)
-    encoder_arguments = encoder_class.read_arguments(given)
     sizes = [max(t.shape, default=0) for t in weights.values() if t.numel()]
     highest = max([_UNUSED, len(weights), *sizes])
-    for cls, values in ((encoder_class, encoder_arguments), (NEPModule, arguments)):
-        _check_arguments(cls, values, highest, where)
-
-    def build() -> NEPModule:
-        return NEPModule(encoder_class(**encoder_arguments), **arguments)
-
+    if "encoder" not in arguments:
+        _check_arguments(AnyHomeModule, arguments, highest, where)
+        build: Callable[[], TrainingModule] = partial(AnyHomeModule, **arguments)
+    else:
+        build = _prepare_paper(arguments, highest, where)
     try:
         with torch.device("meta"):
             wanted = {name: tensor.shape for name, tensor in build().state_dict().items()}
@@ -71,6 +64,35 @@ def build_network(
     module = build()
     module.load_state_dict(dict(weights))
     return module
+
+
+def _prepare_paper(
+    arguments: dict[str, Any], highest: int, where: str | Path
+) -> Callable[[], TrainingModule]:
+    """Check what a file says of the paper's network; return what builds it."""
+    encoder = arguments.pop("encoder")
+    is_named = isinstance(encoder, Mapping) and "class_path" in encoder
+    given = encoder.get("init_args", {}) if is_named else None
+    if not isinstance(given, Mapping):
+        raise ValueError(
+            f"encoder must have a class_path and init_args by name, got {shorten(encoder)} in "
+            f"{where}. Train again, or export again."
+        )
+    encoder_class = _find_encoder(encoder["class_path"], where)
+    encoder_arguments = encoder_class.read_arguments(given)
+    attention = arguments.pop("attention", {})
+    for cls, values in (
+        (encoder_class, encoder_arguments),
+        (AttentionConfig, attention),
+        (NEPModule, arguments),
+    ):
+        _check_arguments(cls, values, highest, where)
+
+    def build() -> TrainingModule:
+        made = AttentionConfig(**attention)
+        return NEPModule(encoder_class(**encoder_arguments), attention=made, **arguments)
+
+    return build
 
 
 def read_features(data: Any) -> FeatureConfig:

@@ -22,8 +22,8 @@ from datamodules.features import (
 from datamodules.graph import GraphBuilder
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
-from nep.encoders import MLP
-from nep.model.module import NEPModule
+from nep.paper.encoders import MLP
+from nep.paper.module import NEPModule
 
 ROOT = Path(__file__).resolve().parents[2]
 

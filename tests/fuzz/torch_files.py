@@ -17,9 +17,9 @@ import targets
 import torch
 from torch._weights_only_unpickler import _get_allowed_globals
 
-from nep.encoders import MLP
 from nep.importers.homer import read_homer
-from nep.model.module import NEPModule
+from nep.paper.encoders import MLP
+from nep.paper.module import NEPModule
 from nep.players.checkpoints import check_resumable
 from simulator.trace.trace import save_trace
 

@@ -19,8 +19,8 @@ from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep import ObjectFinder
 from nep.callbacks.resume import WholeCheckpoints
-from nep.encoders import MLP
-from nep.model.module import NEPModule
+from nep.paper.encoders import MLP
+from nep.paper.module import NEPModule
 from nep.players.checkpoints import TrainedModel, load_trained, save_exported
 from sgm.memory.log_reader import read_log
 from simulator import SceneGraphMemory, Sighting

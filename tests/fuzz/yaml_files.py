@@ -13,7 +13,7 @@ from simulator.trace.importers.scene_graph import load_label_names
 Rng = np.random.Generator
 LABELS = "label_names:\n- {label: 0, name: unknown}\n- {label: 5, name: chair}\n"
 CONFIG = "num_homes: 1\nsteps: 2\nseed: 0\nout: out\nhome:\n  furniture_per_room: 2\n"
-FIT = "model:\n  encoder: nep.encoders.MLP\ndata:\n  num_homes: 2\n  steps: 2\nseed_everything: 0\n"
+FIT = "model:\n  encoder: MLP\ndata:\n  num_homes: 2\n  steps: 2\nseed_everything: 0\n"
 # What is read, and by which command; of training, only the options are read.
 COMMANDS = (
     ("simulator.collect", "--config=config.yaml", *commands.SMALL),

@@ -11,9 +11,9 @@ from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep import Clock, ObjectFinder, SceneGraphMemory, Sighting, evaluate, export, fit
 from nep.callbacks.online_evaluation import OnlineEvaluation
-from nep.encoders import MLP
-from nep.model.loss import balanced_bce
-from nep.model.module import HitsAtOne, NEPModule
+from nep.paper.encoders import MLP
+from nep.paper.loss import balanced_bce
+from nep.paper.module import HitsAtOne, NEPModule
 from nep.players.checkpoints import load_config, load_trained
 from sgm.network.shipped import PRETRAINED
 

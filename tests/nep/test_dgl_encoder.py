@@ -1,16 +1,14 @@
-"""Encoders written with DGL: equal to ours for equal weights, and clear where DGL cannot go."""
-
-import subprocess
-import sys
+"""DGL in a training step, and encoders of one's own written with its modules."""
 
 import pytest
 import torch
 
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from nep.encoders import DGLHGT, HGT, DGLEncoder
-from nep.model.module import NEPModule
-from nep.model.node_edge_predictor import NodeEdgePredictor
+from nep.fit import main
+from nep.paper.encoders import HeteroEncoder
+from nep.paper.loss import balanced_bce
+from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
 from sgm.policies.heuristics import Bayesian
 from sgm.schema import EDGE_TYPES, NODE_TYPES
@@ -22,43 +20,7 @@ from simulator.tasks.rollout import Rollout
 pytestmark = pytest.mark.dgl
 
 
-def copy_weights(ours, theirs, graph):
-    """DGL numbers the types in its own order, and keeps the weights of each head apart."""
-    ntypes = [NODE_TYPES.index(ntype) for ntype in graph.ntypes]
-    etypes = [EDGE_TYPES.index(etype) for etype in graph.canonical_etypes]
-    with torch.no_grad():
-        for one, other in zip(ours.convolutions, theirs.convolutions, strict=True):
-            for name, weight in (
-                ("linear_k", one.key),
-                ("linear_q", one.query),
-                ("linear_v", one.value),
-                ("linear_a", one.output),
-            ):
-                getattr(other, name).W.copy_(weight[ntypes])
-            other.skip.copy_(one.skip[ntypes])
-            for head in range(one.heads):
-                other.relation_pri[head].copy_(one.importance[etypes, head])
-                other.relation_att[head].W.copy_(one.attend[etypes, head])
-                other.relation_msg[head].W.copy_(one.message[etypes, head])
-
-
-@pytest.mark.parametrize("num_convolutions", [1, 2])
-def test_dgl_hgt_equals_ours(random_batch, num_convolutions):
-    torch.manual_seed(0)
-    batch = random_batch(0)
-    ours, theirs = (make(16, 4, num_convolutions) for make in (HGT, DGLHGT))
-    with torch.no_grad():
-        for convolution in ours.convolutions:
-            convolution.importance.uniform_(0.5, 2)
-            convolution.skip.normal_()
-    copy_weights(ours, theirs, batch.graph)
-    node = torch.randn(batch.num_nodes, 16)
-    found, expected = theirs(batch, node, None), ours(batch, node, None)
-    assert (expected - node).abs().max() > 0.1
-    torch.testing.assert_close(found, expected, rtol=1e-5, atol=1e-5)
-
-
-class MeanOfNeighbours(DGLEncoder):
+class MeanOfNeighbours(HeteroEncoder):
     """One graph convolution per edge type; it also reads the edges and the graph's own data."""
 
     num_hops = 1
@@ -72,7 +34,7 @@ class MeanOfNeighbours(DGLEncoder):
             {etype: GraphConv(units, units, allow_zero_in_degree=True) for etype in EDGE_TYPES}
         )
 
-    def forward_graph(self, graph, node, edge):
+    def forward(self, graph, node, edge):
         """Sum over edge types; furniture gets the mean of its snapshot, too."""
         import dgl
 
@@ -102,38 +64,72 @@ def test_an_encoder_of_dgl_modules_plays_as_it_trains():
 
 
 def test_what_is_left_out_stays(random_batch):
-    class Furniture(DGLEncoder):
+    class Furniture(HeteroEncoder):
         num_hops, uses_edges = 0, False
 
-        def forward_graph(self, graph, node, edge):
+        def forward(self, graph, node, edge):
             assert edge == {}
             return {"furniture": node["furniture"] * 2}
 
     graph = random_batch(0)
     node = torch.randn(graph.num_nodes, 4)
-    factor = (Furniture(4)(graph, node, None) / node).split(graph.node_counts)
+    factor = (Furniture(4).encode(graph, node, None) / node).split(graph.node_counts)
     assert [float(part.mean().round()) for part in factor] == [1, 1, 1, 2, 1]
 
 
-def test_where_dgl_does_not_go_is_named(random_batch):
-    batch = random_batch(0).to(torch.device("meta"))
-    with pytest.raises(ValueError, match=r"must be one that DGL was built for, got meta\. Install"):
-        NodeEdgePredictor(DGLHGT(16)).to("meta")(batch)
-
-
-def test_bad_heads_are_named():
-    with pytest.raises(ValueError, match="heads of DGLHGT must divide its units, got 3 heads"):
-        DGLHGT(16, 3)
-
-
-def test_without_dgl_its_encoders_say_what_to_do(monkeypatch):
-    monkeypatch.setitem(sys.modules, "dgl", None)
-    for encoder in (DGLHGT, MeanOfNeighbours):
-        with pytest.raises(ModuleNotFoundError, match=f"{encoder.__name__} must have DGL, got"):
-            encoder(16)
-
-
 @pytest.mark.slow
-def test_training_imports_no_dgl():
-    code = "import sys, nep.fit, nep.encoders; sys.exit('dgl' in sys.modules)"
-    assert not subprocess.run([sys.executable, "-c", code]).returncode
+def test_a_training_step_of_heat_runs_dgl(tmp_path, monkeypatch):
+    """`nep.fit --config heat.yaml`: edge softmax and both sums are DGL's."""
+    import dgl
+
+    called = []
+    for module, name in ((dgl.ops, "edge_softmax"), (dgl.DGLGraph, "update_all")):
+        original = getattr(module, name)
+
+        def note(*args, original=original, name=name, **more):
+            called.append(name)
+            return original(*args, **more)
+
+        monkeypatch.setattr(module, name, note)
+    monkeypatch.chdir(tmp_path)
+    steps = []
+    training_step = NEPModule.training_step
+
+    def count(self, batch, batch_idx):
+        assert isinstance(batch.homogeneous, dgl.DGLGraph)
+        called.clear()
+        loss = training_step(self, batch, batch_idx)
+        steps.append(list(called))
+        edges = batch.edge_dst.numel(), batch.homogeneous.num_edges(), batch.graph.num_edges()
+        assert len(set(edges)) == 1
+        torch.testing.assert_close(
+            loss, balanced_bce(self(batch), batch.query_target), rtol=0.2, atol=0.2
+        )
+        return loss
+
+    monkeypatch.setattr(NEPModule, "training_step", count)
+    main(
+        "--config heat.yaml --data.num_homes 2 --data.steps 4 --data.num_val_homes 1 "
+        "--data.batch_size 4 --trainer.max_epochs 1 --online.policies [] --online.num_homes 1 "
+        "--online.steps 1 --threads 1".split()
+    )
+    assert steps == [["edge_softmax", "update_all", "update_all"]] * 2
+
+
+def test_the_homogeneous_view_is_that_of_dgl(random_batch):
+    """Of the heterogeneous graph: the same edges of the same types, which DGL numbers otherwise."""
+    import dgl
+
+    batch = random_batch(0)
+    ours, theirs = batch.homogeneous, dgl.to_homogeneous(batch.graph, ndata=["degree"])
+    ntype = torch.tensor([NODE_TYPES.index(name) for name in batch.graph.ntypes])
+    etype = torch.tensor([EDGE_TYPES.index(name) for name in batch.graph.canonical_etypes])
+    node_type = ntype[theirs.ndata[dgl.NTYPE]]
+    order = torch.argsort(node_type, stable=True)  # DGL's node that each of ours is
+    assert torch.equal(node_type[order], ours.ndata[dgl.NTYPE])
+    assert torch.equal(theirs.ndata["degree"][order], ours.ndata["degree"])
+    number = order.argsort()
+    found = [number[end.long()] for end in theirs.edges()] + [etype[theirs.edata[dgl.ETYPE]]]
+    want = [end.long() for end in ours.edges()] + [ours.edata[dgl.ETYPE]]
+    rows, expected = (torch.stack(columns, dim=1).tolist() for columns in (found, want))
+    assert sorted(rows) == sorted(expected)

@@ -12,12 +12,12 @@ pytestmark = pytest.mark.slow
 
 REPOSITORY = Path(__file__).parents[2]
 # 160 snapshots; 2 epochs of 8 steps, in each of which 20 snapshots are seen by one process or two.
-# Sampled by one `DistributedSampler`, both see the same snapshots in a step. The listwise loss is a
-# mean over snapshots, so that the mean over two halves of a batch is that over the batch; the
-# paper's loss weighs false edges by their number in the batch of each process.
+# Sampled by one `DistributedSampler`, both see the same snapshots in a step. They learn by the
+# listwise loss alone, a mean over snapshots, so that the mean over two halves of a batch is that
+# over the batch; the paper's loss weighs false edges by their number in the batch of each process.
 SETTING = (
-    "--config mlp.yaml --model.encoder.init_args.units 16 --model.dropout 0 --model.paper_loss "
-    "false --model.listwise_weight 1 --data.num_homes 8 --data.steps 20 --data.num_val_homes 2 "
+    "--config mlp.yaml --model.encoder.init_args.units 16 --model.attention.dropout 0 "
+    "--model_class recorder.Listwise --data.num_homes 8 --data.steps 20 --data.num_val_homes 2 "
     "--data.workers 1 --online.num_homes 2 --online.steps 5 --online.policies [bayesian,ceiling] "
     "--trainer.max_epochs 2 --trainer.enable_progress_bar false --threads 1 --trainer.strategy "
     "ddp --trainer.callbacks+ recorder.Recorder"
@@ -28,6 +28,20 @@ SETTING = (
 RECORDER = """
 import torch
 from lightning.pytorch.callbacks import Callback
+
+from nep.paper.module import NEPModule
+from nep.training.listwise_loss import listwise_loss
+
+
+class Listwise(NEPModule):
+    '''Learn which edge it is.'''
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+
+    def compute_loss(self, batch):
+        _, answers = super().compute_loss(batch)
+        return listwise_loss(*answers, batch.num_snapshots), answers
 
 
 class Recorder(Callback):

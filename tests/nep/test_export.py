@@ -16,9 +16,10 @@ from safetensors.numpy import load_file, save_file
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep import ObjectFinder
-from nep.encoders import GCN, HEAT
 from nep.export import ExportConfig, main
-from nep.model.module import NEPModule
+from nep.paper.encoders import GCN, HEAT
+from nep.paper.module import NEPModule
+from nep.paper.query_attention import AttentionConfig
 from nep.players.checkpoints import load_config, load_trained
 from nep.players.policy import NEPPolicy
 from nep.report.model_card import REFERENCES, make_card
@@ -39,7 +40,7 @@ ROOT = Path(__file__).parents[2]
 def save_checkpoint(path: Path, encoder, **features) -> Path:
     """Write what Lightning writes for `nep.fit`, of a network that was not trained."""
     torch.manual_seed(0)
-    module = NEPModule(encoder, transformer_heads=4, dropout=0.2)
+    module = NEPModule(encoder, attention=AttentionConfig(heads=4, dropout=0.2))
     data = SGMDataModule(
         data_dir=str(path.parent / "data"),
         features=FeatureConfig(**features),
@@ -105,7 +106,7 @@ def test_weights_are_tensors_and_config_is_json(exported):
     config = json.loads((exported / "config.json").read_text(encoding="utf-8"))
     assert config["schema"]["feature_schema"] == 1
     assert config["schema"]["edge_types"][0] == ["house", "contains", "floor"]
-    assert config["model"]["encoder"]["class_path"] == "nep.encoders.heat.HEAT"
+    assert config["model"]["encoder"]["class_path"] == "nep.paper.encoders.heat.HEAT"
 
 
 def test_reference_pages_name_the_files_of_an_exported_folder(exported):
@@ -361,7 +362,7 @@ def test_weights_of_another_export_are_refused(folder, tmp_path_factory):
 def test_an_encoder_of_ones_own_is_named_by_the_caller(tmp_path, monkeypatch, python):
     """In a process that has not imported it: refused without --encoders."""
     (tmp_path / "own_encoder.py").write_text(
-        "from nep.encoders import GCN\n\n\nclass Mine(GCN):\n    pass\n"
+        "from nep.paper.encoders import GCN\n\n\nclass Mine(GCN):\n    pass\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     from own_encoder import Mine

@@ -3,10 +3,10 @@
 import pytest
 import torch
 
-from nep.encoders import HEAT
-from nep.model.loss import balanced_bce
-from nep.model.node_edge_predictor import NodeEdgePredictor
-from nep.model.settings import NetworkConfig
+from nep.paper.encoders import HEAT
+from nep.paper.loss import balanced_bce
+from nep.paper.predictor import NodeEdgePredictor
+from nep.paper.query_attention import AttentionConfig
 
 # Loss and, per part, the norm of the gradient, from the plain code that concatenated all features,
 # padded each snapshot to the longest and summed over all nodes.
@@ -23,7 +23,7 @@ NORMS = {
 def test_loss_and_gradients_of_the_first_step(random_batch):
     torch.manual_seed(0)
     encoder = HEAT(16, heads=2, residual=True, root_weight=False)
-    model = NodeEdgePredictor(encoder, network=NetworkConfig(dropout=0.0))
+    model = NodeEdgePredictor(encoder, AttentionConfig(dropout=0.0))
     graph = random_batch(0, num_snapshots=40, num_furniture=9)
     loss = balanced_bce(model(graph), graph.query_target)
     loss.backward()

@@ -17,9 +17,9 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from datamodules.features import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.config_files import CONFIG_FOLDER, find_configs
-from nep.encoders import MLP
 from nep.fit import FitCLI, main
-from nep.model.module import NEPModule
+from nep.paper.encoders import MLP
+from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
 from simulator import PriorGraph, SampledHomes, SampledSource, Streams, evaluate_policy
 from simulator.world.mixture.lived_in_homes import LivedInSource
@@ -203,7 +203,10 @@ def test_a_config_builds_on_another(folder):
         (["--config", "heat.yaml", "--model.encoder.init_args.head", "3"], "head"),
         (["--config", "heat.yaml", "--model.encoder.init_args.heads", "3"], "got 3 heads for 64"),
         (["--config", "heat.yaml", "--data.num_homes", "0"], "num_homes must be at least 1, got 0"),
-        (["--config", "heat.yaml", "--model.encoder", "nep.encoders.GAT"], "nep.encoders.GAT"),
+        (
+            ["--config", "heat.yaml", "--model.encoder", "nep.paper.encoders.GAT"],
+            "nep.paper.encoders.GAT",
+        ),
         (["--base", "heat.yaml"], "--base must stand in a config file, got --base on the command"),
     ],
 )
@@ -287,7 +290,7 @@ def test_a_full_disk_leaves_the_last_checkpoint_and_one_line(folder, capsys, mon
 
 OWN = '''
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.model.module import NEPModule
+from nep.paper.module import NEPModule
 
 
 class Model(NEPModule):
@@ -367,7 +370,7 @@ def test_homes_of_8_16_and_32_places_are_trained_and_evaluated_together(folder):
         num_val_homes=3,
         workers=1,
     )
-    module = NEPModule(MLP(units=8), transformer_heads=2)
+    module = NEPModule(MLP(units=8))
     trainer = Trainer(
         max_epochs=1,
         accelerator="cpu",

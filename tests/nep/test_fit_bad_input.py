@@ -4,7 +4,6 @@ import pytest
 import torch
 
 from nep.fit import main
-from nep.model.module import NEPModule
 
 SMALL = (
     "--config mlp.yaml --data.num_homes=1 --data.steps=2 --data.num_val_homes=1 "
@@ -61,8 +60,8 @@ def test_a_checkpoint_to_go_on_from_is_checked_first(capsys, tmp_path, content, 
     [
         (["--model.learning_rate=-1"], "learning_rate must be at least 0, got -1"),
         (["--model.learning_rate=.nan"], "learning_rate must be at least 0, got nan"),
-        (["--model.dropout=2"], "dropout must lie in [0, 1], got 2"),
-        (["--model.transformer_layers=-1"], "transformer_layers must be at least 1, got -1"),
+        (["--model.attention.dropout=2"], "dropout must lie in [0, 1], got 2"),
+        (["--model.attention.layers=-1"], "layers must be at least 1, got -1"),
         (["--data.batch_size=-1"], "batch_size must be at least 1, got -1"),
         (["--data.seed=-1"], "seed must be"),
         (["--seed_everything=-1"], "seed_everything must lie in 0 to 4294967295, got -1"),
@@ -87,10 +86,3 @@ def test_a_log_folder_that_is_a_file_is_refused(capsys, tmp_path):
     with pytest.raises(SystemExit):
         main([*arguments, "--trainer.logger.init_args.save_dir=runs/deep"])
     assert "save_dir must be a folder, got a file at runs/deep" in capsys.readouterr().err
-
-
-def test_a_network_without_a_rate_is_refused():
-    from nep.encoders import MLP
-
-    with pytest.raises(ValueError, match="learning_rate must be at least 0"):
-        NEPModule(MLP(units=8), learning_rate=-0.1)

@@ -83,7 +83,7 @@ def test_every_command_of_the_page(python, folder):
 def test_an_encoder_that_does_not_keep_its_arguments_is_one_line(tmp_path, monkeypatch, capsys):
     """A checkpoint could not rebuild it: this is said before anything is trained."""
     (tmp_path / "forgetful.py").write_text(
-        "from nep.encoders import Encoder\n\n\n"
+        "from nep.paper.encoders import Encoder\n\n\n"
         "class Forgetful(Encoder):\n"
         "    num_hops, uses_edges = 0, False\n\n"
         "    def __init__(self, units: int = 8, depth: int = 2) -> None:\n"

@@ -6,9 +6,10 @@ import pytest
 import yaml
 
 from datamodules.sgm_datamodule import SGMDataModule
+from nep.any_home.module import AnyHomeModule
 from nep.config_files import CONFIG_FOLDER
 from nep.fit import FitCLI
-from nep.model.module import NEPModule
+from nep.paper.module import NEPModule
 
 
 @pytest.fixture(autouse=True)
@@ -22,18 +23,18 @@ def test_the_command_line_changes_a_config(folder):
     cli = FitCLI(
         (
             "--config=mlp.yaml --config=new.yaml --data.num-homes 4 --data.batch_size=3 "
-            "--model.dropout=0.2 --model.schedule=cosine --data.home.dynamics paper "
+            "--model.attention.dropout=0.2 --model.schedule=cosine --data.home.dynamics paper "
             "--data.home.max_looks=4 --data.no_relevance"
         ).split()
     )
     assert (cli.datamodule.train_config.steps, cli.datamodule.train_config.num_homes) == (7, 4)
     assert cli.datamodule.train_config.homes.home.max_looks == 4
     assert cli.datamodule.loading.batch_size == 3
-    assert cli.model.hparams["dropout"] == 0.2
-    assert cli.model.optimiser.schedule == "cosine"
+    assert cli.model.hparams["attention"]["dropout"] == 0.2
+    assert cli.model.schedule == "cosine"
 
 
-@pytest.mark.parametrize("option", ["--data.collection.num_homes=3", "--model.network.dropout=0"])
+@pytest.mark.parametrize("option", ["--data.collection.num_homes=3", "--model.dropout=0"])
 def test_a_setting_has_no_second_name(option, capsys):
     with pytest.raises(SystemExit):
         FitCLI(["--config=mlp.yaml", option])
@@ -43,5 +44,6 @@ def test_a_setting_has_no_second_name(option, capsys):
 @pytest.mark.parametrize("path", sorted(CONFIG_FOLDER.glob("*.yaml")), ids=lambda path: path.stem)
 def test_configs_name_arguments_of_the_classes(path):
     config = yaml.safe_load(path.read_text("utf-8"))
-    for part, cls in (("model", NEPModule), ("data", SGMDataModule)):
+    model = AnyHomeModule if "model_class" in config else NEPModule
+    for part, cls in (("model", model), ("data", SGMDataModule)):
         assert config.get(part, {}).keys() <= inspect.signature(cls).parameters.keys()

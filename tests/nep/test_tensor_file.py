@@ -14,9 +14,9 @@ import torch
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep.callbacks.resume import WholeCheckpoints
-from nep.encoders import MLP
 from nep.importers.homer import read_homer
-from nep.model.module import NEPModule
+from nep.paper.encoders import MLP
+from nep.paper.module import NEPModule
 from nep.players.checkpoints import load_trained
 from nep.tensor_file import read_tensors
 

@@ -6,8 +6,8 @@ import torch
 
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from nep.encoders import DGLHGT, GCN, HAN, HEAT, HGT, MLP
-from nep.model.module import NEPModule
+from nep.paper.encoders import DGLHGT, GCN, HAN, HEAT, HGT, MLP
+from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
 from sgm.policies.policy import Policy
 from simulator.tasks.evaluation import play_task

@@ -6,8 +6,8 @@ import torch
 
 from datamodules.features import FeatureConfig, compute_belief_features
 from datamodules.graph import GraphBuilder
-from nep.encoders import GCN, HAN, HEAT, HGT, MLP
-from nep.model.module import NEPModule
+from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
+from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy

@@ -6,8 +6,7 @@ import torch
 
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
-from nep.encoders import Sets
-from nep.model.module import NEPModule
+from nep.any_home.module import AnyHomeModule
 from nep.players.policy import NEPPolicy
 from sgm.memory.queries import Queries
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -34,7 +33,7 @@ class Counting(NEPPolicy):
 
 def make_rollout(num_homes=3, **rules):
     torch.manual_seed(0)
-    module = NEPModule(Sets(units=16), transformer=False, reads=["evidence"]).eval()
+    module = AnyHomeModule(16, members=1).eval()
     home = HomeConfig(furniture_per_room=3, objects_per_furniture=4, **rules)
     homes = SampledSource(home=home).make(Streams(0, "test", range(num_homes)))
     rollout = Rollout(homes, Counting(module, GraphBuilder(FEATURES, num_hops=0)))
@@ -114,7 +113,7 @@ def test_looks_that_the_policy_was_not_told_of_make_it_ask_anew():
 
 def test_furniture_that_is_added_within_a_step_has_an_answer():
     torch.manual_seed(0)
-    module = NEPModule(Sets(units=16), transformer=False, reads=["evidence"]).eval()
+    module = AnyHomeModule(16, members=1).eval()
     policy = NEPPolicy(module, GraphBuilder(FEATURES, num_hops=0))
     memory = SceneGraphMemory()
     kitchen = memory.add_room("kitchen")

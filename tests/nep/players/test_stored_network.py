@@ -5,8 +5,8 @@ import shutil
 import pytest
 import torch
 
-from nep.encoders import HEAT
-from nep.model.module import NEPModule
+from nep.paper.encoders import HEAT
+from nep.paper.module import NEPModule
 from nep.players.stored_network import build_network, read_features
 from sgm.text import load_text
 from sgm.text.vectors import PAPER_PIPELINE, SHIPPED_PIPELINE, TextVectors
@@ -37,12 +37,12 @@ def test_a_network_comes_back(network):
         ("heads", None, "heads must be a value like 1, got None"),
         ("heads", "x" * 1000, r"got 'x{190,200}\.\.\. in here"),
         pytest.param(
-            "transformer_layers",
+            "layers",
             3000,
             r"none called predictor\.query_attention\.layers\.10",
             marks=pytest.mark.slow,
         ),
-        ("transformer_heads", 0, "hyper-parameters must be those of a network, got"),
+        ("attention heads", 0, "hyper-parameters must be those of a network, got"),
         ("dropout", float("nan"), r"dropout must be a value like 0\.1, got nan"),
         ("dropout", "much", r"dropout must be a value like 0\.1, got 'much'"),
         ("taste", 1, "must be those of a network, got TypeError"),
@@ -50,8 +50,11 @@ def test_a_network_comes_back(network):
 )
 def test_odd_hyper_parameters_are_refused(network, name, value, message):
     parameters = dict(network.hparams)
-    encoder = parameters["encoder"]
-    if name in encoder["init_args"]:
+    encoder, attention = parameters["encoder"], parameters["attention"]
+    name_there = name.removeprefix("attention ")
+    if name != name_there or (name not in encoder["init_args"] and name in attention):
+        parameters["attention"] = {**attention, name_there: value}
+    elif name in encoder["init_args"]:
         parameters["encoder"] = {**encoder, "init_args": {**encoder["init_args"], name: value}}
     else:
         parameters[name] = value
@@ -60,7 +63,7 @@ def test_odd_hyper_parameters_are_refused(network, name, value, message):
 
 
 @pytest.mark.parametrize(
-    "encoder", ["HEAT", None, {}, {"class_path": "nep.encoders.HEAT", "init_args": "units"}]
+    "encoder", ["HEAT", None, {}, {"class_path": "nep.paper.encoders.HEAT", "init_args": "units"}]
 )
 def test_an_encoder_without_names_of_arguments_is_refused(network, encoder):
     parameters = {**network.hparams, "encoder": encoder}

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
 from nep import ObjectFinder, SceneGraphMemory, Sighting
-from nep.encoders import HEAT
-from nep.model.module import NEPModule
+from nep.paper.encoders import HEAT
+from nep.paper.module import NEPModule
 from nep.players.checkpoints import TrainedModel
 from sgm.belief import Detector
 

@@ -1,0 +1,1 @@
+"""The network for any home: what a memory says of every place, compared as a set."""

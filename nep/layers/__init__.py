@@ -1,1 +1,0 @@
-"""Products, sums and softmax of rows that networks are made of."""

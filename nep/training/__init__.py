@@ -1,0 +1,1 @@
+"""What the training of either network shares."""
