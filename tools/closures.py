@@ -2,7 +2,7 @@
 
 A closure is the files of ours that an import loads; those with a docstring alone do not count. A
 profile of a call counts its calls of our functions, the files that they are in, and the returns to
-a file that was left.
+a file that was left. A stay is a run of calls in one file: there are as many as files and returns.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+import numpy as np
+
 from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
@@ -26,6 +28,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("sgm", "simulator", "datamodules", "nep")
 # Most files that an import may load.
 MOST_FILES = {"nep.paper.module": 30, "nep.fit": 110}
+MOST_STAYS = 12  # of a training step of NEP-HEAT, its forward pass and loss
 # Most files that a call may walk through, and most returns.
 MOST_WALKED = {"observe": (8, 20), "rank": (15, 23), "rank first": (29, 57)}
 
@@ -81,6 +84,11 @@ class CallWalk:
     files: tuple[str, ...]
     returns: int
 
+    @property
+    def stays(self) -> int:
+        """How often a file was entered."""
+        return len(self.files) + self.returns
+
 
 def profile(call: Callable[[], Any]) -> CallWalk:
     """Follow a call; what it loads should be loaded before."""
@@ -133,6 +141,34 @@ def walk_calls() -> dict[str, CallWalk]:
     return walks
 
 
+def walk_step() -> CallWalk:
+    """Follow a training step of NEP-HEAT on a batch of two memories, as the loader gives it."""
+    module = importlib.import_module("nep.paper.module").NEPModule(
+        importlib.import_module("nep.paper.encoders").HEAT(units=8)
+    )
+    module.log = lambda *_, **__: None  # of Lightning, which there is none of
+    simulator = importlib.import_module("simulator")
+    homes = simulator.SampledHomes(
+        simulator.PriorGraph.default(), simulator.HomeConfig(), simulator.Streams(0, "val", [0, 1])
+    )
+    rollout = importlib.import_module("simulator.tasks.rollout").Rollout(
+        homes, importlib.import_module("sgm.policies").Bayesian()
+    )
+    _, queries = rollout.ask()
+    truth = np.arange(homes.num_furniture) == np.zeros((2, 1))
+    snapshots = importlib.import_module("simulator.snapshots.taken").take_snapshots(
+        rollout.memory, queries, truth
+    )
+    features = importlib.import_module("datamodules.features").FeatureConfig()
+    builder = importlib.import_module("datamodules.graph").GraphBuilder(features, module.num_hops)
+    walk = CallWalk(0, (), 0)
+    for _ in range(2):  # the second time, nothing is loaded
+        batch = builder.build(snapshots)
+        _ = batch.homogeneous
+        walk = profile(lambda batch=batch: module.training_step(batch, 0))
+    return walk
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line: print closures and profiles."""
     parser = make_parser("python -m tools.closures", __doc__)
@@ -148,9 +184,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print("| import | files of ours |\n| --- | --- |")
     for name in ("sgm.finder.object_finder", *MOST_FILES, "nep.evaluate", "nep.reproduce"):
         print(f"| `{name}` | {len(list_closure(name))} |")
-    print("\n| call | calls | files | returns |\n| --- | --- | --- | --- |")
-    for name, walk in walk_calls().items():
-        print(f"| `{name}` | {walk.calls} | {len(walk.files)} | {walk.returns} |")
+    print("\n| call | calls | files | returns | stays |\n| --- | --- | --- | --- | --- |")
+    for name, walk in {**walk_calls(), "training step": walk_step()}.items():
+        counts = walk.calls, len(walk.files), walk.returns, walk.stays
+        print(f"| `{name}` | {' | '.join(map(str, counts))} |")
 
 
 if __name__ == "__main__":

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor
 
 from datamodules.batch import Batch
-from datamodules.sgm_datamodule import SGMDataModule
 from nep.any_home.network import AnyHomeNetwork
 from nep.training.listwise_loss import listwise_loss
-from nep.training.module import Answers, TrainingModule
+from nep.training.module import ScoredAnswers, TrainingModule
 from sgm.checks import check_at_least, check_shares
 from sgm.messages import shorten
+
+if TYPE_CHECKING:
+    from datamodules.sgm_datamodule import SGMDataModule
 
 READS = ("evidence",)
 
@@ -69,7 +72,7 @@ class AnyHomeModule(TrainingModule):
         )
         self.predictor = AnyHomeNetwork(units, num_rounds, members, clock_dropout)
 
-    def compute_loss(self, batch: Batch) -> tuple[Tensor, Answers]:
+    def compute_loss(self, batch: Batch) -> tuple[Tensor, ScoredAnswers]:
         """Return the mean loss of the members, and what all of them answer together."""
         logits, snapshot = self.predictor.score_members(batch)
         target = torch.cat([batch.query_target, batch.find_elsewhere()])
@@ -79,7 +82,7 @@ class AnyHomeModule(TrainingModule):
             for of_member in logits.unbind(dim=1)
         ]
         joined = self.predictor.join_members(logits.detach(), snapshot, num_snapshots)
-        return torch.stack(losses).mean(), Answers(joined, target, snapshot)
+        return torch.stack(losses).mean(), ScoredAnswers(joined, target, snapshot)
 
     @staticmethod
     def check_data(data: SGMDataModule) -> None:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from torch import Tensor
 
 from datamodules.batch import Batch
 from datamodules.features import check_groups
-from datamodules.sgm_datamodule import SGMDataModule
 from nep.paper.encoders.encoder import Encoder
 from nep.paper.loss import balanced_bce, relevance_loss
 from nep.paper.predictor import NodeEdgePredictor
 from nep.paper.query_attention import AttentionConfig
 from nep.training.listwise_loss import listwise_loss
-from nep.training.module import Answers, Schedule, TrainingModule
+from nep.training.module import Schedule, ScoredAnswers, TrainingModule
 from sgm.checks import check_at_least
+
+if TYPE_CHECKING:
+    from datamodules.sgm_datamodule import SGMDataModule
 
 
 class NEPModule(TrainingModule):
@@ -67,7 +70,7 @@ class NEPModule(TrainingModule):
         )
         self.predictor = NodeEdgePredictor(encoder, attention if transformer else None, reads)
 
-    def compute_loss(self, batch: Batch) -> tuple[Tensor, Answers]:
+    def compute_loss(self, batch: Batch) -> tuple[Tensor, ScoredAnswers]:
         """Return the weighted BCE, or the loss of the relevance of places where that is given."""
         logits, target, snapshot = self.predictor(batch), batch.query_target, batch.query_snapshot
         if batch.query_relevance is not None:
@@ -77,7 +80,7 @@ class NEPModule(TrainingModule):
             if self.listwise_weight:
                 which = listwise_loss(logits, target, snapshot, batch.num_snapshots)
                 loss = loss + self.listwise_weight * which
-        return loss, Answers(logits, target, snapshot)
+        return loss, ScoredAnswers(logits, target, snapshot)
 
     @staticmethod
     def check_data(data: SGMDataModule) -> None:

@@ -56,10 +56,8 @@ class NodeEdgePredictor(nn.Module):
             edge = None
             query_edge = self.edge_embedding(batch, batch.query_edge)
         node = self.encoder.encode(batch, node, edge)
-        src, dst = (
-            node.index_select(0, ends.index_select(0, batch.query_edge))
-            for ends in (batch.edge_src, batch.edge_dst)
-        )
+        src = node.index_select(0, batch.edge_src.index_select(0, batch.query_edge))
+        dst = node.index_select(0, batch.edge_dst.index_select(0, batch.query_edge))
         query = torch.cat([(src + dst) / 2, query_edge], dim=1)  # (Q, 2 D)
         if self.query_attention is not None:
             query = self.query_attention(query, batch.query_snapshot, batch.num_snapshots)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 import lightning.pytorch as pl
 import torch
@@ -13,17 +13,19 @@ from torchmetrics import MetricCollection
 from torchmetrics.classification import BinaryAUROC, BinaryAveragePrecision
 
 from datamodules.batch import Batch
-from datamodules.sgm_datamodule import SGMDataModule
 from nep.training.hits_at_one import HitsAtOne
 from nep.training.logits import Logits
 from sgm.checks import check_at_least
 from sgm.messages import shorten
 
+if TYPE_CHECKING:
+    from datamodules.sgm_datamodule import SGMDataModule
+
 Schedule = Literal["constant", "cosine"]
 
 
-class Answers(NamedTuple):
-    """Answers about the snapshots of a batch, A of them, with the truth of each.
+class ScoredAnswers(NamedTuple):
+    """ScoredAnswers about the snapshots of a batch, A of them, with the truth of each.
 
     Attributes:
         logits: (A,).
@@ -87,7 +89,7 @@ class TrainingModule(pl.LightningModule):
         )
 
     @abstractmethod
-    def compute_loss(self, batch: Batch) -> tuple[Tensor, Answers]:
+    def compute_loss(self, batch: Batch) -> tuple[Tensor, ScoredAnswers]:
         """Return the loss of a batch, and what was answered."""
 
     @staticmethod

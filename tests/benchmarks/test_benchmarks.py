@@ -25,7 +25,7 @@ def run(path: Path, monkeypatch, *options: str) -> None:
     runpy.run_path(str(path), run_name="__main__")
 
 
-NEED_DGL = ("dgl_encoder", "heat_conv")
+NEED_DGL = ("heat_conv",)
 PATHS = [
     pytest.param(path, id=path.stem, marks=[pytest.mark.dgl] if path.stem in NEED_DGL else [])
     for path in sorted(FOLDER.glob("[a-z]*.py"))

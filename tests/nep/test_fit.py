@@ -49,7 +49,6 @@ def folder(tmp_path, monkeypatch):
         ("gcn", 1),
         ("heat", 1),
         ("hgt", 1),
-        pytest.param("dgl_hgt", 1, marks=pytest.mark.dgl),
         ("han", 1),
     ],
 )

@@ -5,7 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from tools.closures import MOST_FILES, MOST_WALKED, list_closure, profile, walk_calls
+from tools.closures import (
+    MOST_FILES,
+    MOST_STAYS,
+    MOST_WALKED,
+    list_closure,
+    profile,
+    walk_calls,
+    walk_step,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 FORBIDDEN = ("nep.bench", "nep.robot", "sgm.finder", "simulator.trace", "simulator.events", "tools")
@@ -33,6 +41,7 @@ def test_a_walk_is_counted_by_hand():
     assert walk.files == ("sgm/checks.py", "sgm/messages.py")
     assert walk.returns >= 1
     assert walk.calls >= 3
+    assert walk.stays == 2 + walk.returns
 
 
 def test_a_look_and_a_question_cross_no_more_files_than_they_may():
@@ -41,6 +50,12 @@ def test_a_look_and_a_question_cross_no_more_files_than_they_may():
         assert len(walks[name].files) <= most_files, (name, walks[name].files)
         assert walks[name].returns <= most_returns, name
     assert {"sgm/evidence/question.py"} <= {*walks["rank first"].files} - {*walks["rank"].files}
+
+
+def test_a_training_step_makes_no_more_stays_than_it_may():
+    walk = walk_step()
+    assert {"nep/paper/encoders/heat.py", "nep/paper/loss.py"} <= {*walk.files}
+    assert walk.stays <= MOST_STAYS
 
 
 def test_the_map_of_a_question_names_the_files_that_it_crosses():

@@ -118,9 +118,8 @@ class NetworkSections:
             join_table(header, lines),
             "Configs: `mlp_equal.yaml` and `gcn_equal.yaml` (wider embeddings), `no_absence.yaml` "
             "(edges count sightings alone), `no_prior.yaml` (as in Table 2), `homes_400.yaml` "
-            "(40,000 memories, 6 epochs: as many updates), `gcn_sum.yaml`, `heat_sum.yaml` (a "
-            "weight of its own for every edge), `heat_two_heads.yaml`, `two_convolutions.yaml`, "
-            "`alike.yaml` (`nep.paper.encoders.encoder`).\n",
+            "(40,000 memories, 6 epochs: as many updates), `heat_two_heads.yaml`, "
+            "`two_convolutions.yaml`.\n",
             self._count_parameters(),
         ]
         return "\n".join(text), {

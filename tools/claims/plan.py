@@ -42,10 +42,6 @@ SWITCHES: Mapping[str, tuple[str, Mapping[str, tuple[str, ...]]]] = {
     ),
     "no_prior": ("no prior", {name: (name, "no_prior") for name in ORDER}),
     "homes_400": ("400 training homes, not 100", {name: (name, "homes_400") for name in ORDER}),
-    "sum": (
-        "sums instead of averages of neighbours",
-        {"gcn": ("gcn_sum",), "heat": ("heat_sum",)},
-    ),
     "two_heads": (
         "two heads, the input added to the output",
         {"heat": ("heat_two_heads",)},
@@ -53,10 +49,6 @@ SWITCHES: Mapping[str, tuple[str, Mapping[str, tuple[str, ...]]]] = {
     "two_convolutions": (
         "two convolutions, not one",
         {name: (name, "two_convolutions") for name in ("gcn", "heat")},
-    ),
-    "alike": (
-        "edges between furniture of one label and room",
-        {name: (name, "alike") for name in ("gcn", "heat")},
     ),
 }
 # Learning rates, the paper's first, and which config makes it.

@@ -14,6 +14,7 @@ from nep.paper.encoders.encoder import ConvolvingEncoder, check_heads, make_glor
 from sgm.schema import EDGE_TYPES, NODE_TYPES
 
 SLOPE = 0.2  # of every LeakyReLU
+NUM_TYPES = len(NODE_TYPES), len(EDGE_TYPES)
 
 
 class HEATConv(nn.Module):
@@ -38,8 +39,7 @@ class HEATConv(nn.Module):
         root_weight: whether the node's own :math:`h_i` is added.
         num_types: numbers of node types and of edge types.
 
-    Source: Mo et al. 2021 (arXiv:2106.07161); paper section 4.3. Differs: no activation after the
-    sum, which is the caller's; the width does not depend on the number of heads.
+    Source: Mo et al. 2021 (arXiv:2106.07161). Differs: no activation after the sum.
     """
 
     def __init__(
@@ -48,70 +48,52 @@ class HEATConv(nn.Module):
         heads: int = 1,
         edge_units: tuple[int, int] = (16, 16),
         root_weight: bool = True,
-        num_types: tuple[int, int] = (len(NODE_TYPES), len(EDGE_TYPES)),
+        num_types: tuple[int, int] = NUM_TYPES,
     ) -> None:
         super().__init__()
-        (num_in, num_out, num_edge), (num_t, num_u), (num_node, num_phi) = (
-            units,
-            edge_units,
-            num_types,
-        )
-        check_heads("HEAT", heads, num_out)
-        self.heads, self.root_weight = heads, root_weight
-        self.edge_attribute = nn.Linear(num_edge, num_u, bias=False)  # U
-        (self.node_weight,) = make_glorot(num_in, num_out, (num_node, num_in, num_out))  # M
-        self.node_bias = nn.Parameter(torch.zeros(num_node, num_out))  # c
-        self.edge_type = nn.Parameter(torch.randn(num_phi, num_t))  # T
+        (node_in, node_out, edge_in), (t, u), (nodes, edges) = units, edge_units, num_types
+        check_heads("HEAT", heads, node_out)
+        self.heads, self.root_weight, each = heads, root_weight, node_out // heads
+        self.edge_attribute = nn.Linear(edge_in, u, bias=False)  # U
+        (self.node_weight,) = make_glorot(node_in, node_out, (nodes, node_in, node_out))  # M
+        self.node_bias = nn.Parameter(torch.zeros(nodes, node_out))  # c
+        self.edge_type = nn.Parameter(torch.randn(edges, t))  # T
         nn.init.xavier_uniform_(self.edge_attribute.weight)
-        parts = [(width, heads) for width in (num_out, num_out, num_t, num_u)]
-        attend = make_glorot(2 * num_out + num_t + num_u, heads, *parts)  # a
+        parts = [(width, heads) for width in (node_out, node_out, t, u)]
+        attend = make_glorot(2 * node_out + t + u, heads, *parts)  # a
         self.attend_dst, self.attend_src, self.attend_edge_type, self.attend_edge_attribute = attend
-        self.message_node, self.message_edge = make_glorot(  # W
-            num_out + num_u, num_out // heads, (num_out, num_out), (heads, num_u, num_out // heads)
-        )
-        self.bias = nn.Parameter(torch.zeros(num_out))  # b
+        message = make_glorot(node_out + u, each, (node_out, node_out), (heads, u, each))  # W
+        self.message_node, self.message_edge = message
+        self.bias = nn.Parameter(torch.zeros(node_out))  # b
 
     def forward(self, graph: Any, node: Tensor, edge: Tensor) -> Tensor:
         """Convolve once, on a graph of DGL: (N, units[0]), (E, units[2]) -> (N, units[1])."""
         h = multiply_by_type(node, graph.ndata[NTYPE], self.node_weight, self.node_bias)
         t, u = leaky_relu(self.edge_type, SLOPE), leaky_relu(self.edge_attribute(edge), SLOPE)
+        of_type = (t @ self.attend_edge_type).index_select(0, graph.edata[ETYPE])
         with graph.local_scope():
-            graph.srcdata.update(src=h @ self.attend_src, h=self._split(h @ self.message_node))
-            graph.dstdata["dst"] = h @ self.attend_dst
+            graph.srcdata["h"] = (h @ self.message_node).unflatten(1, (self.heads, -1))
+            graph.srcdata["src"], graph.dstdata["dst"] = h @ self.attend_src, h @ self.attend_dst
             graph.apply_edges(fn.u_add_v("src", "dst", "logit"))
-            of_edge = (t @ self.attend_edge_type).index_select(0, graph.edata[ETYPE])
-            of_edge = of_edge + u @ self.attend_edge_attribute
-            logit = leaky_relu(graph.edata["logit"] + of_edge, SLOPE)  # (E, K)
-            graph.edata["alpha"] = edge_softmax(graph, logit).unsqueeze(2)
-            graph.edata["u"] = graph.edata["alpha"] * u.unsqueeze(1)  # (E, K, A)
+            logit = graph.edata["logit"] + of_type + u @ self.attend_edge_attribute  # (E, K)
+            alpha = edge_softmax(graph, leaky_relu(logit, SLOPE)).unsqueeze(2)
+            graph.edata["alpha"], graph.edata["u"] = alpha, alpha * u.unsqueeze(1)  # (E, K, A)
             graph.update_all(fn.u_mul_e("h", "alpha", "m"), fn.sum("m", "h"))
             graph.update_all(fn.copy_e("u", "m"), fn.sum("m", "u"))
-            of_edges = torch.einsum("nka,kad->nkd", graph.dstdata["u"], self.message_edge)
-            total = (graph.dstdata["h"] + of_edges).flatten(1) + self.bias
+            edges = torch.einsum("nka,kad->nkd", graph.dstdata["u"], self.message_edge)
+            total = (graph.dstdata["h"] + edges).flatten(1) + self.bias
         return total + h if self.root_weight else total
-
-    def _split(self, values: Tensor) -> Tensor:
-        return values.unflatten(1, (self.heads, -1))
 
 
 class HEAT(ConvolvingEncoder):
-    """Heterogeneous edge-enhanced graph attention, each convolution followed by ReLU.
+    """Convolutions, each followed by ReLU; then its input is added, if `residual`.
 
-    Args:
-        units: width of the node and edge embeddings and of every convolution.
-        heads: attention heads of each convolution.
-        num_convolutions: the paper's appendix has 1.
-        residual: whether a convolution's input is added to its output, after the ReLU.
-        edge_units: widths of the embeddings of edge types and of edge attributes.
-        root_weight: see `HEATConv`. With neither this nor `residual` the two ends of a query edge
-            lose their own label and history: attention runs over neighbours alone.
-
-    Source: paper section 4.3, NEP-HEAT, and appendix C. Where the paper states nothing, heads,
-    root weight and residual are PyTorch Geometric's defaults; the edge widths are ours.
+    Source: paper section 4.3, NEP-HEAT, and appendix C. What it does not state are PyTorch
+    Geometric's defaults; the edge widths are ours. Without `root_weight` and `residual` the ends
+    of a query edge lose their own label and history: attention runs over neighbours alone.
     """
 
-    uses_edges = True
-    has_relu = True
+    uses_edges = has_relu = True
 
     def __init__(
         self,

@@ -46,9 +46,9 @@ def find_cells(text, start):
 def test_every_training_is_in_a_folder_of_its_own(plan):
     trainings = plan.list_all_trainings()
     assert len({training.folder for training in trainings}) == len(trainings)
-    # three networks x three seeds x two kinds of homes x on and off, eighteen with a change, and
+    # three networks x three seeds x two kinds of homes x on and off, fourteen with a change, and
     # three at each of two more learning rates
-    assert len(trainings) == 36 + 18 + 6
+    assert len(trainings) == 36 + 14 + 6
     assert [t.contestant.name for t in trainings[:3]] == ["mlp", "gcn", "heat"]
     changed = next(t for t in trainings if t.contestant.name == "heat-no_absence")
     assert changed.list_options()[2:4] == ["--config=heat.yaml", "--config=no_absence.yaml"]
@@ -85,12 +85,12 @@ def test_the_page_says_how_to_make_it_again(plan):
 
 def test_every_network_is_trained_and_plays_where_it_was_trained(plan):
     collections, trainings = plan.plan_stages()
-    assert len(trainings) == 60
+    assert len(trainings) == 56
     names = {job.name for job in (*collections, *trainings)}
     assert len(names) == len([*collections, *trainings])
     assert all(job.after and job.after[0] in names for job in trainings)
     trained = {plan.name_training(row): row for row in plan.list_all_trainings()}
-    assert len(trained) == 60
+    assert len(trained) == 56
     games = plan.list_games()
     players = {name: plan.list_players(game, {}) for name, game in games.items()}
     assert {*players[plan.make_game("paper", LOCATION["off"]).name]} == {*POLICIES}
@@ -100,7 +100,7 @@ def test_every_network_is_trained_and_plays_where_it_was_trained(plan):
     ]
     # every network once, and under every reading those of the order with the seed of changes
     assert {*played} == {*trained}
-    assert len(played) == 60 + 3 * 2 * 2
+    assert len(played) == 56 + 3 * 2 * 2
 
 
 def test_adaptation_by_hand(plan):
