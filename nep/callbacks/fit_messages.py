@@ -12,7 +12,7 @@ import lightning.pytorch as pl
 from lightning.pytorch.callbacks import ModelCheckpoint
 
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.model.module import NEPModule
+from nep.training.module import TrainingModule
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.source import SampledSource
 
@@ -56,8 +56,9 @@ class FitMessages(pl.Callback):
         """Name the checkpoint, and commands that use it."""
         path = self._best.best_model_path if self._best is not None else ""
         if trainer.is_global_zero and path:
-            assert isinstance(pl_module, NEPModule)
-            module = type(pl_module.predictor.encoder).__module__
+            assert isinstance(pl_module, TrainingModule)
+            network = pl_module.predictor
+            module = type(getattr(network, "encoder", network)).__module__
             encoders = "" if module.startswith("nep.") else f" --encoders {module}"
             print("\n".join(["", *list_next_commands(Path(path), trainer.log_dir, encoders)]))
 

@@ -129,14 +129,14 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         measured = _describe_measured(name, notes["measured"], kinds)
     share = "it is taken that in one of ten" if "measured" not in notes else "in one of ten"
     start = training.get("start")
-    features = config["features"]
+    features, is_any_home = config["features"], "encoder" not in config["model"]
     hides_clock = set(CLOCK_GROUPS) <= set(features.get("evidence_without", ()))
     has_hours = features.get("evidence", False) and not hides_clock
     reads_clock = features["clock"] or has_hours
     blind = "poses or people" if reads_clock else "poses, people or the time of day"
     return TEMPLATE.read_text(encoding="utf-8").format(
         name=name,
-        encoder=config["model"]["encoder"]["class_path"].rpartition(".")[2],
+        encoder="Sets" if is_any_home else config["model"]["encoder"]["class_path"].split(".")[-1],
         num_parameters=f"{notes['num_parameters']:,}",
         size=notes["num_parameters"] * 4 / 1e6,
         command=notes["command"],
@@ -147,7 +147,7 @@ def make_card(name: str, config: Mapping[str, Any]) -> str:
         step_limit=texts["step_limit"],
         size_limit=texts["size_limit"],
         measured=measured,
-        elsewhere=_ELSEWHERE[config["model"].get("elsewhere", False)].format(share=share),
+        elsewhere=_ELSEWHERE[is_any_home].format(share=share),
         blind=f"It does not see {blind}.",
     )
 
