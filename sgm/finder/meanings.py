@@ -14,7 +14,7 @@ from sgm.names.asking import MOST_NAME, Asking, make_asking
 from sgm.names.name import Name
 from sgm.names.phrase import make_phrase_reader
 from sgm.names.resolution import Resolution
-from sgm.names.words import read_words
+from sgm.names.words import normalize, read_words
 
 MOST_CANDIDATES = 5
 MayBeNew = Literal["never", "if_unlike", "always"]
@@ -85,6 +85,9 @@ def find_place(
         raise Unclear("ambiguous", ask, tuple(within[:MOST_CANDIDATES]), thing)
     full_names = {names[number]: node.description for number, node in layout.furniture.items()}
     resolution = memory.resolve_exact(place, among=list(full_names.values()))
+    exact = [number for number in names if full_names[names[number]] in resolution.matches]
+    if exact and not resolution.where:  # in the words of another language
+        return _choose(exact, names, thing, asking)
     spelled = [name for name, described in full_names.items() if described in resolution.doubtful]
     candidates = tuple(dict.fromkeys([*(names[number] for number in likely), *spelled]))
     if candidates:
@@ -184,7 +187,10 @@ def find_things(
         ask = asking.say("several", names=asking.list_names(sentence.things))
         raise Unclear("ambiguous", ask, sentence.things[:MOST_CANDIDATES], things)
     found: list[NamedThing] = []
-    for thing in sentence.things or (things,):
+    named = sentence.things or (things,)
+    if named == (normalize(things),):  # as it is written
+        named = (asking.strip_article(things) if asking.is_translated else things,)
+    for thing in named:
         found += _find_named(memory, thing, may_be_new, asking, most)
     return found
 

@@ -140,6 +140,7 @@ class QuestionAnswers:
         if not places:
             self._refuse_place(phrase.where)
         self._resolve(phrase.name)
+        where = self._say_places(phrase.where, places)
         ranking = self._calls.finder.rank(self._memory, phrase.name)
         among = [place for place in ranking if place.furniture in places]
         chance = 1.0
@@ -149,10 +150,10 @@ class QuestionAnswers:
         found = self._calls.where_is(phrase.name, speaker=self._speaker)
         name = self._name(found.thing, found.taken_for)
         if chance >= _LIKELY:
-            said = self._say("yes", name, where=phrase.where, percent=_percent(chance))
+            said = self._say("yes", name, where=where, percent=_percent(chance))
         else:
             best = self._tell_place(found, "is")
-            said = f"{self._say('no', where=phrase.where, percent=_percent(chance))} {best}"
+            said = f"{self._say('no', where=where, percent=_percent(chance))} {best}"
         return self._make(said, where=(_drop_also(found),), probability=chance)
 
     def _tell_is_there(self) -> Answered:
@@ -161,6 +162,15 @@ class QuestionAnswers:
         if self._phrases.read(self._get_only()).where:
             return self._tell_is_at()
         return self._tell_where()
+
+    def _say_places(self, where: str, places: Sequence[int]) -> str:
+        """Return the words of a place, as they were said, or as the language calls that place."""
+        if not self._asking.is_translated:
+            return where
+        layout = self._memory.layout
+        rooms = {str(layout.rooms[layout.furniture[place].room]) for place in places}
+        name = layout.describe(places[0]) if len(places) == 1 else next(iter(rooms))
+        return self._asking.translate(name)
 
     def _tell_count(self) -> Answered:
         """Say how many things of a kind there are, here or at a place."""
@@ -202,7 +212,7 @@ class QuestionAnswers:
         rows = [
             row for place in places for row in self._calls.list_things(place, k=_MOST_ROWS).rows
         ]
-        where = self._sentence.where
+        where = self._say_places(self._sentence.where, places)
         if not rows:
             return self._make(self._say("nothing there", where=where))
         names = self._asking.list_names([row.thing for row in rows], "and", plain=True)

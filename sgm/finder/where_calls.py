@@ -197,7 +197,13 @@ class WhereCalls:
 
     def tell_time(self, step: int, now: int) -> Moment:
         """Tell a time step, as it is said at another one."""
-        return Moment.tell(step, now, self.memory.clock)
+        clock = self.memory.clock
+        moment = Moment.tell(step, now, clock)
+        dates = (None, None) if clock is None else (clock.get_date(step), clock.get_date(now))
+        if dates[0] is None or dates[1] is None:
+            return moment
+        words = make_asking(self.memory.language).tell_time(dates[0], dates[1])
+        return replace(moment, words=words) if words else moment
 
     def tell_any(self, step: int | None, now: int) -> Moment | None:
         """Tell a time step, if there is one."""

@@ -29,6 +29,7 @@ from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import SeenAt, Sighting
 from sgm.memory.thing import ROBOT, Statement, ThingName
 from sgm.names.aliases import Aliases, AliasTable
+from sgm.names.language import ENGLISH
 from sgm.names.name import Name
 from sgm.names.name_encoder import Encode, NameEncoder
 from sgm.names.name_matching import Similarity
@@ -94,6 +95,7 @@ class SceneGraphMemory:
         encoder: Encode | None = None,
         score_calibration: ScoreCalibration | None = None,
         map_id: str = "",
+        language: str = ENGLISH,
     ) -> None:
         """Start with an empty home.
 
@@ -114,6 +116,7 @@ class SceneGraphMemory:
                 are scores of a detector; it is saved with the memory. None if they are
                 probabilities.
             map_id: of the map that positions and boxes of furniture are in, such as its checksum.
+            language: in which is asked and answered, "en" or "de"; it is not saved.
 
         Raises:
             TypeError: if the prior, the clock, the aliases, the encoder or the calibration is
@@ -126,7 +129,7 @@ class SceneGraphMemory:
                 could not be written was not made.
         """
         content, prior = begin_content(prior, clock, score_calibration, map_id)
-        self._make(content, prior, aliases, encoder)
+        self._make(content, prior, aliases, encoder, language)
         self._files.start_log(log)
 
     def _make(
@@ -135,10 +138,11 @@ class SceneGraphMemory:
         prior: PriorGraph,
         aliases: Aliases | None,
         encoder: Encode | None,
+        language: str,
     ) -> None:
         """Make all parts, of a memory of that content."""
-        self._given = aliases, encoder  # for copies
-        table = AliasTable.household(aliases)
+        self._given = aliases, encoder, language  # for copies
+        table = AliasTable.household(aliases, language)
         encodes = None if encoder is None else NameEncoder(encoder, table)
         state = self._state = MemoryState(content, prior, table, encodes)
         self._layout = MemoryLayout(state)
@@ -160,6 +164,7 @@ class SceneGraphMemory:
         encoder: Encode | None = None,
         score_calibration: ScoreCalibration | None = None,
         map_id: str = "",
+        language: str = ENGLISH,
     ) -> SceneGraphMemory:
         """Go on with a memory that was saved: every later answer is what it would have been.
 
@@ -177,6 +182,7 @@ class SceneGraphMemory:
             score_calibration: of looks from now on; None for what was saved.
             map_id: of the map that the robot has now; a memory of another one is refused. Empty to
                 go on with whatever the memory has, for `transform`.
+            language: as in the constructor.
 
         Raises:
             FileNotFoundError: if there is no such file; it is a `ValueError`, too.
@@ -185,14 +191,15 @@ class SceneGraphMemory:
         """
         content, prior = load_given(path, prior, clock, score_calibration, map_id)
         memory = cls.__new__(cls)
-        memory._make(content, prior, aliases, encoder)
+        memory._make(content, prior, aliases, encoder, language)
         memory._files.start_log(log, goes_on=True)
         return memory
 
     def copy(self) -> SceneGraphMemory:
         """Return a memory of the same content that goes its own way; it writes no log."""
         memory = type(self).__new__(type(self))
-        memory._make(*self._files.copy_content(), *self._given)
+        content, prior = self._files.copy_content()
+        memory._make(content, prior, *self._given)
         memory._looks.watch.warns_of_scores = self._looks.watch.warns_of_scores
         return memory
 

@@ -66,15 +66,16 @@ class AliasTable:
         self._add(self.rows)
 
     @classmethod
-    def household(cls, extra: Aliases | None = None) -> AliasTable:
-        """Return the shipped table, with rows of one's own added.
+    def household(cls, extra: Aliases | None = None, language: str = ENGLISH) -> AliasTable:
+        """Return the shipped table in a language, with rows of one's own added.
 
         Raises:
             TypeError: if the rows are neither a mapping nor a path.
-            ValueError: if they are malformed, or a thing is a kind of itself.
+            ValueError: if they are malformed, a thing is a kind of itself, or there is no such
+                language.
             FileNotFoundError: if there is no such file.
         """
-        shipped = _load_household()
+        shipped = _load_household() if language == ENGLISH else _load_translated(language)
         if extra is None:
             return shipped
         declared = tuple(read_rows(extra))
@@ -126,6 +127,7 @@ class AliasTable:
     def _extend(self, rows: Sequence[Row], declared: tuple[Row, ...]) -> AliasTable:
         """Return a table with more rows; what the present ones say is copied, not read again."""
         table = AliasTable()
+        table.language = self.language
         table.rows = (*self.rows, *rows)
         table.declared = declared
         table.names, table.longest, table.words = [*self.names], self.longest, {*self.words}
@@ -337,6 +339,15 @@ def _load_household() -> AliasTable:
     english = load_language()
     rows = [*_parse(english.read("aliases.csv"), "the shipped aliases")]
     return AliasTable([*rows, *_list_kinds(english.read("kinds.csv"))])
+
+
+@lru_cache(maxsize=8)
+def _load_translated(code: str) -> AliasTable:
+    """Return the shipped table with what a language calls its things."""
+    rows = [(name, (), words) for name, _, words in load_language(code).names]
+    table = _load_household()._extend(rows, ())
+    table.language = code
+    return table
 
 
 def _list_kinds(text: str) -> Iterator[Row]:

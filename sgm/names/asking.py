@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
 from functools import lru_cache
 
 from sgm.messages import shorten, shorten_text
 from sgm.names.language import ENGLISH, load_answers, load_language
+from sgm.names.phrase import make_phrase_reader
 
 MOST_NAMED = 5  # names in a question
 MOST_NAME = 60  # characters of a name in a question
@@ -27,10 +29,17 @@ class Asking:
         marks = [mark.strip() for mark in self._names["no article"].split("|")]
         self._owned = tuple(mark for mark in marks if mark.startswith("'"))
         self._words = frozenset(marks) - frozenset(self._owned)
+        language = load_language(code)
+        # The first word of each name, and its gender, by name in the shipped table.
+        self._called = {name: (words[0], gender) for name, gender, words in language.names}
+        pairs = language.read_pairs("properties")
+        self._properties = {english: word for word, english in reversed(pairs.items())}
+        self._times = answers.get("times", {})
         self._articles = load_language(code).list_words("articles")
         self._pronouns = load_language(code).list_words("pronouns")
         self._plural, self._singular = (
-            tuple(_split(self._names[number])) or ("\0",) for number in ("plural", "singular")
+            tuple(_split(self._names.get(number, ""))) or ("\0",)
+            for number in ("plural", "singular")
         )
         self._verbs = {verb: [*_split(self._names[verb]) * 2][:2] for verb in ("is", "was", "has")}
 
@@ -40,16 +49,79 @@ class Asking:
 
     def say_the(self, name: str) -> str:
         """Return a name as it stands in a sentence: "the red mug", "anna's phone"."""
-        name = shorten_text(name, MOST_NAME)
+        called = self._find_called(name)
+        name = shorten_text(self.translate(name), MOST_NAME)
+        if called is not None and name.endswith(called[0]):  # no place in a room
+            return self._names["called"].format(article=self._names[called[1]], name=name)
         words = name.casefold().replace("\u2019", "'").split()
         is_owned = any(word.endswith(self._owned) for word in words[:-1]) if self._owned else False
         if is_owned or (words and words[0] in self._words):
             return name
         return self._names["the"].format(name=name)
 
+    def translate(self, name: str) -> str:
+        """Return a name of a thing, or of a place in a room, as the language has it."""
+        if not self._called:
+            return name
+        phrases = make_phrase_reader(ENGLISH)
+        phrase = phrases.read(name)
+        if phrase.where and phrase.name:
+            room = self.translate(phrases.split_where(phrase.where)[1])
+            return self._names["place"].format(place=self.translate(phrase.name), room=room)
+        words = name.casefold().split()
+        for start in range(len(words)):
+            called = self._called.get(" ".join(words[start:]))
+            if called is not None:
+                before = self._translate_before(words[:start], called[1] == "p")
+                return name if before is None else " ".join((*before, called[0]))
+        return name
+
+    def _find_called(self, name: str) -> tuple[str, str] | None:
+        """Return what a language calls the thing of a name, and its gender; None for no such."""
+        if not self._called or make_phrase_reader(ENGLISH).read(name).where:
+            return None
+        words = name.casefold().split()
+        if any(word.endswith("'s") for word in words):
+            return None
+        endings = (" ".join(words[start:]) for start in range(len(words)))
+        return next((self._called[ending] for ending in endings if ending in self._called), None)
+
+    @property
+    def is_translated(self) -> bool:
+        """Whether things are called otherwise than in the shipped table."""
+        return bool(self._called)
+
+    def _translate_before(self, words: Sequence[str], is_plural: bool) -> list[str] | None:
+        """Return the words before a name; None if one is not known."""
+        form = self._names["adjectives" if is_plural else "adjective"]
+        told = []
+        for word in words:
+            if word.endswith("'s"):
+                told.append(f"{word[:-2].capitalize()}s")
+            elif word in self._properties:
+                told.append(form.format(word=self._properties[word]))
+            else:
+                return None
+        return told
+
+    def tell_time(self, time: datetime, now: datetime) -> str:
+        """Say a time as people do, where the language has sentences for it; else empty."""
+        if not self._times:
+            return ""
+        at_hour = self._times["at"].format(hour=f"{time.hour}:{time.minute:02}")
+        days = (now.date() - time.date()).days
+        if days == 0:
+            return at_hour
+        if abs(days) == 1:
+            return self._times["yesterday" if days > 0 else "tomorrow"].format(at=at_hour)
+        values = {"day": time.day, "month": time.month, "year": time.year, "at": at_hour}
+        return self._times["date"].format(**values)
+
     def list_names(self, names: Sequence[str], link: str = "or", plain: bool = False) -> str:
         """Return "the red mug, the blue mug or the bowl"; plain, without articles."""
-        told = [name if plain else self.say_the(name) for name in dict.fromkeys(names)]
+        told = [
+            self.translate(name) if plain else self.say_the(name) for name in dict.fromkeys(names)
+        ]
         return self.join(told, link)
 
     def join(self, told: Sequence[str], link: str = "or") -> str:
@@ -62,7 +134,10 @@ class Asking:
         return f"{', '.join(told[:-1])} {self._names[link]} {told[-1]}"
 
     def is_plural(self, name: str) -> bool:
-        """Tell whether a name is in the plural, by the ending of its last word."""
+        """Tell whether a name is in the plural, by the tables of the language."""
+        called = self._find_called(name)
+        if called is not None:
+            return called[1] == "p"
         return name.endswith(self._plural) and not name.endswith(self._singular)
 
     def tell(self, sentence: str, thing: str = "", **values: object) -> str:
@@ -75,7 +150,7 @@ class Asking:
     def strip_article(self, name: str) -> str:
         """Return a name without the article before it."""
         words = name.split()
-        while len(words) > 1 and words[0] in self._articles:
+        while len(words) > 1 and words[0].casefold() in self._articles:
             words = words[1:]
         return " ".join(words)
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import re
+import unicodedata
 from collections.abc import Iterator, Sequence
 from functools import cache, cached_property, lru_cache
 from importlib import resources
@@ -36,7 +39,7 @@ class Language:
                 f"language must be one of {', '.join(list_languages())}, got {shorten(code)}. "
                 "docs/extend/language.md says how to add one."
             )
-        self._sections = _read_sections(self.read("sentences.txt"))
+        self._sections = _read_sections(_compare_form(self.read("sentences.txt")))
         self.list_words = cache(self._list_words)
         self.read_pairs = cache(self._read_pairs)
         self.compile_section = cache(self._compile_section)
@@ -63,6 +66,38 @@ class Language:
         """Return the lines "name = value" of a section."""
         pairs = (line.partition(" = ") for line in self.list_lines(section))
         return {name.strip(): value.strip() for name, _, value in pairs}
+
+    @cached_property
+    def names(self) -> list[tuple[str, str, tuple[str, ...]]]:
+        """What things are called (`names.csv`): name in the shipped table, gender, words."""
+        rows = csv.DictReader(io.StringIO(self.read("names.csv"), newline=""))
+        return [(row["name"], row["gender"], tuple(row["words"].split(";"))) for row in rows]
+
+    def translate(self, name: str) -> str:
+        """Return a name with its properties in the words of the shipped table: "red tasse".
+
+        Articles are left out, and the ending of a property makes no difference.
+        """
+        properties = self.read_pairs("properties")
+        if not properties:
+            return name
+        words = _compare_form(name).split()
+        articles, told = self.list_words("articles"), list[str]()
+        for place, word in enumerate(words):
+            is_last = place == len(words) - 1
+            if word in articles and not is_last:
+                continue
+            told.append(self._find_property(word, properties) or word)
+        return " ".join(told)
+
+    def _find_property(self, word: str, properties: dict[str, str]) -> str:
+        """Return a property in the words of the shipped table; empty if it is none."""
+        if word in properties:
+            return properties[word]
+        for ending in self.list_phrases("endings"):
+            if word.endswith(ending) and word[: -len(ending)] in properties:
+                return properties[word[: -len(ending)]]
+        return ""
 
     @cached_property
     def questions(self) -> list[tuple[str, re.Pattern[str]]]:
@@ -121,6 +156,15 @@ def load_answers(code: str = ENGLISH) -> dict[str, dict[str, str]]:
         name: {key.strip(): value.strip() for key, _, value in lines}
         for name, lines in pairs.items()
     }
+
+
+def _compare_form(text: str) -> str:
+    """Return a text in lower case without accents of Latin letters, as names are compared."""
+    if text.isascii():
+        return text.lower()
+    letters = unicodedata.normalize("NFD", text.casefold())
+    kept = (letter for letter in letters if not "\u0300" <= letter <= "\u036f")
+    return unicodedata.normalize("NFC", "".join(kept))
 
 
 def _read_sections(text: str) -> dict[str, list[str]]:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from sgm.names.aliases import AliasTable
 from sgm.names.instances import split_instance, split_spoken, split_written_on
 from sgm.names.known_words import is_word
+from sgm.names.language import load_language
 from sgm.names.modifiers import COLOURS, MATERIALS, PACKAGES, PROPERTIES, narrows, says_how, spell
 from sgm.names.words import (
     BREAKS,
@@ -185,6 +186,7 @@ class NameReader:
     def __init__(self, table: AliasTable) -> None:
         """Read by the names of a table."""
         self._table = table
+        self.translate = load_language(table.language).translate
         self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
         self._read_text = lru_cache(maxsize=MOST_NAMES)(self._read_words_of)
         self.spell = lru_cache(maxsize=20_000)(self._spell_by_table)
@@ -222,7 +224,7 @@ class NameReader:
 
     def split_number(self, name: str) -> tuple[str, str]:
         """Split a counter from a name, or else what is written on a thing or spoken for one."""
-        base, instance = split_instance(name)
+        base, instance = split_instance(self.translate(name))
         if not instance:
             base, instance = split_written_on(base, self._is_known)
         if instance:
@@ -230,6 +232,15 @@ class NameReader:
         text, mark = split_spoken(base, self._is_known)
         is_name = bool(mark) and bool(self._table.find(split_words(base)))  # "vitamin c"
         return (base, "") if is_name else (text, mark)
+
+    def spell_out(self, name: str) -> str:
+        """Return a name as the shipped table has it: "red mug" for "die rote Tasse"."""
+        words = split_words(self.translate(name))
+        start = self._find_start(words)
+        things = self._table.find(words[start:])
+        if len(things) != 1:
+            return " ".join(words)
+        return " ".join((*words[:start], self._table.names[things[0]]))
 
     def _list_plain_words(self, text: str) -> tuple[str, ...]:
         """Return the words of a name of which they are all there is to read; none of any other."""

@@ -21,6 +21,7 @@ from sgm.names.comparison import (
 )
 from sgm.names.description_tables import DescriptionTables, Entry
 from sgm.names.known_words import is_word
+from sgm.names.language import ENGLISH
 from sgm.names.modifiers import MATERIALS, PROPERTIES, ROOMS, is_property, says_how, spell
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
@@ -151,6 +152,9 @@ class NameIndex:
         """Find the descriptions of exactly a name; of those, what is written as it is."""
         asked = Name.read(name)
         found = {n for key in self._tables.list_keys(asked) for n in self._tables.same.find(key)}
+        if not found and self._aliases.language != ENGLISH:
+            asked = Name.read(self._reader.spell_out(name))
+            found = {n for key in asked.keys for n in self._tables.same.find(key)}
         written = [n for n in found if read_name(self._tables.descriptions[n]) == read_name(name)]
         return sorted(written or found)
 
@@ -165,7 +169,7 @@ class NameIndex:
         things = [
             self._phrases.name_speaker(part, speaker)
             for thing in sentence.things
-            for part in self._sentences.part(thing, self._is_name, _is_property)
+            for part in self._sentences.part(thing, self._is_name, self._is_property)
         ]
         return sentence._replace(things=tuple(things))
 
@@ -183,6 +187,9 @@ class NameIndex:
     def _is_name(self, text: str) -> bool:
         """Tell whether something is called so, here or in the table."""
         return text in self._tables.written or bool(self._aliases.find(split_words(text)))
+
+    def _is_property(self, word: str) -> bool:
+        return is_property(spell(self._reader.translate(word)))
 
     def _is_person(self, text: str) -> bool:
         """Tell whether a word names no thing, or who owns one here."""
@@ -229,7 +236,7 @@ class NameIndex:
         self, question: str, phrase: Phrase, similarity: Similarity | None
     ) -> tuple[Resolution, bool]:
         """Say what is meant by what is said of one thing."""
-        text = phrase.name
+        text = self._reader.translate(phrase.name)
         readings = self._read_main(text)
         how, groups = self._match(readings, text)
         if not groups and (turned := _turn(text)) != text:  # "mug red"
@@ -367,7 +374,7 @@ class NameIndex:
         out: set[str] = set()
         for excluded in phrase.excluded:
             words = excluded.split()
-            is_bare = all(_is_property(word) or word.endswith("'s") for word in words)
+            is_bare = all(self._is_property(word) or word.endswith("'s") for word in words)
             meant = " ".join((*words, *head)) if is_bare else excluded
             resolution, _ = self._resolve_phrase(meant, self.read_phrase(meant), similarity)
             out |= {*resolution.matches, *resolution.doubtful}
@@ -699,7 +706,3 @@ def _turn(name: str) -> str:
 def _says_how(word: str) -> bool:
     """Tell whether a word says how a thing is, and names none, as "glass" does."""
     return says_how(spell(word)) and spell(word) not in MATERIALS
-
-
-def _is_property(word: str) -> bool:
-    return is_property(spell(word))

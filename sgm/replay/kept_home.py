@@ -18,6 +18,7 @@ from sgm.memory.memory_files import load_content
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import warn_caller
 from sgm.names.aliases import Aliases
+from sgm.names.language import ENGLISH
 from sgm.replay.replay import Replayer
 
 LOG_ENDING = ".log"  # of the log beside a snapshot; those before it have a number behind that
@@ -56,6 +57,7 @@ class KeptHome:
         path: str | Path,
         clock: Clock | None = None,
         aliases: Aliases | None = None,
+        language: str = ENGLISH,
         *,
         is_new: bool = False,
     ) -> KeptHome:
@@ -65,6 +67,7 @@ class KeptHome:
             path: such as "home.sgm". A file without a log will do, and a log without a file.
             clock: of the present step, for a memory that has none.
             aliases: as in `SceneGraphMemory`.
+            language: as in `SceneGraphMemory`.
             is_new: whether an empty memory begins, where there is neither file nor log.
 
         Raises:
@@ -86,15 +89,18 @@ class KeptHome:
                 "alone, and the others stay as they are"
             )
         if lines:
-            home = cls(path, replay_latest(lines, aliases))
+            home = cls(path, replay_latest(lines, aliases, language))
             home._go_on(clock, lines)
         elif path.exists():
             start_clock = _begin_before(clock, load_content(path))
-            home = cls(path, SceneGraphMemory.load(path, clock=start_clock, aliases=aliases))
+            memory = SceneGraphMemory.load(
+                path, clock=start_clock, aliases=aliases, language=language
+            )
+            home = cls(path, memory)
             home.memory.parts.files.keep(path)
             home.memory.parts.files.start_log(log, goes_on=True)
         elif is_new:
-            home = cls(path, SceneGraphMemory(clock=clock, aliases=aliases))
+            home = cls(path, SceneGraphMemory(clock=clock, aliases=aliases, language=language))
             home.memory.save(path)  # so that there is a file to have
             home.memory.parts.files.keep(path)
             home.memory.parts.files.start_log(log, goes_on=True)
@@ -161,7 +167,9 @@ class KeptHome:
                 old.unlink()
 
 
-def replay_latest(lines: Sequence[LogLine], aliases: Aliases | None = None) -> SceneGraphMemory:
+def replay_latest(
+    lines: Sequence[LogLine], aliases: Aliases | None = None, language: str = ENGLISH
+) -> SceneGraphMemory:
     """Return the memory that wrote a log, as after the last line of `read_log`; it writes no log.
 
     Raises:
@@ -172,7 +180,8 @@ def replay_latest(lines: Sequence[LogLine], aliases: Aliases | None = None) -> S
         if line.kind == "start":
             first = number
     lines = lines[first:]
-    replayer = Replayer(SceneGraphMemory(clock=lines[0].values["clock"], aliases=aliases))
+    clock = lines[0].values["clock"]
+    replayer = Replayer(SceneGraphMemory(clock=clock, aliases=aliases, language=language))
     for line in lines:
         replayer.apply(line)
     return replayer.memory

@@ -14,6 +14,7 @@ from pathlib import Path
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
 from sgm.messages import shorten
+from sgm.names.language import ENGLISH, list_languages
 from sgm.replay.kept_home import KeptHome
 from sgm.serve.caller import DEFAULT_TIMEOUT, Caller
 from sgm.serve.finders import make_finder, warm_up
@@ -43,6 +44,12 @@ def make_parser() -> argparse.ArgumentParser:
     add("--token_file", type=Path, help=f"file of the token; or the variable {TOKEN_VARIABLE}")
     add("--finder", default="any_home", help="any_home, bayesian, adaptive, or an exported folder")
     add("--aliases", type=Path, help="CSV file of what things are called besides")
+    add(
+        "--language",
+        choices=list_languages(),
+        default=ENGLISH,
+        help="in which is asked and answered",
+    )
     add(
         "--ignore",
         nargs="+",
@@ -105,7 +112,7 @@ def _run(options: argparse.Namespace) -> None:
     token = _read_token(options.token_file)
     guard = _make_guard(options, token)
     clock = Clock(datetime.now().replace(microsecond=0), options.step_seconds)
-    home = KeptHome.open(options.home, clock, options.aliases, is_new=options.new)
+    home = KeptHome.open(options.home, clock, options.aliases, options.language, is_new=options.new)
     finder = make_finder(options.finder)
     service = MemoryService(
         home.memory, finder, accept_jump=options.accept_jump, ignore=options.ignore
@@ -136,6 +143,7 @@ def _run(options: argparse.Namespace) -> None:
 
 def _make_reader(options: argparse.Namespace) -> Reader:
     arguments = ["--finder", options.finder, "--timeout", str(options.timeout)]
+    arguments += ["--language", options.language]
     if options.aliases is not None:
         arguments += ["--aliases", str(options.aliases)]
     return Reader(arguments, _tell)

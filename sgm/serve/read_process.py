@@ -17,6 +17,7 @@ from sgm.finder.answers import write_json
 from sgm.finder.read_calls import ReadCalls
 from sgm.memory.log_reader import read_line
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.names.language import ENGLISH
 from sgm.replay.replay import Replayer
 from sgm.serve.caller import NUM_READERS, Turns
 from sgm.serve.calls import BY_NAME
@@ -80,6 +81,7 @@ def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(allow_abbrev=False)
     parser.add_argument("--finder", required=True)
     parser.add_argument("--aliases", type=Path)
+    parser.add_argument("--language", default=ENGLISH)
     parser.add_argument("--timeout", type=float, required=True)
     options = parser.parse_args(argv)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the server, and that this one
@@ -92,6 +94,6 @@ async def _run(options: argparse.Namespace) -> None:
     loop, stream = asyncio.get_running_loop(), asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(stream), sys.stdin.buffer)
     output, _ = await loop.connect_write_pipe(asyncio.BaseProtocol, sys.stdout.buffer)
-    memory = SceneGraphMemory(aliases=options.aliases)
+    memory = SceneGraphMemory(aliases=options.aliases, language=options.language)
     reads = ReadCalls(memory, make_finder(options.finder))
     await ReadProcess(Replayer(memory), reads, options.timeout).run(stream, output)
