@@ -7,6 +7,7 @@
 #   make test | make quick                   all tests | those that are not slow
 #   make check | make bench                  ruff and mypy | benchmarks
 #   make fuzz                                changed files, odd calls and options, kills, threads, forged requests (minutes)
+#   make ros-test                            the node of ros/ under ROS 2, which is installed and built (minutes at first)
 #   make docs                                the site: guides, API, commands, results; then open site/index.html
 #   make dist                                sdists and wheels of `sgm` and of the rest, into dist/
 #   make fit PYTHON=/path/to/python3.13      choose the Python that .venv is made from
@@ -22,10 +23,10 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help install fit any-home reproduce test quick check bench fuzz docs dist core-test research-test newest-test clean
+.PHONY: help install fit any-home reproduce test quick check bench fuzz docs dist core-test research-test newest-test ros-test clean
 
 help:
-	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 12
+	@sed -n 's/^# \{0,1\}//p' Makefile | head -n 13
 
 install: $(STAMP)
 
@@ -91,8 +92,12 @@ research-test: dist
 newest-test: dist
 	$(PY) tests/wheels.py newest $(ARGS)
 
+# In .ros: a Python 3.12 with ROS 2 Jazzy, and a colcon workspace.
+ros-test: $(STAMP)
+	$(PY) -m tests.ros.workspace $(ARGS)
+
 clean:
-	rm -rf $(VENV) build dist core/build *.egg-info core/*.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) .ros build dist core/build *.egg-info core/*.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 # Python 3.11 first: dgl has no wheels beyond it. Every folder of PATH is tried, not only the first hit: version
 # managers put commands there that answer "not installed".

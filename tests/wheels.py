@@ -22,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 import urllib.request
+from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -48,20 +49,20 @@ reveal_type(finder.rank(memory, "mug").places[0].probability)
 REVEALED = ('"sgm.finder.ranking.Ranking"', '"float"')
 
 
-def find_python() -> str:
-    """Return the newest supported Python that runs and has `venv`: on PATH, or installed by pyenv.
+def find_python(versions: Sequence[str] = NEWEST_FIRST) -> str:
+    """Return the first of some versions of Python that runs and has `venv`: on PATH, or of pyenv.
 
     What pyenv puts on PATH runs only the version that is chosen in the folder.
     """
     pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv")
     folders = [*os.get_exec_path(), *sorted(pyenv.glob("versions/*/bin"), reverse=True)]
-    for version in NEWEST_FIRST:
+    for version in versions:
         for folder in folders:
             python = Path(folder) / f"python{version}"
             check = [str(python), "-c", "import ensurepip, venv"]
             if python.exists() and not subprocess.run(check, capture_output=True).returncode:
                 return str(python)
-    raise SystemExit(f"Python must be one of {', '.join(NEWEST_FIRST)}, got none on PATH.")
+    raise SystemExit(f"Python must be one of {', '.join(versions)}, got none on PATH.")
 
 
 class Environment:

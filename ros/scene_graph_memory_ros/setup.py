@@ -11,10 +11,13 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/launch", ["launch/memory.launch.xml"]),
+        (f"share/{NAME}/config", ["config/memory.yaml"]),
+        (f"share/{NAME}/rviz", ["rviz/memory.rviz"]),
     ],
     install_requires=["setuptools"],
     zip_safe=True,
     license="Apache-2.0",
     description="A node around the scene graph memory",
-    entry_points={"console_scripts": [f"memory_node = {NAME}.node:main"]},
+    entry_points={"console_scripts": [f"memory_node = {NAME}.run:main"]},
 )

@@ -55,7 +55,8 @@ class StandIn:
         self.subscribed, self.services, self.published, self.timers = {}, {}, {}, []
         self.warnings = []
 
-    def declare_parameter(self, name, usual):
+    def declare_parameter(self, name, usual, descriptor):
+        assert descriptor.description
         value = self.parameters.get(name, usual)
         assert type(value) is type(usual), name
         return Message(value=value)
@@ -83,12 +84,15 @@ class StandIn:
 
 MODULES = {
     "rclpy": {},
+    "rclpy.executors": {"ExternalShutdownException": RuntimeError},
     "rclpy.node": {"Node": StandIn},
     "rclpy.qos": {
         "DurabilityPolicy": Message(TRANSIENT_LOCAL=1),
         "QoSProfile": Blank,
+        "ReliabilityPolicy": Message(BEST_EFFORT=2),
         "qos_profile_sensor_data": 5,
     },
+    "rcl_interfaces.msg": {"ParameterDescriptor": Blank},
     "geometry_msgs.msg": {"PoseStamped": Blank, "PoseWithCovarianceStamped": Blank},
     "sensor_msgs.msg": {"CameraInfo": Blank, "CompressedImage": Blank, "Image": Blank},
     "std_msgs.msg": {"String": Blank, "UInt32": Blank},
@@ -112,7 +116,7 @@ def load_node(monkeypatch, tmp_path):
                 monkeypatch.setitem(sys.modules, path, ModuleType(path))
         vars(sys.modules[name]).update(content)
     monkeypatch.syspath_prepend(str(PACKAGE))
-    for name in ("", ".belief_markers", ".node"):  # made anew, with the stand-in
+    for name in ("", ".belief_markers", ".parameters", ".node"):  # made anew, with the stand-in
         monkeypatch.delitem(sys.modules, f"scene_graph_memory_ros{name}", raising=False)
     module = importlib.import_module("scene_graph_memory_ros.node")
     (tmp_path / "map.yaml").write_text(yaml.safe_dump(MAP))
@@ -173,7 +177,8 @@ def test_camera_in_answers_out(load_node, tmp_path):
     assert text.text.startswith("table 1 in kitchen")
     assert node._find_position() == (0.5, 0.25)
     assert not node.warnings
-    (seconds, save) = node.timers[0]
+    (_, report), (seconds, save) = node.timers
+    report()
     assert seconds == 60.0
     save()
     assert SceneGraphMemory.load(tmp_path / "home.sgm").last_seen("mug").times_seen == 1
@@ -232,6 +237,40 @@ def test_bad_questions_and_bad_input_do_not_end_it(load_node, tmp_path):
         load_node(map_file=str(tmp_path / "none.yaml"))
 
 
+def test_missing_transforms_are_said_once(load_node):
+    node = load_node()
+    node.subscribed["camera_info"](make_camera_info(CAMERA))
+    node.subscribed["detections"](make_detections(100.0, []))
+    node.finish()
+    for _ in range(3):
+        node.timers[0][1]()
+    (warning,) = node.warnings
+    assert "transforms must connect the camera's frame 'camera' with 'map'" in warning
+
+
+def test_the_files_beside_the_node_fit_it(load_node):
+    """The launch file, the file of parameters and that of RViz name what there is."""
+    node = load_node()
+    parameters = sys.modules["scene_graph_memory_ros.parameters"].PARAMETERS
+    file = yaml.safe_load((PACKAGE / "config" / "memory.yaml").read_text("utf-8"))
+    written = file["/**"]["ros__parameters"]
+    assert written == {name: parameter.usual for name, parameter in parameters.items()}
+    launch = ET.parse(PACKAGE / "launch" / "memory.launch.xml").getroot()
+    topics = {"depth", "detections", "camera_info", "pose"}
+    assert {one.get("from") for one in launch.iter("remap")} == topics <= {*node.subscribed}
+    assert {one.get("name") for one in launch.iter("param")} - {None} == {"use_sim_time"}
+    rviz = yaml.safe_load((PACKAGE / "rviz" / "memory.rviz").read_text("utf-8"))
+    displays = rviz["Visualization Manager"]["Displays"]
+    shown = {one["Topic"]["Value"] for one in displays if "Topic" in one}
+    assert shown == {"/map", *(f"/scene_graph_memory{name[1:]}" for name in node.published)}
+    setup = (PACKAGE / "setup.py").read_text("utf-8")
+    for path in ("launch/memory.launch.xml", "config/memory.yaml", "rviz/memory.rviz"):
+        assert f'"{path}"' in setup
+    page = (ROS / "README.md").read_text("utf-8")
+    assert all(f"`{name}`" in page for name in parameters)
+    assert all(f"`{one.get('name')}:=" in page for one in launch.iter("arg"))
+
+
 def test_packages_are_whole():
     for folder in ("scene_graph_memory_msgs", "scene_graph_memory_ros"):
         root = ET.parse(ROS / folder / "package.xml").getroot()
@@ -242,7 +281,8 @@ def test_packages_are_whole():
     needs = {one.text for one in ET.parse(PACKAGE / "package.xml").getroot().iter("exec_depend")}
     used = {name.split(".")[0] for name in MODULES}
     if_asked_for = {"yolo_msgs", "hydra_msgs"}
-    assert used - if_asked_for | {"python3-pil", "python3-yaml"} == needs
+    others = {"python3-numpy", "python3-pil", "python3-yaml", "ros2launch", "rviz2"}
+    assert used - if_asked_for | others == needs
     services = ROS / "scene_graph_memory_msgs"
     assert '"srv/Rank.srv"' in (services / "CMakeLists.txt").read_text("utf-8")
     for name in ("Rank", "Search"):

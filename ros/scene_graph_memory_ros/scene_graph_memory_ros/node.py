@@ -7,11 +7,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import rclpy
-import yaml
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.qos import (
+    DurabilityPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_sensor_data,
+)
 from scene_graph_memory_msgs.srv import Rank, Search
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import String, UInt32
@@ -19,37 +22,13 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from scene_graph_memory_ros.belief_markers import make_markers, make_pose
+from scene_graph_memory_ros.parameters import find_path, find_type, read_parameters, read_yaml
 from sgm import Adaptive, Finder, ObjectFinder, SceneGraphMemory
 from sgm.eyes import FurnitureLabels, FurnitureMapper
 from sgm.layout.areas import Areas
 from sgm.ros import GraphFurniture, HomeMap, LiveMemory
 
-# Parameters and their defaults.
-PARAMETERS: dict[str, Any] = {
-    "map_file": "",  # rooms and furniture with boxes (docs/bags.md); found in the frames if empty
-    "areas_file": "",  # rooms as polygons, for furniture that is found
-    "furniture_names_file": "",  # further names of furniture: aliases by label
-    "memory_file": "",  # is gone on with if it exists, and saved every `save_seconds`
-    "log_file": "",  # of every look
-    "network": "",  # "any_home", or a folder; heuristics if empty
-    "map_frame": "map",
-    "base_frame": "base_link",
-    "ignore": [""],  # names of what is no thing, such as person and wall
-    "camera_frame": "",  # that of the detections if empty
-    "detections_type": "Detection2DArray",  # or another one of `DETECTIONS`
-    "uses_depth": True,
-    "compressed_depth": False,  # whether depth is a CompressedImage
-    "scene_graph": False,  # whether Hydra's DsgUpdate gives furniture, on the topic scene_graph
-    "step_seconds": 600.0,
-    "save_seconds": 60.0,
-}
-
-# Messages of detections, and the packages that define them.
-DETECTIONS = {
-    "Detection2DArray": "vision_msgs.msg",
-    "Detection3DArray": "vision_msgs.msg",
-    "DetectionArray": "yolo_msgs.msg",
-}
+_REPORT_SECONDS = 10.0
 
 
 class MemoryNode(Node):
@@ -58,15 +37,13 @@ class MemoryNode(Node):
     def __init__(self) -> None:
         """Load or begin the memory, and connect all topics."""
         super().__init__("scene_graph_memory")
-        read = {
-            name: self.declare_parameter(name, usual).value for name, usual in PARAMETERS.items()
-        }
+        read = read_parameters(self)
         self._frames = read["map_frame"], read["base_frame"]
-        self._file = Path(read["memory_file"]) if read["memory_file"] else None
+        self._file = find_path(read["memory_file"])
         finder = ObjectFinder.load(read["network"]) if read["network"] else Finder(Adaptive())
-        memory = self._make_memory(read["map_file"], read["log_file"] or None)
+        memory = self._make_memory(read["map_file"], find_path(read["log_file"]))
         files = (Areas, read["areas_file"]), (FurnitureLabels, read["furniture_names_file"])
-        areas, labels = (kind.from_values(_read(at), at) if at else None for kind, at in files)
+        areas, labels = (kind.from_values(read_yaml(at), at) if at else None for kind, at in files)
         graph = GraphFurniture(memory, areas=areas, labels=labels) if read["scene_graph"] else None
         mapper = FurnitureMapper(memory, areas=areas, labels=labels)
         self._live = LiveMemory(
@@ -80,20 +57,25 @@ class MemoryNode(Node):
             on_look=lambda look: self.get_logger().info(
                 f"looked at {self._live.memory.describe(look.furniture)}: {len(look.seen)} things"
             ),
+            accept_jump=read["accept_jump"],
+            on_warning=self.get_logger().warning,
+            now=lambda: self.get_clock().now().nanoseconds * 1e-9,
             map_frame=read["map_frame"],
             camera_frame=read["camera_frame"] or None,
             uses_depth=read["uses_depth"],
         )
         feed, builder = self._live.feed, self._live.builder
         still = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        # Detectors publish as sensors do, or reliably: this hears both.
+        found = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
         depth = CompressedImage if read["compressed_depth"] else Image
         for kind, topic, take, quality in (
             (TFMessage, "/tf", feed.take_transforms, 100),
             (TFMessage, "/tf_static", lambda m: feed.take_transforms(m, is_still=True), still),
             (CameraInfo, "camera_info", feed.take_camera, qos_profile_sensor_data),
             (depth, "depth", feed.take_depth, qos_profile_sensor_data),
-            (PoseWithCovarianceStamped, "pose", feed.take_pose, 10),
-            (_find_type(read["detections_type"]), "detections", feed.take_detections, 10),
+            (PoseWithCovarianceStamped, "pose", feed.take_pose, found),
+            (find_type(read["detections_type"]), "detections", feed.take_detections, found),
             (UInt32, "~/opened", lambda m: builder.set_open(m.data), 10),
             (UInt32, "~/shut", lambda m: builder.set_open(m.data, is_open=False), 10),
             (String, "~/show", lambda m: self._show(m.data), 10),
@@ -106,6 +88,8 @@ class MemoryNode(Node):
         self._belief = self.create_publisher(MarkerArray, "~/belief", 10)
         self.create_service(Rank, "~/rank", self._rank)
         self.create_service(Search, "~/search", self._search)
+        self._gap = ""
+        self.create_timer(_REPORT_SECONDS, self._report_gap)
         if self._file is not None:
             self.create_timer(read["save_seconds"], self.save)
 
@@ -119,12 +103,19 @@ class MemoryNode(Node):
         self._live.finish()
         self.save()
 
-    def _make_memory(self, map_file: str, log: str | None) -> SceneGraphMemory:
+    def _report_gap(self) -> None:
+        """Warn once of transforms that are missing."""
+        gap = self._live.feed.find_gap()
+        if gap and gap != self._gap:
+            self.get_logger().warning(gap)
+        self._gap = gap
+
+    def _make_memory(self, map_file: str, log: Path | None) -> SceneGraphMemory:
         if self._file is not None and self._file.exists():
             return SceneGraphMemory.load(self._file, log=log)
         memory = SceneGraphMemory(log=log)
         if map_file:
-            HomeMap.from_values(_read(map_file), map_file).add_to(memory)
+            HomeMap.from_values(read_yaml(map_file), map_file).add_to(memory)
         return memory
 
     def _guard(self, take: Any) -> Any:
@@ -176,30 +167,3 @@ class MemoryNode(Node):
     def _show(self, description: str) -> None:
         """Publish where a thing may be."""
         self._belief.publish(make_markers(self._live.list_markers(description), self._frames[0]))
-
-
-def _read(path: str) -> Any:
-    return yaml.safe_load(Path(path).read_text("utf-8"))
-
-
-def _find_type(name: str) -> Any:
-    """Return the type of detections of a name; its package need not be there for the others."""
-    if name not in DETECTIONS:
-        raise ValueError(
-            f"detections_type must be one of {', '.join(DETECTIONS)}, got {name!r}. Choose one."
-        )
-    return getattr(import_module(DETECTIONS[name]), name)
-
-
-def main(args: list[str] | None = None) -> None:
-    """Run the node until it is stopped."""
-    rclpy.init(args=args)
-    node = MemoryNode()
-    try:
-        rclpy.spin(node)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        node.finish()
-        node.destroy_node()
-        rclpy.try_shutdown()
