@@ -44,7 +44,7 @@ class LiveClock:
             step_seconds: length of a time step, where the memory has no clock.
             local_time: gives the local date and time of a stamp, None where it is none; then the
                 memory gets no clock, and its steps are counted from the first stamp on.
-            warn: is told of stamps that jump.
+            warn: takes a warning of stamps that jump.
             accept_jump: whether the first stamp is right, however far ahead of the memory.
         """
         self._memory, self._local_time, self._warn = memory, local_time, warn

@@ -105,7 +105,7 @@ class LiveMemory:
             on_look: is given every look after it was folded in.
             local_time: gives the local date and time of a stamp; None of a simulation's.
             accept_jump: whether the first stamp is right, however long the robot was off.
-            on_warning: is told of stamps that jump.
+            on_warning: takes a warning of stamps that jump.
             feed: of `CameraFeed`.
 
         Raises:
