@@ -18,8 +18,9 @@ def test_the_twenty_lines_print_what_the_readme_says(capsys, tmp_path, monkeypat
     text = README.read_text(encoding="utf-8")
     ((block, printed),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.DOTALL)
     assert len([line for line in block.splitlines() if line]) <= 20
-    exec(compile(block, str(README), "exec"), {})  # our own text
-    assert capsys.readouterr().out == printed
+    for _ in range(2):  # the second time it finds its own file
+        exec(compile(block, str(README), "exec"), {})  # our own text
+        assert capsys.readouterr().out == printed
     assert (tmp_path / "home.sgm").stat().st_size < 5000
 
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from sgm.checks import is_number
+from sgm.memory.home_history import HomeHistory
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.seen_places import Looks
 from sgm.messages import shorten
 
-# Looks that the usual miss rate counts as beside a robot's own count, which is too low: what is
-# missed for long is often elsewhere when it is seen again.
-USUAL_LOOKS = 1000.0
+# Looks that the usual miss rate counts as beside a robot's own count, which is a little low: what
+# is missed for long is often elsewhere when it is seen again.
+USUAL_LOOKS = 100.0
 OTHER_STEPS = 0.1  # correlation of misses in two time steps: half of what a step repeats
 _MOST_STEPS = 100  # of looks that are kept apart: so many leave less than one in a million
 SEEN_NOW = 0.97  # probability of the place at which a thing was seen in this step: detectors err
@@ -23,33 +24,53 @@ SEEN_NOW = 0.97  # probability of the place at which a thing was seen in this st
 class Detector:
     """What is known of the robot's eyes.
 
+    A look is a visit: all that was seen of a place from where one stands, in however many frames.
+    What a visit does not show, another one a moment later mostly does not show either: the thing
+    is hidden, or the detector has another name for it.
+
     A robot's own, given by its user or counted by its memory (`estimate`); docs/design.md,
     agreement "Rates", says which rates there are besides.
 
     Attributes:
         miss_rate: probability that a look at a place does not show what is there, .25 in the
             paper's homes.
-        repeated_share: share of the misses that another look in the same time step repeats: the
-            thing is hidden, or the detector has another name for it. 0 where looks are independent,
-            1 where a second look says nothing new.
+        repeated_share: share of the misses that another look in the same time step repeats. 0 where
+            looks are independent, such as frames of a moving camera and a detector that flickers;
+            1 where a second look says nothing new. The default is an assumption.
+        counted: looks of the memory that missed a thing, and all of them, from which the miss rate
+            was learnt; zeros where it is assumed or given.
     """
 
     miss_rate: float = 0.25
-    repeated_share: float = 0.2
+    repeated_share: float = 0.95
+    counted: tuple[float, float] = field(default=(0.0, 0.0), compare=False, repr=False)
 
     @classmethod
     def estimate(cls, memory: SceneGraphMemory, usual: Detector | None = None) -> Detector:
         """Return the miss rate of a memory's own count, joined with the usual one.
 
         Counted are looks that missed what later looks found at the same place. The usual rate,
-        before anything was counted (None for the default), counts as a thousand such looks, since
-        the count takes no notice of what was missed and then moved.
+        before anything was counted (None for the default), counts as a hundred such looks, since
+        the count takes no notice of what was missed and then moved. `print` says it in words.
         """
-        usual = usual or cls()
-        counted = {name: float(column[0]) for name, column in memory.batch.history.counters.items()}
-        looks = counted["num_missed"] + counted["num_refound"]
-        missed = counted["num_missed"] + USUAL_LOOKS * usual.miss_rate
-        return replace(usual, miss_rate=missed / (looks + USUAL_LOOKS))
+        return cls.learn(memory.batch.history, usual or cls())
+
+    @classmethod
+    def learn(cls, history: HomeHistory, usual: Detector) -> Detector:
+        """Return what `estimate` does, of the counts of a single home."""
+        missed, found = (float(history.counters[name][0]) for name in ("num_missed", "num_refound"))
+        looks = missed + found
+        rate = (missed + USUAL_LOOKS * usual.miss_rate) / (looks + USUAL_LOOKS)
+        return replace(usual, miss_rate=rate, counted=(missed, looks))
+
+    def __str__(self) -> str:
+        """Say it in words."""
+        missed, looks = self.counted
+        source = f", learnt from {looks:.0f} looks that missed {missed:.0f}" if looks >= 1 else ""
+        return (
+            f"a look misses {self.miss_rate:.0%} of what is there{source}; another look in the "
+            f"same step repeats {self.repeated_share:.0%} of the misses"
+        )
 
     def __post_init__(self) -> None:
         """Check all of them.

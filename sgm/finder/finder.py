@@ -18,6 +18,7 @@ from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import SearchPlan, plan_search
 from sgm.finder.search_several import SeveralSearch
 from sgm.finder.travel_costs import Distance, check_start, find_distance
+from sgm.memory.home_history import HomeHistory
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_questions import Asked
 from sgm.memory.queries import Queries
@@ -45,8 +46,8 @@ class Finder:
 
     Attributes:
         detector: how often a look misses what is there. If one is given, its miss rate is that of
-            the policy and of Bayes' rule alike; else the memory counts it for the former, and the
-            latter has the usual one.
+            the policy and of Bayes' rule alike; else both have what the memory has counted
+            (`Detector.estimate`), and this is what they start from.
     """
 
     def __init__(
@@ -59,7 +60,7 @@ class Finder:
 
         Args:
             policy: who judges, such as `Adaptive()`; only oracles cannot.
-            detector: None for the detector of the paper's homes.
+            detector: None for one that is learnt from each memory (`Detector.estimate`).
             asks_moved: share of the questions that are about what has moved in this very time step,
                 0 to 1: half of them in the tasks, and none of those of a person, who asks for what
                 is needed.
@@ -89,6 +90,10 @@ class Finder:
         check_kind("detector", detector, Detector, _DETECTOR_HINT)
         with self._lock:
             self._detector = detector
+
+    def learn_detector(self, history: HomeHistory) -> Detector:
+        """Return the detector that is given, or else what a memory has counted of its own."""
+        return self._detector or Detector.learn(history, _USUAL_DETECTOR)
 
     def resolve(self, memory: SceneGraphMemory, description: str) -> Resolution:
         """Say which remembered things a question means; see `NameIndex` for the rules.
@@ -264,7 +269,8 @@ class Finder:
         """Return where any of the things asked for is."""
         if self._detector is not None:  # one that is given holds for the policy, too
             asked.batch.history.given_miss_rate = self._detector.miss_rate
-        settings, detector = (self._policy, self._detector), self.detector
+        settings = (self._policy, self._detector)
+        detector = self.learn_detector(asked.batch.history)
         with self._lock:  # policies keep caches
             prior = self._judged.recall(asked, settings, self._believe, self._policy.answers_apart)
         return compute_posterior(prior, asked, detector)

@@ -60,7 +60,8 @@ class ObjectFinder(Finder):
             source: "any_home" or "heat", which ship with the package; a folder of
                 `python -m nep.export`; a checkpoint of `python -m nep.fit`; or such a folder on a
                 hub, "hf://owner/name" (extra hub).
-            detector: how often a look misses what is there; None for that of the paper's homes.
+            detector: how often a look misses what is there; None to learn it from each memory
+                (`Detector.estimate`).
             asks_moved: as in `Finder`; networks without evidence, such as "heat", answer as if it
                 were 0.5.
 

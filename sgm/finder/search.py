@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sgm.belief import compute_stay
+from sgm.belief import Detector, compute_stay
 from sgm.checks import is_finite, is_number
 from sgm.finder.ranking import Place, Ranking
 from sgm.finder.search_plan import MOST_ROUNDS, Look, check_look_cost, plan_search
@@ -24,6 +24,9 @@ from sgm.names.phrase import strip_question
 from sgm.names.words import read_name
 from sgm.schema import RELATIONS
 
+# Of what a first look shows, the share that another one must show to count beside first looks.
+_LEAST_SHOWN = 0.25
+_GIVEN_UP = "given up"
 _GLANCE = 0.01  # share of the furniture in view when only the thing itself was
 
 
@@ -75,8 +78,9 @@ class ObjectSearch:
 
     Every look goes into the memory, and the next place is the one with the best gain per cost by
     Bayes' rule: the probability that a look there now finds it, by what it costs to go there and
-    look. So a place is looked at again when it is the best again, and less so from look to look,
-    since what is missed often is more likely to be hidden (`Detector.repeated_share`). Time may
+    look. What a look did not show, another one a moment later mostly does not show either
+    (`Detector.repeated_share`): so each place is looked at once, before any is looked at again.
+    Where a second look shows nearly as much as the first, it comes when it is the best. Time may
     pass meanwhile (`memory.step`), and a search that is started anew, after a restart for example,
     goes on with what the memory holds.
 
@@ -137,6 +141,11 @@ class ObjectSearch:
     def outcome(self) -> str:
         """Say in one line how the search stands or ended."""
         looks = f"{self.num_looks} look{'' if self.num_looks == 1 else 's'}"
+        if not self.num_looks and self._reason.startswith(_GIVEN_UP):
+            reason = self._reason.removeprefix(f"{_GIVEN_UP}, ")
+            return (
+                f"{self.description}: no look is likely to find it, {reason}: {self._tell_seen()}"
+            )
         if self.is_found:
             return f"{self.description}: found at {self._found_at} after {looks}"
         return f"{self.description}: {self._reason or 'not found yet'} after {looks}"
@@ -166,6 +175,8 @@ class ObjectSearch:
             return None
         if self._compute_prospect(places) <= 1 - self._rules.give_up_at:
             self._reason = _tell_why_given_up(ranking.elsewhere, cut_off)
+            if self.num_looks and places[0].probability > ranking.elsewhere:
+                self._reason += f", hidden at {places[0].name} {places[0].probability:.0%}"
             return None
         within = self._list_affordable(places)
         if within and self._compute_prospect(within) <= 1 - self._rules.give_up_at:
@@ -311,10 +322,10 @@ class ObjectSearch:
         return self._choose_first(self._list_affordable(places))
 
     def _choose_first(self, places: Sequence[Place]) -> Look | None:
-        miss_again = self._finder.detector.miss_again
+        miss_again = self._detector.miss_again
         plan = plan_search(
             self.description,
-            places,
+            self._list_fresh(places) or places,
             self._at,
             self._ways,
             self._rules.look_cost,
@@ -352,25 +363,56 @@ class ObjectSearch:
         """Return how likely looks at places find it, if there are as many as one likes.
 
         Once each of them was looked at, without what is hidden there: p d / (1 - a) are all gains
-        of a place together, where `plan_search` says what these are.
+        of a place together, where `plan_search` says what these are. Where a second look shows
+        little, it counts only if it is asked for, by a budget or by `give_up_at` 1.
         """
         if any(place.furniture not in self._missed for place in places):
             return sum(place.probability for place in places)
+        if self._rules.budget is None and self._rules.give_up_at < 1:
+            places = self._list_fresh(places)
         found_by_one = sum(place.probability * place.detection for place in places)
-        return found_by_one / (1 - self._finder.detector.miss_again)
+        return found_by_one / (1 - self._detector.miss_again)
+
+    @property
+    def _detector(self) -> Detector:
+        """The robot's, as far as it is known by now."""
+        found: Detector = self._finder.learn_detector(self.memory.batch.history)
+        return found
+
+    def _list_fresh(self, places: Sequence[Place]) -> list[Place]:
+        """List the places that come first: all, where another look shows a lot to this detector.
+
+        Else those that this search has not looked at, or so long ago that much may have come.
+        """
+        first, again = self._detector.compute_detection(np.array([0.0, 1.0])).tolist()
+        least = _LEAST_SHOWN * first
+        return [
+            place
+            for place in places
+            if again >= least or place.furniture not in self._missed or place.detection >= least
+        ]
+
+    def _tell_seen(self) -> str:
+        """Say what the memory knows of a thing that is not worth a look."""
+        last = self.ranking.last_seen
+        if last is None:
+            return "it was never seen here"
+        return f"it was last seen {last.steps_ago} steps ago, and missed since"
 
     def _split(self, ranking: Ranking) -> tuple[list[Place], list[Place]]:
         """Part the places that can be visited from those that cannot or shall not be.
 
         How likely a look shows it takes looks of this search into account from earlier time steps,
-        too, the less the longer they are ago.
+        too: what is there has been there then (`compute_stay`) and was missed, or has come since.
         """
         parts: tuple[list[Place], list[Place]] = [], []
-        missed = {place: self._count_missed(place) for place in self._missed}
-        first, *shown = self._finder.detector.compute_detection(
-            np.array([0.0, *missed.values()])
-        ).tolist()
-        most = dict(zip(missed, shown, strict=True))
+        num_looks = np.array([0.0, *(number for number, _ in self._missed.values())])
+        first, *shown = self._detector.compute_detection(num_looks).tolist()
+        stayed = [self._compute_stayed(place) for place in self._missed]
+        most = {
+            place: stay * again + (1 - stay) * first
+            for place, stay, again in zip(self._missed, stayed, shown, strict=True)
+        }
         for place in ranking:
             to = place.furniture
             is_cut_off = to in self._rules.exclude or math.isinf(self._ways.compute(self._at, to))
@@ -380,11 +422,10 @@ class ObjectSearch:
             parts[is_cut_off].append(place)
         return parts
 
-    def _count_missed(self, furniture: int) -> float:
-        """Return how many looks of this search missed it, each by how likely nothing changed."""
-        num_looks, time = self._missed.get(furniture, (0.0, 0))
-        steps = np.array(self.memory.time - time)
-        return num_looks * float(compute_stay(self.memory.batch, steps))
+    def _compute_stayed(self, furniture: int) -> float:
+        """Return how likely what is there now was there at the last look of this search."""
+        _, time = self._missed[furniture]
+        return float(compute_stay(self.memory.batch, np.array(self.memory.time - time)))
 
     def _get_going(self) -> Look:
         if self.going is None:
@@ -399,7 +440,9 @@ class ObjectSearch:
         self.num_looks += 1
         self.cost += look.cost
         self.is_found = is_found
-        self._missed[furniture] = self._count_missed(furniture) + coverage, self.memory.time
+        before = self._missed.get(furniture)
+        number = 0.0 if before is None else before[0] * self._compute_stayed(furniture)
+        self._missed[furniture] = number + coverage, self.memory.time
         self._found_at = look.place.name if is_found else ""
         self.going = None
         if look.place.open_cost is not None:
@@ -411,7 +454,7 @@ class ObjectSearch:
             self._at = furniture
 
 
-def _tell_why_given_up(elsewhere: float, cut_off: Sequence[Place], ended: str = "given up") -> str:
+def _tell_why_given_up(elsewhere: float, cut_off: Sequence[Place], ended: str = _GIVEN_UP) -> str:
     """Say how likely it is elsewhere, or at a place without a way."""
     reason = f"{ended}, elsewhere {elsewhere:.0%}"
     if cut_off and cut_off[0].probability > elsewhere:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from sgm.arrays.grouped import mark_rows
-from sgm.belief import Belief, Detector, compute_miss
+from sgm.belief import Belief, compute_miss
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.elsewhere import compute_elsewhere
 from sgm.evidence.evidence_features import compute_features
@@ -25,6 +25,9 @@ from sgm.prior.place_prior import PlacePrior
 # Of a logit: sums in another order differ nine orders of magnitude below, so that an answer does
 # not depend on who shares the batch.
 DECIMALS = 6
+
+# Share of the misses that another look of a step repeats in the searches of tasks.
+_REPEATED_SHARE = 0.2
 
 
 class StepPolicy(Policy):
@@ -189,7 +192,7 @@ class StepAnswers:
         place[change.home] = change.furniture
         before = self._looked[change.home, change.furniture]
         miss_rate = memory.history.compute_miss_rate()[change.home]
-        repeated = Detector().repeated_share
+        repeated = _REPEATED_SHARE
         missed[change.home] = compute_miss(before + change.coverage, miss_rate, repeated)
         missed[change.home] /= compute_miss(before, miss_rate, repeated)
         self._looked[change.home, change.furniture] += change.coverage

@@ -21,7 +21,15 @@ TEXTS = {guide.stem: guide.read_text("utf-8") for guide in GUIDES}
 def test_the_code_of_a_guide_prints_what_stands_below_it(guide, tmp_path, monkeypatch, capsys):
     """All blocks of a page, one after the other, in one folder."""
     monkeypatch.chdir(tmp_path)
-    assert run_page(TEXTS[guide], guide, capsys) >= 2
+    assert len(run_page(TEXTS[guide], guide, capsys)) >= 2
+
+
+def test_the_main_loop_goes_on_where_it_was(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = TEXTS["robot"]
+    printed, *_ = run_page(text, "robot", capsys)
+    (shown,) = re.findall(r"```bash\npython main_loop.py\n```\n\n```text\n(.*?)```", text, re.DOTALL)
+    assert printed == shown
 
 
 @pytest.mark.parametrize("guide", TEXTS)
