@@ -21,9 +21,6 @@ BLOCK = re.compile(
 GIVEN = {
     "docs/data.md": "from typing import Any\nrecorder: Any; queries: Any; answers: Any\n"
     "columns: Any; snapshots: Any",
-    "docs/eyes.md": "from typing import Any\nrobot: Any",
-    "docs/view.md": "from sgm import Finder, SceneGraphMemory\n"
-    "memory: SceneGraphMemory; finder: Finder",
 }
 # Bodies are checked, annotated or not, which is more than mypy does unless it is asked to.
 SETTINGS = "# mypy: check-untyped-defs, allow-untyped-defs"

@@ -28,7 +28,9 @@ def test_the_main_loop_goes_on_where_it_was(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     text = TEXTS["robot"]
     printed, *_ = run_page(text, "robot", capsys)
-    (shown,) = re.findall(r"```bash\npython main_loop.py\n```\n\n```text\n(.*?)```", text, re.DOTALL)
+    (shown,) = re.findall(
+        r"```bash\npython main_loop.py\n```\n\n```text\n(.*?)```", text, re.DOTALL
+    )
     assert printed == shown
 
 
