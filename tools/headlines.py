@@ -37,6 +37,7 @@ _KINDS = {
     "mixed": "a mixture of homes",
     "household-hour-200": "five scripted households, 200 hours",
 }
+_FIRST_KINDS = ("routine", "household-hour-200")  # those that README begins with
 # Of the questions of results/kitchens.md.
 _POOLS = {
     "seen": "two real kitchens, what was seen",
@@ -158,6 +159,39 @@ def make_kinds(played: ScoreCache, kitchens: ScoreCache) -> str:
     return join_table(["homes", f"`{_NETWORK}`", "best rule"], rows)
 
 
+def make_first_rows(played: ScoreCache, kitchens: ScoreCache) -> str:
+    """Return four rows for who wants to find things: how often the first place is right."""
+    compared = compare_with_rules(played.about, played.scores, _NETWORK)
+    rules = {(comparison.game, comparison.column.name): comparison for comparison in compared}
+    rows = []
+    for game in _FIRST_KINDS:
+        pairs = [rules[game, column] for column in (COMPARED[0], COMPARED[-1])]
+        guess, looks = ((pair.network_mean, pair.rule_mean) for pair in pairs)
+        rows.append([_KINDS[game], *(f"{x:.0%}" for x in guess), *(f"{x:.1f}" for x in looks)])
+    for pool, title in _POOLS.items():
+        guess = _compare_in_kitchens(kitchens, pool)[0]
+        rows.append([title, *(f"{x:.0%}" for x in guess), "", ""])
+    header = ["homes", "first place right", "best rule's", "looks until found", "best rule's"]
+    return join_table(header, rows)
+
+
+def say_trust(played: ScoreCache, kitchens: ScoreCache) -> str:
+    """Say in one sentence how far the network's probabilities can be believed."""
+    most, seen, moved = (f"{error:.0%}" for error in _list_errors(played, kitchens))
+    return (
+        f"Its probabilities are off by {most} at most on average in simulated homes and by {seen} "
+        f"in the kitchens, but by {moved} for what was moved minutes ago: look before you tell."
+    )
+
+
+def _list_errors(played: ScoreCache, kitchens: ScoreCache) -> list[float]:
+    """Return the calibration error in simulated homes, the largest, and of each pool."""
+    errors = [max(players[_NETWORK]["calibration_error"][0] for players in played.scores.values())]
+    for pool in _POOLS:
+        errors.append(compute_calibration_error(_sum_kitchens(kitchens, pool)[_NETWORK]["bins"]))
+    return errors
+
+
 def _compare_in_kitchens(kitchens: ScoreCache, pool: str) -> list[tuple[float, float]]:
     """Return first guesses and NLL over all questions: of the network, and of the best rule."""
     sums = _sum_kitchens(kitchens, pool)
@@ -194,10 +228,7 @@ def say_decided(played: ScoreCache, kitchens: ScoreCache) -> str:
     counted = [comparison for comparison in rows if comparison.same_as is None]
     decided = [comparison for comparison in counted if comparison.corrected < 1 - LEVEL]
     ahead = sum(comparison.is_ahead for comparison in decided)
-    errors = [max(players[_NETWORK]["calibration_error"][0] for players in played.scores.values())]
-    for pool in _POOLS:
-        errors.append(compute_calibration_error(_sum_kitchens(kitchens, pool)[_NETWORK]["bins"]))
-    most, seen, moved = (_write(error, ".2f") for error in errors)
+    most, seen, moved = (_write(error, ".2f") for error in _list_errors(played, kitchens))
     return (
         f"In {len(counted)} comparisons with the best rule in {len(played.about)} kinds of homes, "
         f"the network is ahead in {ahead} and a rule in {len(decided) - ahead}, after Holm's "
@@ -227,6 +258,8 @@ def list_headlines(folder: Path) -> list[str]:
         lambda: say_trainings(*again),
         lambda: make_kinds(played, kitchens),
         lambda: say_decided(played, kitchens),
+        lambda: make_first_rows(played, kitchens),
+        lambda: say_trust(played, kitchens),
     ]
     return [make().strip() for make in parts]
 

@@ -14,7 +14,7 @@ from sgm.messages import shorten
 
 # Looks that the usual miss rate counts as beside a robot's own count, which is a little low: what
 # is missed for long is often elsewhere when it is seen again.
-USUAL_LOOKS = 100.0
+USUAL_LOOKS = 30.0
 OTHER_STEPS = 0.1  # correlation of misses in two time steps: half of what a step repeats
 _MOST_STEPS = 100  # of looks that are kept apart: so many leave less than one in a million
 SEEN_NOW = 0.97  # probability of the place at which a thing was seen in this step: detectors err
@@ -50,7 +50,7 @@ class Detector:
         """Return the miss rate of a memory's own count, joined with the usual one.
 
         Counted are looks that missed what later looks found at the same place. The usual rate,
-        before anything was counted (None for the default), counts as a hundred such looks, since
+        before anything was counted (None for the default), counts as thirty such looks, since
         the count takes no notice of what was missed and then moved. `print` says it in words.
         """
         return cls.learn(memory.batch.history, usual or cls())
@@ -122,12 +122,13 @@ class Detector:
         """Return how likely it is where it was seen in this step, 0 where it was not, (..., F).
 
         The confidence of the sighting, at most `SEEN_NOW`, and Bayes' rule for looks
-        since that did not show it.
+        since that did not show it. What was seen in this step is not hidden: they miss it
+        independently.
         """
         if not looks.seen.any():
             return np.zeros(looks.seen.shape)
         seen = np.minimum(looks.seen, SEEN_NOW)
-        missed = seen * self.compute_miss(looks.negative)
+        missed = seen * compute_miss(looks.negative, self.miss_rate, 0.0)
         weighed: np.ndarray = missed / (missed + 1 - seen)
         return weighed
 

@@ -86,8 +86,8 @@ def test_an_estimate_joins_counts_with_usual_rates():
         memory.observe(desk, shown if is_seen else [])
         memory.step()
     found = Detector.estimate(memory)
-    # Of fifty looks ten missed it, those of long ago count less: 35 of 150 to 25 of 100.
-    assert 35 / 150 < found.miss_rate < 0.25
+    # Of fifty looks ten missed it, those of long ago count less: 17.5 of 80 to 7.5 of 30.
+    assert 17.5 / 80 < found.miss_rate < 0.25
     assert found.repeated_share == Detector().repeated_share
     missed, looks = found.counted
     assert 0 < missed < 10 < looks < 51
@@ -101,9 +101,9 @@ def test_an_estimate_joins_counts_with_usual_rates():
     for _ in range(50):
         steady.observe(desk, shown)
         steady.step()
-    # 25 of 149 looks, each of which counts a little less than one.
+    # 7.5 of 79 looks, each of which counts a little less than one.
     learnt = Detector.estimate(steady).miss_rate
-    assert 25 / 149 <= learnt < 25 / 130
+    assert 7.5 / 79 <= learnt < 7.5 / 60
     # A finder without a detector has it, too: so does its probability that one look finds the mug.
     place = Finder(Bayesian()).rank(steady, "mug")[0]
     assert place.detection == pytest.approx(1 - learnt)
