@@ -5,11 +5,13 @@ import json
 import socket
 import threading
 import time
+from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
 
 from sgm.finder.answers import to_json, write_json
+from sgm.memory.steady_clock import SteadyClock
 from sgm.serve import caller, guard
 from sgm.serve.guard import LOCAL_NAMES, Guard, Refused, is_local
 
@@ -68,6 +70,22 @@ def test_a_search_over_http(served):
         begun = served.client.call("search_next", search_id=begun["search_id"], result=result)
     assert begun["next"] is None
     assert begun["outcome"].startswith("milk: found at white fridge in kitchen")
+
+
+def test_health_says_what_is_wrong_with_the_clock(tmp_path):
+    wall = [datetime(2026, 11, 16, 8)]
+    home, service = open_service(tmp_path / "home.sgm")
+    steady = SteadyClock(lambda: wall[0])
+    service._clock = steady
+    steady.read(wall[0], timedelta(minutes=10))
+    wall[0] -= timedelta(hours=1)
+    steady.read(wall[0], timedelta(minutes=10))
+    with run_server(service, home, tools=False) as running:
+        client = Client(running.port)
+        health = json.loads(client.send("GET", "/health").text)
+        client.close()
+        assert health["status"] == "ok"
+        assert "went back: it says 2026-11-16T07:00:00, 1:00:00 before" in health["clock_fault"]
 
 
 def test_pages_and_health(served):
