@@ -40,7 +40,7 @@ class ReadCalls(WhereCalls):
 
         Args:
             text: "is the remote on the sofa?", "what's in the fridge?", "where were my keys
-                yesterday evening?"; the kinds are in docs/robot/names.md.
+                yesterday evening?"; the kinds are in docs/robot/sentences.md.
             speaker: who says "my".
 
         Raises:

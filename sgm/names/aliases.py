@@ -20,6 +20,9 @@ Row = tuple[str, tuple[str, ...], tuple[str, ...]]  # name, kinds, aliases
 
 COLUMNS = ("name", "kind", "aliases")
 MAX_ROWS = 20_000
+# Before a broad kind: a question for "food" is about all food, and who asks for an apple is not
+# offered what is called "food".
+_BROAD = "~"
 MAX_NAMES = 100  # aliases or kinds of one thing
 MAX_BYTES = 5_000_000
 _EXAMPLE = 'Write {"thermos": ["vacuum flask"]} or {"thermos": {"kind": "bottle", "aliases": []}}.'
@@ -152,9 +155,10 @@ class AliasTable:
             for alias in aliases:
                 self._call(thing, alias, entered)
             for kind in kinds:
-                above = self._ensure(kind, entered)
-                entered.above.add(thing, above)
+                above = self._ensure(kind.removeprefix(_BROAD), entered)
                 entered.below.add(above, thing)
+                if not kind.startswith(_BROAD):
+                    entered.above.add(thing, above)
         for groups in entered:
             groups.finish()
         if entered.above.is_changed:
@@ -338,7 +342,7 @@ def _walk(thing: int, edges: Mapping[int, Sequence[int]]) -> list[int]:
 def _load_household() -> AliasTable:
     english = load_language()
     rows = [*_parse(english.read("aliases.csv"), "the shipped aliases")]
-    return AliasTable([*rows, *_list_kinds(english.read("kinds.csv"))])
+    return AliasTable([*rows, *_list_broad_kinds(english.read("kinds.csv"))])
 
 
 @lru_cache(maxsize=8)
@@ -350,10 +354,10 @@ def _load_translated(code: str) -> AliasTable:
     return table
 
 
-def _list_kinds(text: str) -> Iterator[Row]:
-    """List the rows of a table of kinds, with columns `kind`, `aliases` and `things`."""
+def _list_broad_kinds(text: str) -> Iterator[Row]:
+    """List the rows of a table of broad kinds, with columns `kind`, `aliases` and `things`."""
     for row in csv.DictReader(io.StringIO(text, newline="")):
         names = {column: tuple(filter(None, row[column].split(";"))) for column in row}
         yield row["kind"], (), names["aliases"]
         for thing in names["things"]:
-            yield thing, (row["kind"],), ()
+            yield thing, (f"{_BROAD}{row['kind']}",), ()

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from sgm.names.language import ENGLISH, load_language
 from sgm.names.modifiers import is_property, spell
+from sgm.names.name_grammar import is_measure
 from sgm.names.sentence import SentenceReader, make_sentence_reader
 from sgm.names.words import MOST_NAMES
 
@@ -189,6 +190,8 @@ class PhraseReader:
         if found is None:
             return text
         owner = self._drop_articles(found["y"]).strip()
+        if is_measure(found["x"].split()[-1]):  # "bag of jerky"
+            return text
         is_owner = is_person(owner) or not self._people.isdisjoint(owner.split()[-1:])
         if not is_owner:
             return text

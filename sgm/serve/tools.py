@@ -18,7 +18,8 @@ from sgm.serve.calls import BY_NAME, CALLS, VERSION
 from sgm.serve.guard import MOST_BYTES, MOST_LINE, Receive, Refused, Scope, Send
 
 INSTRUCTIONS = (
-    "A memory of what was seen in a home. Ask where_is before you search. When a status is "
+    "A memory of what was seen in a home. Ask where_is before you search. For a sentence of the "
+    "user as it was said, call ask. When a status is "
     "ambiguous, ask the user what `ask` says, and call again with one of the candidates. When it "
     "is unknown, try a candidate or another name, or look through list_things. After every look "
     "at a place call observe with everything that was seen there."
