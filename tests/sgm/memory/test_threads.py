@@ -66,6 +66,8 @@ READERS = {
     "carried": lambda memory, n: memory.carried,
     "changes": lambda memory, n: memory.changes(n),
     "clock": lambda memory, n: memory.clock.step_seconds,
+    "language": lambda memory, n: memory.language,
+    "read_sentence": lambda memory, n: memory.read_sentence("the mug", ""),
     "copy": lambda memory, n: see_pair(memory.copy().to_dict()),
     "describe": lambda memory, n: memory.describe(n),
     "count_things": lambda memory, n: memory.count_things(),
