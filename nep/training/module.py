@@ -102,6 +102,18 @@ class TrainingModule(pl.LightningModule):
         logits: Tensor = self.predictor(batch)
         return logits
 
+    def setup(self, stage: str) -> None:
+        """Refuse a module that was compiled as a whole.
+
+        Raises:
+            ValueError: if it was.
+        """
+        if self._compiler_ctx is not None:  # set by Lightning, which takes `torch.compile(module)`
+            raise ValueError(
+                "module must not be compiled as a whole, got torch.compile(module): its steps log "
+                "and keep metrics, and every batch has another size. Train it as it is."
+            )
+
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Loss of one batch; updates the training metrics."""
         return self._step(batch, "train", self.train_metrics)

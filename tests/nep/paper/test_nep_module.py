@@ -200,6 +200,15 @@ def fit(module, batches, max_epochs=2, ckpt_path=None):
 
 
 @pytest.mark.slow
+def test_a_module_that_was_compiled_as_a_whole_is_refused_in_one_line(random_batch):
+    """It ended in an internal error at `self.log`, after eight compilations."""
+    module = torch.compile(NEPModule(MLP(units=8)), backend="eager")
+    with pytest.raises(ValueError, match=r"must not be compiled as a whole, got .* Train") as error:
+        fit(module, [random_batch(0)])
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("encoder", [MLP, GCN, HEAT])
 def test_a_reloaded_checkpoint_gives_equal_logits(encoder, random_batch, tmp_path):
     torch.manual_seed(0)
