@@ -43,12 +43,12 @@ def make_released(scores: ClaimsScores) -> tuple[str, Any]:
         "[-0.009, +0.011];",
         "- that, with a prior of .2 for observed edges and no negative evidence: -0.007;",
         "- messages from objects to furniture to rooms alone: HEAT has .410 instead of .412;",
-        "- observed edges counted once more as true and as false, -1 and .1 for what was never "
-        "observed, dropout .25, feed-forward 96, edge embeddings of 32, embeddings of three "
-        "layers, dropout .05 on attention and batches of 200, all at once: -.001 (.003).\n",
+        "- observed edges counted once more as true and as false, and -1 and .1 for never, "
+        "together with the sizes of the released code: -.001 (.003). These are dropout .25, .05 "
+        "on attention, feed-forward 96, edge embeddings of 32, three layers, batches of 200.\n",
         "HEAT minus MLP is within .010 of zero until step 75, and +.018 (standard error .010) in "
         "steps 76 to 100. That was looked at after the fact, in three trainings. Three others, "
-        "played for 200 steps in 24 places, do not show it: -.001 (.003) until step 75, -.006 "
-        "(.005) in steps 76 to 100, -.004 (.003) in steps 101 to 200.\n",
+        "played for 200 steps in 24 places, do not show it. There the difference is -.001 (.003) "
+        "until step 75, -.006 (.005) until step 100, and -.004 (.003) until step 200.\n",
     ]
     return "\n".join(text), {"their_code": RELEASED}
