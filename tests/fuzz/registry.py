@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import commands
 import idle
+import machines
 import many_threads
 import near_names
 import owners
@@ -20,6 +21,7 @@ import yaml_files
 TARGETS = {
     **targets.TARGETS,
     "session": targets.Target(sessions.make_session, sessions.change_session, sessions.use_session),
+    "machine": targets.Target(machines.make_seed, machines.change_seed, machines.use_seed),
     "command": targets.Target(commands.make_inputs, commands.change_line, commands.use_line),
     "writing": targets.Target(writers.make_all, writers.change_plan, writers.use_plan),
     **torch_files.TARGETS,

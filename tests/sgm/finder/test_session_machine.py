@@ -1,0 +1,15 @@
+"""Some of the random sessions of `make fuzz`, the same on every run."""
+
+import pytest
+
+from tests.sgm.finder.session_machine import MACHINES, play
+
+# Some sightings of a session are doubtful ones.
+pytestmark = pytest.mark.filterwarnings("ignore:.* confidences of a look are below")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.__name__)
+def test_laws_of_sessions(machine, monkeypatch):
+    monkeypatch.setattr("os.fsync", lambda file: None)  # hundreds of saves, no crash to survive
+    play(machine, 12)
