@@ -127,6 +127,8 @@ class WhereOne:
         candidates: what else may be meant.
         asked_for: "thing"; "place" or "room" where the name is of furniture or of a room, which is
             in `places` itself, or with what stands in it.
+        num_known: how many such things there are at least, as many as were seen at once; left out
+            where no more than one is known.
     """
 
     status: Status
@@ -141,6 +143,7 @@ class WhereOne:
     ask: str
     candidates: tuple[str, ...]
     asked_for: str = "thing"
+    num_known: int | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -343,9 +346,12 @@ class ThingList(AnswerList):
 
     Attributes:
         status: of the place or kind that was named, or of the thing.
+        num_known: of a kind, how many such things there are at least, as many as were seen at
+            once; left out without a kind.
     """
 
     rows: tuple[ThingRow, ...]
+    num_known: int | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)

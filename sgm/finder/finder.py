@@ -12,7 +12,13 @@ import numpy as np
 from sgm.belief import Belief, Detector, Posterior, compute_posterior
 from sgm.checks import check_kind, check_shares
 from sgm.finder.judged import JudgedBeliefs
-from sgm.finder.ranking import Ranking, describe_places, order_places, rank_place
+from sgm.finder.ranking import (
+    Ranking,
+    count_known,
+    describe_places,
+    order_places,
+    rank_place,
+)
 from sgm.finder.said_places import narrow
 from sgm.finder.search import ObjectSearch, SearchRules
 from sgm.finder.search_plan import SearchPlan, plan_search
@@ -169,6 +175,7 @@ class Finder:
             with_robot=float(1 - np.prod(1 - asked.carried)),
             last_seen=asked.sightings[0] if asked.sightings else None,
             resolution=resolution,
+            num_known=count_known(asked),
         )
 
     def search_plan(

@@ -180,6 +180,8 @@ class Ranking:
         with_robot: probability that the robot carries it (`SceneGraphMemory.picked_up`).
         asked_for: "thing"; or "place" or "room" where the name is of furniture or of a room: the
             places are that furniture, or what stands in the room, each with probability 1.
+        num_known: how many things of that name there are at least: those that are told apart, each
+            as often as it was seen at once; 0 if none was ever seen.
     """
 
     description: str
@@ -189,6 +191,7 @@ class Ranking:
     resolution: Resolution
     with_robot: float = 0.0
     asked_for: str = "thing"
+    num_known: int = 0
 
     def __iter__(self) -> Iterator[Place]:
         """Iterate over the places, the best first."""
@@ -266,6 +269,13 @@ def order_places(asked: Asked, probability: np.ndarray) -> np.ndarray:
             latest[asked.furniture_ids.index(seen.furniture)] = number
     order: np.ndarray = np.lexsort((latest, -probability))
     return order
+
+
+def count_known(asked: Asked) -> int:
+    """Count the things that are meant and were seen, each as often as it was seen at once."""
+    known = asked.rows >= 0
+    was_seen = asked.current.objects["num_observed"][asked.rows[known]] > 0
+    return int(asked.num_instances[known][was_seen].sum())
 
 
 def describe_places(

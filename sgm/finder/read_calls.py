@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime
 from typing import TypeVar
 
@@ -19,6 +20,7 @@ from sgm.finder.answers import (
 )
 from sgm.finder.meanings import Unclear, ask_room, doubt, find_place, find_rooms, tell_doubt
 from sgm.finder.question_answers import QuestionAnswers
+from sgm.finder.ranking import count_known
 from sgm.finder.spots import find_position, tell_position
 from sgm.finder.where_calls import MOST_ROWS, WhereCalls, check_rows
 from sgm.memory.noticed_changes import ThingChange
@@ -132,7 +134,10 @@ class ReadCalls(WhereCalls):
             )
             for thing, seen_at in seen
         ]
-        return self._cut(ThingList, rows, k, now, num_all=num_all)
+        listed = self._cut(ThingList, rows, k, now, num_all=num_all)
+        if not matches or not self.memory.num_furniture:
+            return listed
+        return replace(listed, num_known=count_known(self.memory.ask(matches)))
 
     def history(self, thing: str, k: int = DEFAULT_ROWS) -> EventList:
         """List what is known of a thing over time, the latest first.

@@ -129,6 +129,7 @@ class WhereCalls:
             last_seen=self._tell_last_seen(seen),
             at=self.tell_time(step, now),
             asked_for=ranking.asked_for,
+            num_known=ranking.num_known if ranking.num_known > 1 else None,
             **tell_doubt(asked.unclear or unclear),
         )
 
