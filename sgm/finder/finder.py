@@ -160,7 +160,13 @@ class Finder:
             layout = memory.layout
             names = {number: layout.describe(number) for number in ids if number not in exclude}
             return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
-        asked = memory.ask(resolution.matches or (description,), at=at, question=description)
+        given = self._detector  # holds for the policy, too
+        asked = memory.ask(
+            resolution.matches or (description,),
+            at=at,
+            question=description,
+            miss_rate=None if given is None else given.miss_rate,
+        )
         cosines, posterior = self._get_cosines(asked), self._compute_posterior(asked)
         order = order_places(asked, posterior.places)
         if resolution.places:  # what is asked for there comes first
@@ -274,8 +280,6 @@ class Finder:
 
     def _compute_posterior(self, asked: Asked) -> Posterior:
         """Return where any of the things asked for is."""
-        if self._detector is not None:  # one that is given holds for the policy, too
-            asked.batch.history.given_miss_rate = self._detector.miss_rate
         settings = (self._policy, self._detector)
         detector = self.learn_detector(asked.batch.history)
         with self._lock:  # policies keep caches

@@ -194,13 +194,17 @@ class MemoryQuestions:
         before_looks: bool = True,
         at: datetime | int | None = None,
         question: str | None = None,
+        miss_rate: float | None = None,
     ) -> Asked:
         """Ask for objects, and leave the memory as it is; safe beside a thread that observes."""
         with self._state.lock:
             state = self._state
             _check_furniture(state)
             later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
-            return _ask(state, descriptions, before_looks, later, question)
+            shared = state.share(before_looks, later)
+            if miss_rate is not None:
+                shared[1].history.given_miss_rate = miss_rate
+            return _ask(state, shared, descriptions, question)
 
     def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
         """Order all furniture by how likely it holds an object, the best first."""
@@ -227,14 +231,13 @@ def _check_furniture(state: MemoryState) -> None:
 
 def _ask(
     state: MemoryState,
+    shared: tuple[MemoryBatch, MemoryBatch, object],
     descriptions: Sequence[str],
-    before_looks: bool,
-    later: int,
     question: str | None,
 ) -> Asked:
-    """Ask for objects by names or ids, time steps later; see `SceneGraphMemory.ask`."""
+    """Ask for objects by names or ids, of what `MemoryState.share` gave."""
     places = state.furniture
-    current, batch, origin = state.share(before_looks, later)
+    current, batch, origin = shared
     positions, known, names = _find_asked(state, descriptions)
     words = "" if question is None else state.things.read(question).words
     texts = state.things.descriptions

@@ -640,6 +640,7 @@ class SceneGraphMemory:
         before_looks: bool = True,
         at: datetime | int | None = None,
         question: str | None = None,
+        miss_rate: float | None = None,
     ) -> Asked:
         """Ask for objects, and leave the memory as it is; safe beside a thread that observes.
 
@@ -650,12 +651,13 @@ class SceneGraphMemory:
             at: when: a time step, or a date and time by the clock; not before the present step,
                 None for it.
             question: what they were asked for as: looks for that which did not find it count, too.
+            miss_rate: of the detector, which policies then read; None for what the memory counted.
 
         Raises:
             ValueError: if a description is no name (`read_words`), there is no furniture yet, or
                 the time has passed.
         """
-        return self._questions.ask(descriptions, before_looks, at, question)
+        return self._questions.ask(descriptions, before_looks, at, question, miss_rate)
 
     def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
         """Order all furniture by how likely it holds an object, the best first.
