@@ -281,6 +281,9 @@ class NameIndex:
         if not phrase.where:
             said |= self._find_room(readings[0], found)
         groups = self._part_owners(phrase, found) or groups
+        owners = {self._tables.readings[number][0].owner for number in found}
+        if phrase.is_speakers and len(found) == 1 and owners != {""}:  # "my watch", and Lisa's
+            how = "another property"
         if phrase.clause and len(found) > 1:  # which of them that was, nothing says
             unused = (*unused, phrase.clause)
         said |= {
@@ -542,7 +545,8 @@ class NameIndex:
         return [
             number
             for number in sorted(found)
-            if any(is_possible(reading, other) for other in self._tables.readings[number])
+            if not reading.said <= set(self._tables.readings[number][0].owner.split())
+            and any(is_possible(reading, other) for other in self._tables.readings[number])
         ]
 
     def _find_contents(self, reading: Reading) -> list[list[int]]:
