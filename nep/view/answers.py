@@ -27,6 +27,7 @@ MOST_CHANGES = 300  # the latest ones
 MOST_LOOKS = 400  # before a step, whose places the map shows
 _HISTORIES_KEPT = 64
 _PLANNED = 5  # places of a search plan
+_LEAST_PLANNED = 0.01  # probability of each of them but the first
 _DIGITS = 4  # of probabilities
 
 
@@ -119,7 +120,8 @@ class Desk:
             ranking = self.judges.get(judge).rank(memory, words)
         except ValueError as error:
             return {"judge": judge, "problem": str(error)}
-        search = plan_search(words, ranking.places[:_PLANNED])
+        likely = [place for place in ranking.places if place.probability >= _LEAST_PLANNED]
+        search = plan_search(words, (likely or ranking.places[:1])[:_PLANNED])
         index = {number: node for node, number in enumerate(shapes.furniture_ids)}
         true_places: list[int] = []
         if story.truth is not None:

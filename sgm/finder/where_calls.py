@@ -29,6 +29,7 @@ from sgm.names.asking import make_asking
 
 MOST_ROWS = 50
 DEFAULT_PLACES = 3
+_LIKELY = 0.5  # of the first place: below, an answer is one of several places
 _MOST_WHY = 80  # characters of the evidence of a place
 _MOST_ASKED = 4  # times as many characters of a question as of a name, where an answer is cut
 _WORST = ("ok", "unknown", "ambiguous")
@@ -269,13 +270,21 @@ def _fit_beside_picture(answer: WhereOne) -> WhereOne:
 def _fit(answer: WhereOne) -> WhereOne:
     """Leave positions of places out, then places, reasons, and letters, until it is short enough.
 
-    The likeliest place keeps its position longest; `list_places` has all.
+    The likeliest place keeps its position longest; `list_places` has all. Where no place is likely,
+    more places say more than where and why: their positions and reasons go first.
     """
     if len(write_json(answer)) <= MOST_BYTES:
         return answer
     answer = replace(answer, last_seen=_leave_out_position(answer.last_seen))
     if len(write_json(answer)) <= MOST_BYTES:
         return answer
+    if answer.places and answer.places[0].probability < _LIKELY:
+        answer = replace(answer, places=tuple(map(_leave_out_position, answer.places)))
+        if len(write_json(answer)) > MOST_BYTES:
+            first, *others = answer.places
+            answer = replace(answer, places=(first, *(replace(x, why="") for x in others)))
+        if len(write_json(answer)) <= MOST_BYTES:
+            return answer
     sizes = [len(write_json(place)) + 1 for place in answer.places]  # with a comma, but for one
     left = MOST_BYTES - len(write_json(replace(answer, places=()))) + 1
     kept = len(sizes)

@@ -8,6 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Mapping, MutableMapping, Sequence
 from contextlib import suppress
+from difflib import get_close_matches
 from importlib import import_module
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -221,7 +222,9 @@ class Application:
             await self._show(path, receive, send)
         else:
             line = f"path must be one that /openapi.json lists, got {shorten_text(path)!r}."
-            raise Refused(404, f"{line} Look there.")
+            near = get_close_matches(path.rpartition("/")[2], BY_NAME, 1)
+            remedy = f"Did you mean /{VERSION}/{near[0]}?" if near else "Look there."
+            raise Refused(404, f"{line} {remedy}")
 
     async def _show(self, path: str, receive: Receive, send: Send) -> None:
         if path == "/":

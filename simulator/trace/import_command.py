@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from sgm.memory.log_reader import read_log
+from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph, load_prior
 from simulator.command_line import make_parser, parse, pick
 from simulator.trace.from_log import make_trace
@@ -35,6 +36,13 @@ def bring(arguments: Sequence[str]) -> int:
         + "; ".join(f"{name}: {text}" for name, (text, _) in _WITH_OPTIONS.items())
         + f"; they say them: {PROG} import bag --help",
     )
+    formats = [*IMPORTERS, *_WITH_OPTIONS]
+    if arguments and not arguments[0].startswith("-") and arguments[0] not in formats:
+        parser.error(
+            f"format must be one of {', '.join(formats)}, got {shorten(arguments[0])}. Tables of "
+            "CSV need no import: a folder with layout.json and events.csv is a trace "
+            f"(docs/traces.md). {PROG} check DIR reads it."
+        )
     parser.add_argument("format", choices=list(IMPORTERS), metavar="FORMAT", help="see above")
     parser.add_argument("file", type=Path, help="the file to read")
     _add_outputs(parser)

@@ -2,7 +2,7 @@
 
 const NAMES = ["paper", "ground", "ink", "muted", "line", "wall", "box", "belief", "route", "truth", "look",
   "fresh", "old", "missing", "change"];
-const SMALLEST = 0.005;  // probability that is written down
+const SMALLEST = 0.01;  // probability that is written down
 const SMALLEST_DOT = 1.6, LARGEST_DOT = 5;  // pixels
 const THING_METRES = 0.06;  // of the dot of a thing whose position is known, from its middle
 const FAINTEST = 0.1;  // of what has been missing for days: it is drawn no more
@@ -367,8 +367,8 @@ class HomeMap {
       wanted.push({
         rank: (isSaid ? 2 + p : 0) + (isChosen ? 3 : 0) + (now.has(row) ? 1 : 0) + Math.min(size, 999) / 1e4,
         row, around: this.bounds[row],
-        forms: isSaid ? [{...look, font, text: `${sayShare(p)} ${own.name}`}, {...look, font, text: sayShare(p)}]
-          : [{...look, font, text: own.name}],
+        forms: isSaid ? [{...look, font, text: `${sayShare(p)} ${own.name}`},
+          ...p >= LIKELY ? [{...look, font, text: sayShare(p)}] : []] : [{...look, font, text: own.name}],
       });
     });
     const large = {font: "bold 13px", height: 16}, small = {font: "bold 10px", height: 12};
@@ -389,10 +389,10 @@ class HomeMap {
     this.labels = [];
     for (const {rank, forms, row, room, around, isCount} of wanted) {
       // No name stands on another piece of furniture or in another room: it would be taken for its name.
-      const isBarred = box => pieces.isHit(box, other => other.own !== row, 4)
+      const isBarred = box => pieces.isHit(box, other => other.own !== row, 1)
         || room !== undefined && rooms.isHit(box, other => other.own !== room, 3);
       const place = (form, bars, spare = 0) => {
-        const label = {...form, row, room, width: this.measure(form.text, form.font) + 4};
+        const label = {...form, row, room, width: this.measure(form.text, form.font) + 8};
         const near = [around[0] - spare, around[1] - spare, around[2] + spare, around[3] + spare];
         return this.boxes.place(label, listSpots(label, near, isCount), bars);
       };
@@ -402,7 +402,7 @@ class HomeMap {
         ?? (forms[1] ? place(forms[1], isBarred) : null);
       if (!box) continue;
       this.labels.push(box);
-      this.write(box.text, box.left + 2, box.top + box.height - 3, box.font, box.colour);
+      this.write(box.text, box.left + 4, box.top + box.height - 3, box.font, box.colour);
     }
   }
 

@@ -123,6 +123,7 @@ BAD = [
     ("GET", "/v1/where_is?" + "a=1&" * 30, None, {}, 400, "query must be name=value pairs"),
     ("GET", "/v1/nothing", None, {}, 404, "path must be one that /openapi.json lists"),
     ("GET", "/v1/../etc/passwd", None, {}, 404, "path must be one that /openapi.json lists"),
+    ("GET", "/v1/whereis?thing=mug", None, {}, 404, "Did you mean /v1/where_is?"),
     ("POST", "/health", b"", {}, 405, "method of /health must be GET, got POST. Use GET."),
     ("GET", "/health", None, {"Host": "evil.example"}, 403, "Host must be a name of this server"),
     ("GET", "/health", None, {"Host": ""}, 403, "Host must be a name of this server"),

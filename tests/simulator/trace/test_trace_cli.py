@@ -112,3 +112,15 @@ def test_what_cannot_be_collected_makes_no_folder(write_home, tmp_path, argument
     with pytest.raises(SystemExit, match=message):
         collect.main([*arguments, "--workers", "1", "--out", str(tmp_path / "out")])
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("form", ["csv", "xml"])
+def test_a_format_that_is_none_is_told_all_that_there_are(form, capsys):
+    from simulator.trace.__main__ import main
+
+    assert main(["import", form, "seen.csv"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    for known in ("procthor", "bag", "hd_epic", "homer"):
+        assert known in said
+    assert f"got '{form}'" in said
+    assert "a folder with layout.json and events.csv is a trace" in said
