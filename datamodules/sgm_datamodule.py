@@ -213,8 +213,8 @@ class SGMDataModule(pl.LightningDataModule):
     def transfer_batch_to_device(
         self, batch: Batch, device: torch.device, dataloader_idx: int
     ) -> Batch:
-        """Leave the batch: the model moves plain tensors, which needs no DGL for the device."""
-        return batch
+        """Move the plain tensors of a batch, which needs no DGL for the device."""
+        return batch.to(device)
 
     def state_dict(self) -> dict[str, Any]:
         """Return the state of the generator that orders the batches, for a checkpoint."""

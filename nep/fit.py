@@ -136,6 +136,15 @@ class FitCLI(LightningCLI):
         else:
             super().parse_arguments(parser, args)
 
+    def before_instantiate_classes(self) -> None:
+        """Collect no more than `fast_dev_run` trains on: it is there to take seconds."""
+        num_batches, data = int(self.config.trainer.fast_dev_run), self.config.data
+        if num_batches:
+            most = -(-num_batches * data.batch_size // data.steps)  # homes
+            data.num_homes, data.num_val_homes = (
+                min(number, most) for number in (data.num_homes, data.num_val_homes)
+            )
+
     def instantiate_classes(self) -> None:
         """Build model, data and trainer; a value out of range ends with its message alone."""
         if self.config.threads is not None:
@@ -181,7 +190,7 @@ class FitCLI(LightningCLI):
 
     def instantiate_trainer(self, **kwargs: Any) -> Trainer:
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
-        self.states = RandomStates()
+        self.states = RandomStates(self.config.seed_everything)
         callbacks: list[Callback] = [_make_online(self.config_init.online), self.states]
         if self.config.trainer.logger is not False:
             callbacks.append(LearningRateMonitor(logging_interval="step"))
@@ -267,7 +276,10 @@ def main(args: ArgsType = None) -> FitCLI:
     cli.datamodule.trainer = cli.trainer  # for whether to show progress
     try:  # Lightning does both again, at no cost: what can be wrong with data is said here
         if cli.config.ckpt_path is not None:
-            check_resumable(Path(cli.config.ckpt_path), cli.model)
+            seed = {"seed_everything": cli.config.seed_everything}
+            check_resumable(
+                Path(cli.config.ckpt_path), cli.model, {**cli.datamodule.hparams, **seed}
+            )
         cli.datamodule.prepare_data()
         cli.datamodule.setup()
     except BAD_INPUT as error:
@@ -289,6 +301,8 @@ def main(args: ArgsType = None) -> FitCLI:
     except Exception as error:
         if cli.states.has_begun or cli.config.ckpt_path is None:
             raise
+        if isinstance(error, ValueError):
+            sys.exit(f"error: {_shorten(error)}")
         sys.exit(  # a state of another kind than the one that is restored from it
             "error: checkpoint must be one that a training can go on from, got "
             f"{type(error).__name__}: {shorten_text(_shorten(error))} in {cli.config.ckpt_path}. "

@@ -74,6 +74,8 @@ class OnlineEvaluation(pl.Callback):
         self.homes = config.homes
         self.num_homes = self.homes.num_homes or self.num_homes
         self.steps = self.homes.num_steps or self.steps
+        if trainer.fast_dev_run:  # type: ignore[attr-defined]
+            self.num_homes, self.steps, self.policies = 1, 2, ()
 
     def on_train_epoch_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Let the model play every few epochs."""

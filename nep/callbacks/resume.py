@@ -23,12 +23,16 @@ class RandomStates(pl.Callback):
     Checkpoints hold the states of Python, numpy and torch on the CPU, as plain numbers and tensors.
     The order of the batches is kept by the data module.
 
+    Args:
+        seed: that of the training, which is kept beside them.
+
     Attributes:
         has_begun: whether the training has: its checkpoint, if it had one, was restored.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, seed: int | bool | None = None) -> None:
         self.has_begun = False
+        self._seed = seed
         self._found: dict[str, Any] = {}
 
     def state_dict(self) -> dict[str, Any]:
@@ -37,6 +41,7 @@ class RandomStates(pl.Callback):
         name, keys, position, has_gauss, cached = np.random.get_state(legacy=True)  # noqa: NPY002 - packages draw from it
         assert name == "MT19937"
         return {
+            "seed": self._seed,
             "python": {"version": version, "words": torch.tensor(words), "gauss": gauss},
             "numpy": {
                 "keys": torch.from_numpy(np.asarray(keys).astype(np.int64)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -130,11 +130,22 @@ def load_checkpoint(path: Path) -> TrainedModel:
     return TrainedModel(module, builder, training=training)
 
 
-def check_resumable(path: Path, module: TrainingModule) -> None:
-    """Check that a training of a network can go on from a checkpoint.
+def check_resumable(
+    path: Path, module: TrainingModule, data: Mapping[str, Any] | None = None
+) -> None:
+    """Check that a training of a network can go on from a checkpoint, as it is asked for.
+
+    Optimiser, schedule, random numbers and the order of batches come from the checkpoint, and its
+    weights fit one network and its features: settings of these must be those of the checkpoint.
+
+    Args:
+        path: of the checkpoint.
+        module: what is to be trained.
+        data: hyper-parameters of the data module; None where none are known.
 
     Raises:
-        ValueError: if it cannot be read, is no such checkpoint, or one of another network.
+        ValueError: if it cannot be read, is no such checkpoint, or one of another network, or if a
+            setting differs that would not be taken over, or would change what the weights mean.
     """
     advice = "Check --ckpt_path, or leave it out."
     with _name_faults(_READ, advice, _MADE, advice, f"for {path}"):
@@ -144,6 +155,40 @@ def check_resumable(path: Path, module: TrainingModule) -> None:
             content[part]
         wanted = {name: tensor.shape for name, tensor in module.state_dict().items()}
         check_weights(weights, wanted, path)
+        _check_kept("model", content["hyper_parameters"], dict(module.hparams), path)
+        if data is not None:
+            kept = content["datamodule_hyper_parameters"]
+            for name in ("feature_schema", "text"):
+                _check_kept("data", {name: kept[name]}, {name: data[name]}, path)
+            _check_kept("data.features", kept["features"], data["features"], path)
+            _check_kept("data.seed", kept["training"]["seed"], data["training"]["seed"], path)
+            states = content["callbacks"].get("RandomStates", {})
+            if "seed" in states and "seed_everything" in data:
+                _check_kept("seed_everything", states["seed"], data["seed_everything"], path)
+
+
+# Settings of a model that a training takes over from its command line whenever it goes on.
+_FREE = ("model.listwise_weight", "model.attention.dropout", "model.clock_dropout")
+
+
+def _check_kept(group: str, kept: Any, asked: Any, path: Path) -> None:
+    """Raise ValueError where a setting is not that of a checkpoint, by its name."""
+    if group in _FREE or group.rpartition(".")[2] == "_instantiator":
+        return
+    if isinstance(kept, Mapping) and isinstance(asked, Mapping):
+        for name in dict.fromkeys((*kept, *asked)):
+            _check_kept(f"{group}.{name}", kept.get(name), asked.get(name), path)
+    elif _list(kept) != _list(asked):
+        raise ValueError(
+            f"{group} must be that of the checkpoint, {shorten(kept)}, got {shorten(asked)} for "
+            f"{path}. A training that goes on keeps it: leave it out, or begin anew without "
+            "--ckpt_path."
+        )
+
+
+def _list(value: Any) -> Any:
+    """Return a sequence as files have it."""
+    return list(value) if isinstance(value, (list, tuple)) else value
 
 
 def save_exported(folder: Path, model: TrainedModel, notes: dict[str, Any]) -> None:

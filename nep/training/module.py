@@ -130,6 +130,23 @@ class TrainingModule(pl.LightningModule):
         """Log the validation metrics."""
         self._log_metrics(self.val_metrics)
 
+    def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
+        """Check that a training that goes on ends where its cosine schedule does.
+
+        Raises:
+            ValueError: if it has another number of steps.
+        """
+        schedules = checkpoint.get("lr_schedulers") or []
+        if self.schedule == "constant" or self._trainer is None or not schedules:
+            return
+        steps, most = int(self.trainer.estimated_stepping_batches), schedules[0].get("T_max")
+        if steps != most:
+            raise ValueError(
+                f"a cosine schedule must end as it began, after {shorten(most)} steps, got "
+                f"{steps} steps. Go on with the same --trainer.max_epochs and --data.batch_size, "
+                "or begin anew without --ckpt_path."
+            )
+
     def configure_optimizers(self) -> OptimizerLRScheduler:
         """Adam, as in the paper; with a cosine schedule if asked for."""
         # Fused: one call for the fifty small parameters instead of ten calls for each.

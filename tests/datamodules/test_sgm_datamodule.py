@@ -108,11 +108,16 @@ def test_values_out_of_range_are_refused(tmp_path, changes, message):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_batch_stays_where_it_is_until_the_model_flattens_it(tmp_path, collection):
-    """A CPU build of DGL cannot move a graph; Lightning would, to the device of the training."""
+def test_a_batch_is_moved_as_plain_tensors(tmp_path, collection):
+    """A CPU build of DGL cannot move a graph: one is made anew on the device of the training."""
     data = SGMDataModule(data_dir=str(tmp_path), workers=1)
     batch = SnapshotDataset(collection, data.builder)[0]
-    assert data.transfer_batch_to_device(batch, torch.device("cuda:0"), 0) is batch
+    here = batch.homogeneous
+    assert data.transfer_batch_to_device(batch, torch.device("cpu"), 0) is batch
+    moved = data.transfer_batch_to_device(batch, torch.device("meta"), 0)
+    assert moved.edge_src.device.type == "meta"
+    assert moved.homogeneous is not here
+    assert moved.homogeneous.edges()[0].device.type == "meta"
 
 
 def test_a_second_task_is_trained_on_too(tmp_path):

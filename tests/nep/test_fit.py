@@ -385,3 +385,13 @@ def test_homes_of_8_16_and_32_places_are_trained_and_evaluated_together(folder):
     assert scores.values.shape == (3, 5)
     assert np.isfinite(scores.confidence).all()
     assert source.make(Streams(0, "val", range(3))).home_num_furniture.tolist() == [8, 16, 32]
+
+
+@pytest.mark.slow
+def test_a_fast_run_collects_and_plays_little(folder):
+    """`--trainer.fast_dev_run 2`: two batches of 100, and one home of two steps."""
+    cli = main("--config heat.yaml --trainer.fast_dev_run 2 --threads 1".split())
+    assert cli.trainer.global_step == 2
+    assert (cli.datamodule.train_config.num_homes, cli.datamodule.val_config.num_homes) == (2, 2)
+    online = next(c for c in cli.trainer.callbacks if type(c).__name__ == "OnlineEvaluation")
+    assert (online.num_homes, online.steps, [*online.scores]) == (1, 2, ["NEP-HEAT"])

@@ -105,6 +105,51 @@ def test_states_of_another_kind_are_refused(tmp_path, monkeypatch):
             main([*SMALL, "--trainer.max_epochs=2", "--ckpt_path=damaged.ckpt"])
 
 
+@pytest.mark.slow
+def test_what_a_training_that_goes_on_does_not_take_over_is_refused(tmp_path, monkeypatch, capsys):
+    """What comes from the checkpoint, and what its weights would mean something else with."""
+    monkeypatch.chdir(tmp_path)
+    main([*SMALL, "--trainer.max_epochs=1"])
+    last = RUN.format(0) + "/checkpoints/last.ckpt"
+    for option, message in {
+        "--model.learning_rate=1e-3": "model.learning_rate must be that of the checkpoint, 0.0001,",
+        "--model.transformer=false": "weights must be those of the network",
+        "--model.attention.heads=4": "model.attention.heads must be that of the checkpoint, 2, got",
+        "--model.encoder.init_args.residual=true": "init_args.residual must be that of the",
+        "--model.schedule=cosine": "model.schedule must be that of the checkpoint, 'constant', got",
+        "--data.features.prior=false": "data.features.prior must be that of the checkpoint, True",
+        "--data.seed=3": "data.seed must be that of the checkpoint, 0, got 3",
+        "--seed_everything=7": "seed_everything must be that of the checkpoint, 0, got 7",
+    }.items():
+        with pytest.raises(SystemExit) as stop:
+            main([*SMALL, "--trainer.max_epochs=2", f"--ckpt_path={last}", option])
+        assert stop.value.code == 2
+        assert message in " ".join(capsys.readouterr().err.split()), option
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:The dirpath has changed:UserWarning")
+def test_a_cosine_schedule_is_not_made_longer(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    options = [*SMALL, "--model.schedule=cosine"]
+    main([*options, "--trainer.max_epochs=1"])
+    last = RUN.format(0) + "/checkpoints/last.ckpt"
+    with pytest.raises(SystemExit, match=r"error: a cosine schedule must end as it began, after 6"):
+        main([*options, "--trainer.max_epochs=2", f"--ckpt_path={last}"])
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:The dirpath has changed:UserWarning")
+def test_what_it_takes_over_may_change(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main([*SMALL, "--trainer.max_epochs=1"])
+    last = RUN.format(0) + "/checkpoints/last.ckpt"
+    others = ["--model.listwise_weight=1", "--model.attention.dropout=0", "--data.batch_size=8"]
+    cli = main([*SMALL, "--trainer.max_epochs=2", f"--ckpt_path={last}", *others])
+    assert cli.model.listwise_weight == 1
+    assert cli.trainer.current_epoch == 2
+
+
 def _draw_numpy():
     return np.random.normal()  # noqa: NPY002 - of the global generator, which packages may draw from
 
