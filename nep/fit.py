@@ -119,6 +119,7 @@ class FitCLI(LightningCLI):
             args = sys.argv[1:]
         if isinstance(args, list):
             try:
+                _refuse_workers(args)
                 args = normalise(parser, find_configs(args), prefix="data.")
                 self.config = parser.parse_args(args)
                 self.config.pop("base")  # what it says has been taken over
@@ -216,6 +217,19 @@ def _make_online(config: OnlineConfig) -> Callback:
     """Make what plays homes; it is loaded with the trainer, not with the command line."""
     found: Callback = import_module("nep.callbacks.online_evaluation").OnlineEvaluation(config)
     return found
+
+
+def _refuse_workers(arguments: Sequence[str]) -> None:
+    """Raise ValueError for an option that asks for processes that load data."""
+    for argument in arguments:
+        name = argument.partition("=")[0].lstrip("-").replace("-", "_")
+        if argument.startswith("--") and name in ("data.num_workers", "num_workers"):
+            raise ValueError(
+                f"data must be loaded by the training itself, got {shorten_text(argument)}. Leave "
+                "it out: a batch is arrays of mapped files, made in a tenth of the time of a step, "
+                "and a thread that makes it gained nothing (benchmarks/README.md). --data.workers "
+                "is of processes that collect."
+            )
 
 
 def _list_groups(features: Namespace | FeatureConfig) -> list[str]:

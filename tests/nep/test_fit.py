@@ -207,6 +207,11 @@ def test_a_config_builds_on_another(folder):
             "nep.paper.encoders.GAT",
         ),
         (["--base", "heat.yaml"], "--base must stand in a config file, got --base on the command"),
+        (
+            ["--data.num_workers", "4"],
+            "data must be loaded by the training itself, got --data.num_w",
+        ),
+        (["--data.num-workers=4"], "--data.workers is of processes that collect"),
     ],
 )
 def test_bad_input_ends_with_a_message(args, message, folder, capsys):

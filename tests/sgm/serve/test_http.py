@@ -580,3 +580,69 @@ def test_an_answer_is_one_packet_that_waits_for_no_other(served, monkeypatch):
     (packet,) = filter(None, sent)
     assert packet.startswith(b"HTTP/1.1 200")
     assert packet.endswith(answer.text.encode())
+
+
+def test_a_write_that_is_sent_again_with_its_key_is_made_once(served):
+    client, body = served.client, {"place": "desk", "seen": ["stapler"], "key": "a1"}
+    first = client.call("observe", **body)
+    assert client.call("observe", **body) == first
+    rows = client.call("list_things", kind="stapler")["rows"]
+    assert rows[0]["times_seen"] == 1
+    text = json.dumps({"place": "desk", "seen": ["ruler"]})
+    answers = [
+        client.send("POST", "/v1/observe", text, {"Idempotency-Key": "b2"}).text for _ in range(3)
+    ]
+    assert len(set(answers)) == 1
+    assert client.call("list_things", kind="ruler")["rows"][0]["times_seen"] == 1
+    refused = client.send("POST", "/v1/add_room", '{"label":"hall","key":"b2"}')
+    assert refused.status == 400
+    assert "key must be of one write" in refused.text
+
+
+def test_a_write_that_was_given_up_is_made_once(tmp_path):
+    """Its client got a 503, and sends it again while the first one is still being made."""
+    home, service = open_service(tmp_path / "home.sgm")
+    observe, may_go_on = service.memory.observe, threading.Event()
+
+    def wait(*args):
+        may_go_on.wait(20)
+        observe(*args)
+
+    service.memory.observe = wait
+    with run_server(service, home, tools=False, timeout=0.5) as running:
+        client = Client(running.port)
+        text = json.dumps({"place": "desk", "seen": ["stapler"], "key": "c3"})
+        given_up = client.send("POST", "/v1/observe", text)
+        assert given_up.status == 503
+        assert "send it again with the same key" in given_up.text
+        may_go_on.set()
+        while (again := client.send("POST", "/v1/observe", text)).status == 503:
+            pass
+        assert again.status == 200
+        assert client.call("list_things", kind="stapler")["rows"][0]["times_seen"] == 1
+        client.close()
+
+
+def test_a_step_of_a_search_that_is_sent_again_is_noted_once(served):
+    client = served.client
+    begun = client.call("search_start", thing="stapler")
+    body = {"search_id": begun["search_id"], "result": "not_found", "look": begun["next"]["look"]}
+    first = client.call("search_next", **body)
+    assert client.call("search_next", **body) == first
+    assert first["looks"] == 1
+    assert client.call("search_next", **{**body, "look": 2})["looks"] == 2
+
+
+def test_a_map_by_calls_has_eyes_and_costs(served):
+    client = served.client
+    client.call("add_room", name="hall")
+    extents = {"center": [4, 4, 0.5], "size": [1, 0.5, 1], "yaw": 0, "interior": "door"}
+    noted = client.call("add_place", label="sideboard", room="hall", **extents, open_cost=3)
+    assert noted["position"] == [4, 4, 0.5]
+    assert served.service.memory.boxes[noted["place"]].has_door
+    row = next(row for row in client.call("list_places")["rows"] if row["place"] == noted["place"])
+    assert (row["box"]["interior"], row["open_cost"]) == ("door", 3)
+    assert client.call("where_is", thing="milk", k=9)["places"][0]["position"] == [1, 4, 0]
+    start = row["position"]  # three numbers, as they were told
+    begun = client.call("search_start", thing="milk", **{"from": start})
+    assert begun["next"]["pose"][:2] == [1, 4]
