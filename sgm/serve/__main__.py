@@ -87,7 +87,7 @@ def main(argv: list[str] | None = None) -> int:
             warnings.simplefilter("default")
             warnings.showwarning = _tell  # of a line that a crash cut off, of looks at every frame
             _run(options)
-    except (OSError, ValueError, TypeError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError, ModuleNotFoundError) as error:
         print(
             f"error: {' '.join(str(error.args[-1] if error.args else error).split())}",
             file=sys.stderr,
