@@ -96,7 +96,12 @@ def install() -> None:
     print(f"Installing ROS 2 into {ENVIRONMENT}: some minutes the first time", flush=True)
     python = find_python((PYTHON,))
     subprocess.run([python, "-m", "venv", "--clear", ENVIRONMENT], check=True)
-    pip = [ENVIRONMENT / "bin" / "pip", "install", "--quiet", "--disable-pip-version-check"]
+    pip: list[str | Path] = [
+        ENVIRONMENT / "bin" / "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+    ]
     subprocess.run([*pip, "--requirement", REQUIREMENTS, *TEST_PACKAGES], check=True)
     paths = sysconfig.get_paths(vars={"base": str(ENVIRONMENT), "platbase": str(ENVIRONMENT)})
     paths["purelib"] = str(ENVIRONMENT / "lib" / f"python{PYTHON}" / "site-packages")
@@ -152,14 +157,14 @@ def make_variables() -> dict[str, str]:
 def build(variables: dict[str, str]) -> None:
     """Build all packages, those of `ros/` from where they lie, and install `sgm` as README says."""
     python = ENVIRONMENT / "bin" / "python"
-    pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    pip: list[str | Path] = [python, "-m", "pip", "install", "--quiet"]
     subprocess.run([*pip, ROOT / "core"], check=True)
     INSTALLED.mkdir(parents=True, exist_ok=True)
-    places = ["--log-base", FOLDER / "log", "build", "--merge-install"]
+    places: list[str | Path] = ["--log-base", FOLDER / "log", "build", "--merge-install"]
     places += ["--build-base", FOLDER / "build", "--install-base", INSTALLED]
-    options = ["--parallel-workers", "1", "--base-paths", ROOT / "ros", SOURCE]
+    options: list[str | Path] = ["--parallel-workers", "1", "--base-paths", ROOT / "ros", SOURCE]
     cmake = ["--cmake-args", "-DBUILD_TESTING=OFF", f"-DPython3_EXECUTABLE={python}"]
-    colcon = [python, "-m", "colcon", *places, *options, *cmake]
+    colcon: list[str | Path] = [python, "-m", "colcon", *places, *options, *cmake]
     subprocess.run(colcon, cwd=FOLDER, env=variables, check=True)
 
 
@@ -171,7 +176,13 @@ def main() -> int:
     variables = make_variables()
     build(variables)
     # Without the fixtures of all other tests, whose packages are not there.
-    pytest = [ENVIRONMENT / "bin" / "python", "-m", "pytest", "--noconftest", "-q"]
+    pytest: list[str | Path] = [
+        ENVIRONMENT / "bin" / "python",
+        "-m",
+        "pytest",
+        "--noconftest",
+        "-q",
+    ]
     pytest += ["-W", "default::DeprecationWarning"]  # of lark, which rclpy brings
     tests = sys.argv[1:] or ["tests/ros/test_running_node.py"]
     return subprocess.run([*pytest, *tests], cwd=ROOT, env=variables).returncode
