@@ -1,18 +1,17 @@
 """Ten minutes of a server with mixed clients, and of a node that looks: does memory grow?
 
-The server is a process of its own (`python -m sgm.serve`) with its second process, and is asked by
-six clients: questions for known and for new names, looks with known and with new things, lists,
-searches, maps that change, tools of MCP, connections that come and go, listeners of the feed, and
-what is refused. The node is another process: a `LiveMemory` that takes two frames a second in a
-home of 60 places, and is asked meanwhile.
+The server is a process of its own (`python -m sgm.serve`) with its second process. Six clients ask
+for known and for new names, look, list, search and move places. They call tools of MCP, come and
+go, listen to the feed, and ask what is refused. The node is another process: a `LiveMemory` in a
+home of 60 places. It takes two frames a second, and is asked meanwhile.
 
 The figure is how many times as much all processes together hold in the last quarter as in the third
-one. Beside it: by how many MB a minute they grow in the second half (least squares), the size of
-each at half time and at the end, open files then, and the median and the p99 of answers in the
-second and in the last quarter.
+one. Beside it are the growth in the second half, MB a minute by least squares, and the size of each
+process at half time and at the end. Open files then, and the median and the p99 of answers in the
+second and in the last quarter, follow.
 
-What may grow is the memory itself, since things that are new are remembered, and stores of words
-until they are full: a name costs some 4 kB in all of them, and at most 50,000 are kept.
+What may grow is the memory itself, since new things are remembered. Stores of words grow until they
+are full: a name costs some 4 kB in all of them, and at most 50,000 are kept.
 """
 
 from __future__ import annotations
