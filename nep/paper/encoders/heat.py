@@ -104,6 +104,8 @@ class HEAT(ConvolvingEncoder):
         edge_units: tuple[int, int] = (16, 16),
         root_weight: bool = True,
     ) -> None:
-        make = partial(HEATConv, (units,) * 3, heads, tuple(edge_units), root_weight)
+        type_units, attribute_units = edge_units  # of a file, a list
+        widths = (type_units, attribute_units)
+        make = partial(HEATConv, (units,) * 3, heads, widths, root_weight)
         super().__init__(units, num_convolutions, make, residual)
-        self.heads, self.edge_units, self.root_weight = heads, tuple(edge_units), root_weight
+        self.heads, self.edge_units, self.root_weight = heads, widths, root_weight
