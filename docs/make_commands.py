@@ -87,5 +87,5 @@ def list_helps(
         main([*words, "--help"])
     yield words, out.getvalue()
     if re.search(r"(COMMAND|SUITE) \.\.\.$", out.getvalue(), re.MULTILINE) and not words:
-        for name in re.findall(r"^  ([a-z_-]+)(?:  .*)?$", out.getvalue(), re.MULTILINE):
+        for name in re.findall(r"^ {2,4}([a-z_-]+)(?:  .*)?$", out.getvalue(), re.MULTILINE):
             yield from list_helps(main, (name,))

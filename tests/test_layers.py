@@ -40,7 +40,8 @@ ORDER = """
     simulator.priors simulator.world simulator.box_world simulator.policies
     simulator.snapshots simulator.tasks simulator.events simulator.trace simulator.drawing
     simulator.replay
-    simulator.home_options simulator.command_line simulator.gym simulator.igridson
+    simulator.home_options simulator.command_line simulator.import_command simulator.gym
+    simulator.igridson
     simulator.robot_home simulator.collect simulator.compile simulator.testing simulator.test_sets
     simulator simulator.__main__
     datamodules

@@ -30,7 +30,7 @@ PACKAGES = ("sgm", "simulator", "datamodules", "nep")
 MOST_FILES = {"nep.paper.module": 30, "nep.fit": 110}
 MOST_STAYS = 12  # of a training step of NEP-HEAT, its forward pass and loss
 # Most files that a call may walk through, and most returns.
-MOST_WALKED = {"observe": (8, 20), "rank": (15, 23), "rank first": (29, 57)}
+MOST_WALKED = {"observe": (8, 15), "rank": (15, 37), "rank first": (31, 79)}
 
 
 def list_closure(module: str) -> list[str]:

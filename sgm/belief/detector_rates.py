@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,9 +60,7 @@ class Detector:
     def learn(cls, history: HomeHistory, usual: Detector) -> Detector:
         """Return what `estimate` does, of the counts of a single home."""
         missed, found = (float(history.counters[name][0]) for name in ("num_missed", "num_refound"))
-        looks = missed + found
-        rate = (missed + USUAL_LOOKS * usual.miss_rate) / (looks + USUAL_LOOKS)
-        return replace(usual, miss_rate=rate, counted=(missed, looks))
+        return _join_counts(usual, missed, missed + found)
 
     def __str__(self) -> str:
         """Say it in words."""
@@ -131,6 +130,13 @@ class Detector:
         missed = seen * compute_miss(looks.negative, self.miss_rate, 0.0)
         weighed: np.ndarray = missed / (missed + 1 - seen)
         return weighed
+
+
+@lru_cache(maxsize=64)  # one for each state of a memory, which many questions ask
+def _join_counts(usual: Detector, missed: float, looks: float) -> Detector:
+    """Return a detector whose looks, beside the usual ones, missed so many."""
+    rate = (missed + USUAL_LOOKS * usual.miss_rate) / (looks + USUAL_LOOKS)
+    return replace(usual, miss_rate=rate, counted=(missed, looks))
 
 
 def compute_miss(

@@ -50,8 +50,8 @@ def find_past_places(
 
     A sighting or statement in that time says so. Else the last one before and the first one after
     it do, each as sure as things stay where they are for that long (`compute_stay`); where both
-    name one place, at least one of them has to be right. Nothing is said of before a thing was
-    first seen.
+    name one place, at least one of them has to be right. Nothing is said about the time before
+    a thing was first seen.
     """
     known = sorted(_list_known(memory, thing), key=lambda where: where.time)
     within = [where for where in known if begin <= where.time <= end]

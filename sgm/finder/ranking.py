@@ -180,7 +180,7 @@ class Ranking:
         with_robot: probability that the robot carries it (`SceneGraphMemory.picked_up`).
         asked_for: "thing"; or "place" or "room" where the name is of furniture or of a room: the
             places are that furniture, or what stands in the room, each with probability 1.
-        num_known: how many things of that name there are at least: those that are told apart, each
+        num_known: how many things of that name there are at least: those that differ, each
             as often as it was seen at once; 0 if none was ever seen.
     """
 

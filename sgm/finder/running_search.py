@@ -27,7 +27,7 @@ class RunningSearch:
         self._told: dict[int, tuple[object, Searching]] = {}  # by number of the look
 
     def find_told(self, look: object, about: object) -> Searching | None:
-        """Return what was answered when a look was told before; None of the one that is next.
+        """Return the answer of a look that was reported before; None of the one that is next.
 
         Args:
             look: its number; None for the one that is next.

@@ -393,7 +393,7 @@ class ObjectSearch:
         ]
 
     def _tell_seen(self) -> str:
-        """Say what the memory knows of a thing that is not worth a look."""
+        """Say what the memory knows of a thing for which no look pays."""
         last = self.ranking.last_seen
         if last is None:
             return "it was never seen here"

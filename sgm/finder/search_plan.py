@@ -44,7 +44,7 @@ class Look:
         prob_needed: probability that the object was not found before.
         must_open: whether it has to be opened to look into it; not for another look at a place
             where one stands.
-        layout: rooms and furniture, by which positions are told; None where there are none.
+        layout: rooms and furniture, that give positions; None where there are none.
     """
 
     place: Place

@@ -151,21 +151,6 @@ class StepLog:
         """Tell whether there are as many looks at furniture as are held apart."""
         return len(self.of_place.get(furniture, ())) >= MOST_KEPT
 
-    def list_shown(self, object_row: int) -> dict[int, int]:
-        """Return how many things of an object the latest looks showed, by furniture id."""
-        places = self.num_until_seen.get(object_row, ())
-        counts = {place: self.shown[place].get(object_row, 0) for place in places}
-        return {place: count for place, count in counts.items() if count}
-
-    def find_last(self, rows: Iterable[int]) -> int | None:
-        """Return the furniture id at which any of some objects was seen last; None if nowhere."""
-        seen = [
-            (number, furniture)
-            for object_row in rows
-            for furniture, number in self.num_until_seen.get(object_row, {}).items()
-        ]
-        return max(seen)[1] if seen else None
-
 
 def _count_seen(look: StepLook) -> Counter[tuple[tuple[str, ...], str, bool]]:
     """Count what a look shows by name and id, sure sightings and others apart."""

@@ -387,7 +387,7 @@ def _list_seen(state: MemoryState, things: _AskedThings) -> np.ndarray:
         if statement is not None and statement.time == now:
             last[number] = -1 if statement.furniture is None else position[statement.furniture]
         elif object_row >= 0 and things.memory.objects["num_at_once"][object_row] <= 1:
-            seen_last = state.step.find_last(members)
+            seen_last = state.find_last_shown(members)
             last[number] = things.memory.objects["last_furniture"][object_row]
             if seen_last is not None:
                 last[number] = position[seen_last]
@@ -407,7 +407,7 @@ def _count_seen(state: MemoryState, things: _AskedThings, num_seen: np.ndarray) 
     """Count how many of each thing the looks of this step saw, where they saw any, (K, F)."""
     for number, members in enumerate(things.members):
         for member in members:
-            for furniture, num_here in state.step.list_shown(member).items():
+            for furniture, num_here in state.list_shown(member).items():
                 thing_place = number, things.position[furniture]
                 if num_seen[thing_place]:
                     num_seen[thing_place] = max(num_seen[thing_place], num_here)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock, RLock
@@ -370,12 +370,27 @@ class MemoryState:
             for sighting in look.seen
         )
 
+    def list_shown(self, object_row: int) -> dict[int, int]:
+        """Return how many things of an object the latest looks showed, by furniture id."""
+        places = self.step.num_until_seen.get(object_row, ())
+        counts = {place: self.step.shown[place].get(object_row, 0) for place in places}
+        return {place: count for place, count in counts.items() if count}
+
+    def find_last_shown(self, rows: Iterable[int]) -> int | None:
+        """Return where looks of this step showed any of some objects last, a furniture id."""
+        seen = [
+            (number, furniture)
+            for object_row in rows
+            for furniture, number in self.step.num_until_seen.get(object_row, {}).items()
+        ]
+        return max(seen)[1] if seen else None
+
     def _has_come_back(self, furniture: int, seen: Sequence[Sighting]) -> bool:
         """Tell whether a look shows a thing that another place has shown since this one."""
         rows = (self.things.get_row(sighting.name, sighting.id or "") for sighting in seen)
         at_once = self.batch.objects["num_at_once"]
         return any(
-            at_once[object_row] < 2 and self.step.find_last([object_row]) != furniture
+            at_once[object_row] < 2 and self.find_last_shown([object_row]) != furniture
             for object_row in rows
         )
 
@@ -385,9 +400,9 @@ class MemoryState:
         In a step they are what the latest look at each place has shown. Of what is a single thing,
         there is one, which was moved between two looks.
         """
-        step, number = self.step, self.step.at_once[object_row]
+        number = self.step.at_once[object_row]
         if not self._is_single(object_row):
-            number = max(number, sum(step.list_shown(object_row).values()))
+            number = max(number, sum(self.list_shown(object_row).values()))
         self.batch.objects["num_at_once"][object_row] = number
 
     def _is_single(self, object_row: int) -> bool:

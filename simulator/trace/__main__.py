@@ -13,9 +13,9 @@ from sgm.memory.log_reader import read_log
 from sgm.prior.prior_graph import PRIOR_HELP, SHIPPED, load_prior
 from simulator.command_line import choose, make_parser, parse
 from simulator.home_options import HomeOptions
+from simulator.import_command import bring
 from simulator.process import run_main
 from simulator.trace.from_log import make_trace, split_trace
-from simulator.trace.import_command import bring
 from simulator.trace.importers.occupancy_grid import find_rooms, load_grid
 from simulator.trace.layout import read_start
 from simulator.trace.record import record_homes

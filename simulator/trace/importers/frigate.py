@@ -94,7 +94,7 @@ def read_frigate(
 
     Whenever a thing appears in a view, moves to another one, or is gone, that view is looked at:
     what is tracked there at that time is seen, and nothing else. So a thing that is gone is missed.
-    Tracks are no identities: a cup that is seen anew has another one, and things are told apart by
+    Tracks are no identities: a cup that is seen anew has another one, and things differ by
     their names.
 
     Args:
