@@ -135,6 +135,7 @@ def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Poster
     belief, looks, carried = list_copies(belief, asked)
     seen, shown = detector.weigh_seen(looks), detector.compute_detection(looks.negative)
     belief = belief.look(compute_log_likelihood(looks, asked.batch, detector))
+    seen = np.where(seen > 0, np.maximum(seen, belief.places), 0.0)  # it never lowers its place
     places, elsewhere = see(belief, seen)
     _check_sums(places, elsewhere, seen)
     places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
@@ -300,7 +301,8 @@ def compute_log_likelihood(looks: Looks, memory: MemoryBatch, detector: Detector
 def see(belief: Belief, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the probability of the places, (V, F), and of elsewhere, (V,), with what is seen now.
 
-    `seen` says how likely each thing is where it was seen in this step, 0 where it was not, (V, F).
+    `seen` says how likely each thing is where it was seen in this step, 0 where it was not, (V, F);
+    of a doubtful sighting, no less than the belief has it.
     What is left over keeps its proportions, and is elsewhere where there is no other place.
     """
     places, elsewhere = belief.places, belief.elsewhere

@@ -97,6 +97,11 @@ class StepLog:
     looks_by_relation: bool = False
     is_plain: bool = True
 
+    @property
+    def has_positions(self) -> bool:
+        """Whether a look showed where in the map a thing lies."""
+        return any(seen.position is not None for look in self.looks for seen in look.seen)
+
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""
         coverage, furniture, number = look.coverage, look.furniture, len(self.looks)

@@ -136,7 +136,8 @@ class MemoryLayout:
             layout.furniture[furniture] = node
             if has_moved:
                 index = list(layout.furniture).index(furniture)
-                keep_positions_at(self._state.batch.positions, index, node.box)
+                for batch in self._state.list_changed(moves=True):
+                    keep_positions_at(batch.positions, index, node.box)
             self._state.note_new()
 
     def name_furniture(self, furniture: int, label: str, description: str | None = None) -> None:
@@ -179,12 +180,13 @@ class MemoryLayout:
             raise ValueError("shift must be two numbers, got None. Give metres, or leave it out.")
         with self._state.lock:
             layout = self._state.layout.transform(turn, offset, read_map_id(map_id))
-            positions = self._state.batch.positions
-            turned = turn_positions(positions, turn, offset)
+            turn_positions(self._state.batch.positions, turn, offset)  # or it is refused
             self._state.write("transform", angle=turn, shift=offset, map_id=map_id)
+            for batch in self._state.list_changed(moves=True):
+                turned = turn_positions(batch.positions, turn, offset)
+                for name, values in turned.items():
+                    batch.positions[name][:] = values
             self._state.layout = layout
-            for name, values in turned.items():
-                positions[name][:] = values
             self._state.note_new()
 
     def get_position(self, furniture: int) -> tuple[float, float] | None:

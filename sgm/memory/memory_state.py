@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock, RLock
@@ -57,7 +57,7 @@ class BeforeLooks:
     batch: MemoryBatch
     origin: object
     asked: int | None
-    sought: Mapping[tuple[str, int], SoughtLooks]
+    sought: dict[tuple[str, int], SoughtLooks]
 
 
 class MemoryState:
@@ -248,9 +248,9 @@ class MemoryState:
 
     def get_content_to_save(self) -> MemoryContent:
         """Return the content before the looks of this step, and these looks."""
-        step, before = self.step, self.before
+        content, step, before = self.get_content(), self.step, self.before
         if before is None:
-            return self.get_content()
+            return content
         return replace(
             self.get_content(before.batch),
             asked=before.asked,
@@ -350,7 +350,8 @@ class MemoryState:
             self.begin_anew()
         if self.before is None:
             sought = dict(self.sought)
-            self.before = BeforeLooks(self.get_snapshot(), self.version, self.asked, sought)
+            snapshot = self.get_snapshot()
+            self.before = BeforeLooks(snapshot, self.version, self.asked, sought)
         self.version = object()
         return self.step
 
@@ -465,8 +466,8 @@ class MemoryState:
             The memory as it is now. The memory of which policies are asked, if it is to be that
             `before_looks` of this step, and what stands for its state: see `Asked`.
         """
-        snapshot, before, origin = self.get_snapshot(), self.before, self.version
-        shared = snapshot
+        shared = snapshot = self.get_snapshot()  # takes over a new layout
+        before, origin = self.before, self.version
         if before_looks and before is not None and not later:
             shared, origin = before.batch, before.origin
         batch = shared.fuse() if self.has_merged else shared.share()
@@ -496,22 +497,63 @@ class MemoryState:
 
     def _take_sought(self, rows: Sequence[int]) -> None:
         """Let objects that are new have the looks for what had their names."""
+        self._move_sought(self.sought, self.batch, rows)
+
+    def _move_sought(
+        self, sought: dict[tuple[str, int], SoughtLooks], batch: MemoryBatch, rows: Sequence[int]
+    ) -> None:
         for object_row in rows:
             words = set(self.things.list_words([object_row]))
-            for key in [key for key in self.sought if key[0] in words]:
+            for key in [key for key in sought if key[0] in words]:
                 place = self.furniture.position[key[1]]
-                for time, coverage in self.sought.pop(key):
-                    note_lone_look(self.batch.lone_looks, object_row, place, time, coverage)
+                for time, coverage in sought.pop(key):
+                    note_lone_look(batch.lone_looks, object_row, place, time, coverage)
 
     def rename(self, object_row: int, name: str) -> None:
-        """Call an object otherwise; of the others nothing changes."""
-        batch = self.batch
+        """Call an object otherwise, in looks of this step, too; of the others nothing changes."""
+        kind, looks = self.vocabulary.find_type(name), tuple(self.step.looks)
+        called = [self._list_called(look) for look in looks]
+        batches = self.list_changed()
         self._note_renamed(object_row, name)
         self.things.rename(object_row, name)
-        batch.set_type(object_row, *self.vocabulary.find_type(name))
+        for batch in batches:
+            if object_row < batch.objects.num_rows:  # or it comes up in a look
+                batch.set_type(object_row, *kind)
         self._take_sought([object_row])
-        self.asked = None
-        self.begin_anew()
+        if self.before is not None:
+            if object_row < self.before.batch.objects.num_rows:
+                self._move_sought(self.before.sought, self.before.batch, [object_row])
+            content = self.get_content_to_save()
+            pairs = zip(looks, called, strict=True)
+            looks = tuple(self._rename_in(look, rows, object_row, name) for look, rows in pairs)
+            self.take(replace(content, looks=looks))
+
+    def _list_called(self, look: StepLook) -> tuple[list[int], list[list[int]]]:
+        """Return the rows of what a look shows, and of each that it had hidden, or was for."""
+        seen = (self.things.get_row(seen.name, seen.id or "") for seen in self._call_renamed(look))
+        names: list[str | Name] = [*look.hidden, look.sought] if look.sought else [*look.hidden]
+        return list(seen), [self.things.find_rows(name) for name in names]
+
+    def _rename_in(
+        self, look: StepLook, called: tuple[list[int], list[list[int]]], object_row: int, name: str
+    ) -> StepLook:
+        """Return a look in which an object is called otherwise, of what `_list_called` said."""
+        rows, others = called
+        is_other = [now != row for now, row in zip(self._list_called(look)[0], rows, strict=True)]
+        seen = [
+            replace(sighting, description=name, owner=None)
+            if row == object_row and (is_renamed or sighting.id)
+            else sighting
+            for sighting, row, is_renamed in zip(look.seen, rows, is_other, strict=True)
+        ]
+        is_meant = [rows == [object_row] for rows in others]
+        hidden = [
+            Name.read(name) if is_one else before
+            for before, is_one in zip(look.hidden, is_meant, strict=False)
+        ]
+        is_sought = bool(look.sought) and is_meant[-1] and not self.things.has_id(look.sought)
+        sought = name if is_sought else look.sought
+        return replace(look, seen=tuple(seen), hidden=tuple(hidden), sought=sought)
 
     def _note_renamed(self, object_row: int, name: str) -> None:
         """Note that what detectors call an object, where it was seen, is called otherwise.
@@ -614,10 +656,9 @@ class MemoryState:
 
     def link(self, rows: Collection[int], root: int) -> None:
         """Let objects be one with another from now on, or, with -1, things of their own."""
-        same_as = self.batch.objects["same_as"]
-        same_as[list(rows)] = root
-        self.has_merged = bool((same_as >= 0).any())
-        self.begin_anew()
+        for batch in self.list_changed([*rows, root]):
+            batch.objects["same_as"][list(rows)] = root
+        self.has_merged = bool((self.batch.objects["same_as"] >= 0).any())
 
     def forget_questions(self) -> None:
         """Leave out objects that were asked for in this step and neither seen nor looked for.
@@ -660,8 +701,45 @@ class MemoryState:
             self.vocabulary.number(label)  # now: labels are numbered in the order they come up
         self._is_layout_new = True
         self._furniture = self._called = None
-        self.asked = None
-        self.begin_anew()  # what was looked at in another home says nothing of this one
+        self._keep_looks()
+
+    def list_changed(self, rows: Collection[int] = (), *, moves: bool = False) -> list[MemoryBatch]:
+        """Return the batches in which to make a change that is no look: now and before the looks.
+
+        Of that before the looks of this step it is a copy. It is left out where the looks cannot
+        stay apart from the change, and are of what was known before: where it does not know objects
+        of these `rows`, where positions of these looks would be other ones (`moves`), and where an
+        object was asked for.
+        """
+        batch = self.batch
+        if self._keep_looks(rows, moves=moves):
+            return [batch, self._copy_before()]
+        return [batch]
+
+    def _keep_looks(self, rows: Collection[int] = (), *, moves: bool = False) -> bool:
+        """Tell whether there are looks of this step that stay apart from a change; see above."""
+        before, step = self.before, self.step
+        is_asked = self.asked is not None or bool(step.queries)
+        self.version, self.asked = object(), None
+        if before is not None and (
+            is_asked
+            or before.asked is not None
+            or max(rows, default=-1) >= before.batch.objects.num_rows
+            or (
+                moves
+                and any(seen.position is not None for look in step.looks for seen in look.seen)
+            )
+        ):
+            self.begin_anew()
+        return self.before is not None
+
+    def _copy_before(self) -> MemoryBatch:
+        """Return the memory before the looks of this step, to be changed."""
+        assert self.before is not None
+        batch = self.before.batch.copy()
+        batch.labels = list(self.vocabulary.labels)
+        self.before = replace(self.before, batch=batch, origin=object())
+        return batch
 
     def begin_anew(self) -> None:
         """Let what the memory holds now be what the further looks of this step are held against."""
@@ -670,5 +748,8 @@ class MemoryState:
 
     def update_layout(self) -> None:
         """Let the batch take over rooms and furniture, and look up the prior again."""
-        self._batch.set_layout(self.layout.make_arrays(self.vocabulary, self.prior))
+        arrays = self.layout.make_arrays(self.vocabulary, self.prior)
+        self._batch.set_layout(arrays)
+        if self.before is not None:
+            self._copy_before().set_layout(arrays)
         self._is_layout_new = False

@@ -6,7 +6,7 @@ import pytest
 from sgm.belief.posterior import find_last_word
 from sgm.finder.finder import Finder
 from sgm.finder.object_finder import ObjectFinder
-from sgm.policies import Adaptive, Bayesian
+from sgm.policies import Adaptive, Bayesian, Frequentist
 from simulator import SceneGraphMemory, Sighting
 
 
@@ -62,3 +62,23 @@ def test_a_doubtful_last_sighting_leaves_the_earlier_ones():
     sure = memory.copy()
     sure.observe(shelf, [Sighting("cup")])
     assert rank(finder, memory, desk) > 2 * rank(finder, sure, desk)
+
+
+@pytest.mark.parametrize("make", [Frequentist, Bayesian, Adaptive])
+@pytest.mark.parametrize("others", [(), ("shelf",), ("shelf", "table")])
+def test_a_doubtful_sighting_now_is_no_less_than_none(make, others):
+    """A place that was as good as sure fell to the confidence, and a look that missed raised it."""
+    memory, finder = SceneGraphMemory(), Finder(make())
+    room = memory.add_room("office")
+    desk = memory.add_furniture("desk", room)
+    for label in others:
+        memory.add_furniture(label, room)
+    for _ in range(3):
+        memory.observe(desk, [Sighting("cup")])
+        memory.step()
+    unseen = rank(finder, memory, desk)
+    memory.observe(desk, [Sighting("cup", confidence=0.6)])
+    seen = rank(finder, memory, desk)
+    assert seen >= max(unseen, 0.55)
+    memory.note_absent(desk, "cup")
+    assert rank(finder, memory, desk) <= seen

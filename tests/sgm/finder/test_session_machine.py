@@ -4,8 +4,11 @@ import pytest
 
 from tests.sgm.finder.session_machine import MACHINES, play
 
-# Some sightings of a session are doubtful ones.
-pytestmark = pytest.mark.filterwarnings("ignore:.* confidences of a look are below")
+# Some sightings of a session are doubtful ones, and its clock goes back, which is said.
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:.* confidences of a look are below"),
+    pytest.mark.filterwarnings("ignore:the clock of the machine went back"),
+]
 
 
 @pytest.mark.slow
