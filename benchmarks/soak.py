@@ -177,12 +177,11 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
             options = ("--step_seconds", "10", "--snapshot_seconds", "60")
             command = [sys.executable, "-W", "ignore", __file__, "--node"]
             with run_server(path, *options) as server:
-                node = subprocess.Popen(command, stdin=subprocess.PIPE)
-                try:
-                    return soak(server.port, server.process_id, node.pid, looks, seconds)
-                finally:
-                    node.terminate()
-                    node.wait()
+                with subprocess.Popen(command, stdin=subprocess.PIPE) as node:
+                    try:
+                        return soak(server.port, server.process_id, node.pid, looks, seconds)
+                    finally:
+                        node.terminate()
 
     size = f"{NUM_CLIENTS} clients, a node, {seconds:g} s, {num_objects} objects"
     return measure, size
