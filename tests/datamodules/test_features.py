@@ -116,7 +116,7 @@ def test_an_entry_is_all_that_a_feature_takes(own_features, collection):
     assert three[batch.query_edge].equal(-place.float())
     assert int((three != 0).sum()) == len(batch.query_edge)
 
-    module = NEPModule(MLP(units=4), transformer=False, reads=["own"])
+    module = NEPModule(MLP(units=32), transformer=False, reads=["own"])
     logits = module(batch)
     logits.sum().backward()
     node, edge = module.predictor.node_embedding.first, module.predictor.edge_embedding.first
