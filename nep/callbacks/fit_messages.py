@@ -55,12 +55,13 @@ class FitMessages(pl.Callback):
     def on_fit_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
         """Name the checkpoint, and commands that use it."""
         path = self._best.best_model_path if self._best is not None else ""
+        log_dir = trainer.log_dir  # asked by all processes
         if trainer.is_global_zero and path:
             assert isinstance(pl_module, TrainingModule)
             network = pl_module.predictor
             module = type(getattr(network, "encoder", network)).__module__
             encoders = "" if module.startswith("nep.") else f" --encoders {module}"
-            print("\n".join(["", *list_next_commands(Path(path), trainer.log_dir, encoders)]))
+            print("\n".join(["", *list_next_commands(Path(path), log_dir, encoders)]))
 
 
 def list_next_commands(checkpoint: Path, log_dir: str | None, more: str = "") -> list[str]:

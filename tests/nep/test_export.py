@@ -235,7 +235,7 @@ def edit(folder: Path, *path: str, value) -> None:
         (["version"], 3, r"exported folder's version must be 1, got 3 in .*Make it again"),
         (["format"], "cake", r"config\.json must be as nep\.export wrote it, got ValueError"),
         (["features"], {"smell": True}, r"must be one that nep\.export wrote, got TypeError"),
-        (["model", "encoder", "class_path"], "os.path", r"encoder must be one of nep\.encoders\."),
+        (["model", "encoder", "class_path"], "os.path", r"encoder must be one of nep\.paper\.enc"),
         (["model", "transformer"], False, r"weights must be those of the network, got 'predictor"),
         (["model"], "x", r"must be one that nep\.export wrote, got AttributeError"),
     ],
