@@ -247,6 +247,7 @@ class MemoryFiles:
                 )
             content = replace(content, clock=clock)
             if self._state.log is not None:
+                self._state.renew_lost_log()
                 self._state.log.start(write_start(content, is_new=False))
             self._state.begin(content.copy(), self._state.prior)
 

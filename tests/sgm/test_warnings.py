@@ -3,11 +3,13 @@
 import os
 import re
 import warnings
+from datetime import datetime
 from pathlib import Path
 
 import pytest
 
 import sgm
+from sgm.memory.clock import Clock
 from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -39,6 +41,7 @@ WRITING = {
     "forget": lambda m: m.forget("mug"),
     "step": lambda m: m.step(),
     "step_to": lambda m: m.step_to(5),
+    "start_clock": lambda m: m.start_clock(Clock(datetime(2026, 1, 5), 60)),
 }
 
 

@@ -207,7 +207,7 @@ def _get_list(content: Any, name: str, path: Path) -> list[Any]:
     rows = content.get(name) if isinstance(content, Mapping) else None
     if not isinstance(rows, list):
         raise ValueError(
-            f"file of COCO must have the list {name!r}, got {shorten(content, 80)} in {path}. Give "
+            f"file of COCO must have the list '{name}', got {shorten(content, 80)} in {path}. Give "
             "an object with images, categories and annotations."
         )
     return rows

@@ -138,7 +138,7 @@ def _read(
     found = data.get(rows) if isinstance(data, Mapping) else None
     if not isinstance(found, list):
         raise ValueError(
-            f"registry must have the list {rows!r} in 'data', got {shorten(content, 80)} in "
+            f"registry must have the list '{rows}' in 'data', got {shorten(content, 80)} in "
             f"{path}. Copy it again."
         )
     return [row for row in found if isinstance(row, Mapping)]
