@@ -148,6 +148,7 @@ def load_given(
     content.layout.map_id = read_map_id(map_id) or saved_map
     _check_given(prior, clock, score_calibration)
     if clock is not None:
+        clock.get_time(content.time)  # or it is refused
         content = replace(content, clock=clock)
     if score_calibration is not None:
         content = replace(content, score_calibration=score_calibration)
@@ -245,6 +246,7 @@ class MemoryFiles:
                     f"memory must have no clock to get one, got {shorten(content.clock)}. Replace "
                     "it with SceneGraphMemory.load(path, clock=...)."
                 )
+            clock.get_time(content.time)  # or it is refused
             content = replace(content, clock=clock)
             if self._state.log is not None:
                 self._state.renew_lost_log()

@@ -186,8 +186,9 @@ class SceneGraphMemory:
 
         Raises:
             FileNotFoundError: if there is no such file; it is a `ValueError`, too.
-            ValueError: if it was altered or cut short, comes from another version or map, or was
-                saved with another prior than those that ship and none is given.
+            ValueError: if it was altered or cut short, comes from another version or map, was saved
+                with another prior than those that ship and none is given, or its present step is
+                no date by the clock that is given.
         """
         content, prior = load_given(path, prior, clock, score_calibration, map_id)
         memory = cls.__new__(cls)
@@ -544,7 +545,7 @@ class SceneGraphMemory:
 
         Raises:
             TypeError: if it is no clock.
-            ValueError: if the memory has one.
+            ValueError: if the memory has one, or the present step is no date by it.
             OSError: if the log cannot be written.
         """
         self._files.start_clock(clock)

@@ -190,6 +190,18 @@ def test_a_step_that_no_date_is_at_is_refused(tmp_path):
     assert [line.kind for line in read_log(log)] == ["start", "step"]
 
 
+@pytest.mark.parametrize("has_log", [False, True])
+def test_a_clock_by_which_the_present_is_no_date_is_refused(tmp_path, has_log):
+    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl" if has_log else None)
+    memory.step(10**9)
+    memory.save(tmp_path / "home.sgm")
+    with pytest.raises(ValueError, match="must be a date before the year 10000"):
+        memory.start_clock(CLOCK)
+    assert memory.clock is None
+    with pytest.raises(ValueError, match="must be a date before the year 10000"):
+        SceneGraphMemory.load(tmp_path / "home.sgm", clock=CLOCK)
+
+
 def test_a_line_that_is_written_in_part_is_taken_back(tmp_path):
     resource = pytest.importorskip("resource", reason="limits of files are POSIX")
     log = tmp_path / "looks.jsonl"
