@@ -18,7 +18,7 @@ from sgm.finder.service import MemoryService
 from sgm.policies import Bayesian
 from sgm.serve.application import Application
 from sgm.serve.caller import Caller
-from sgm.serve.calls import CALLS
+from sgm.serve.calls import CALLS, REQUIRED
 from sgm.serve.guard import Guard
 
 Rng = np.random.Generator
@@ -45,6 +45,24 @@ GOOD = {
     "other": "pen",
     "name": "white sink",
     "position": [1, 2],
+    "text": "where is my mug?",
+    "speaker": "anna",
+    "look": 1,
+    "key": "write 1",
+    "center": [1, 2, 0.5],
+    "size": [0.6, 1.2, 1],
+    "yaw": 0.3,
+    "interior": "door",
+    "open_cost": 2.5,
+    "polygon": [[0, 0], [1, 0], [1, 1]],
+    "bottom": 0,
+    "top": 0.7,
+    "rooms": [{"name": "kitchen", "id": 0, "floor": [[0, 0], [4, 3]]}, {"name": "hall"}],
+    "furniture": [{"name": "shelf", "room": "kitchen", "position": [1, 2], "is_open": True}],
+    "frame": "map",
+    "angle": 0.5,
+    "shift": [1, 2],
+    "map_id": "new map",
 }
 ODD = (*mutate.VALUES, 10**400, -(2**63), "2026-11-16T18:30", "\ud800", "a\nb", ["x"] * 600)
 HEADERS = (
@@ -81,7 +99,11 @@ def write(
 def change(folder: Path, rng: Rng) -> None:
     """Forge a value, the frame around it, bytes, or a head."""
     call, kind = CALLS[int(rng.integers(len(CALLS)))], int(rng.integers(7))
-    values: Any = {one.name: GOOD[one.name] for one in call.arguments}
+    values: Any = {
+        one.name: GOOD[one.name]
+        for one in call.arguments
+        if one.default is REQUIRED or rng.integers(2)  # some go together with no other
+    }
     method, path, query, headers = "POST", f"/v1/{call.name}", "", {}
     if kind <= 2:
         for _ in range(int(rng.integers(1, 3))):

@@ -39,6 +39,19 @@ def test_nothing_is_found(python):
     assert f"{len(load_fuzz().KINDS) * CASES} cases tried, 0 findings" in done.stdout
 
 
+@pytest.mark.slow
+def test_every_argument_of_the_server_has_a_good_value():
+    from sgm.serve.calls import CALLS
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", [str(FUZZ), *sys.path])
+        good = importlib.import_module("serve_requests").GOOD
+    arguments = {one.name: one for call in CALLS for one in call.arguments}
+    assert set(good) == set(arguments)
+    for name, argument in arguments.items():
+        argument.rule.read(name, good[name])
+
+
 def _spin(_):
     while True:
         pass
