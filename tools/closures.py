@@ -14,6 +14,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -165,7 +166,7 @@ def walk_step() -> CallWalk:
     for _ in range(2):  # the second time, nothing is loaded
         batch = builder.build(snapshots)
         _ = batch.homogeneous
-        walk = profile(lambda batch=batch: module.training_step(batch, 0))
+        walk = profile(partial(module.training_step, batch, 0))
     return walk
 
 
