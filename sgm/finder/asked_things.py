@@ -67,7 +67,9 @@ def read_asked(
             f"thing must be 1 to {MOST_THINGS} things, got {len(things)} in {shorten(texts)}. Ask "
             "for fewer at once."
         )
-    return add_time(memory, AskedThings(tuple(things), unclear=unclear), sentences[0], asking)
+    return add_time(
+        memory, AskedThings(things=tuple(things), unclear=unclear), sentences[0], asking
+    )
 
 
 def list_all(

@@ -217,7 +217,7 @@ def _find_named(
         is_name = not phrase.excluded
         is_new = may_be_new == "always" or (may_be_new == "if_unlike" and not found.doubtful)
         if is_name and is_new:
-            return [NamedThing(phrase.name if phrase.where else thing, was_at)]
+            return [NamedThing(thing=phrase.name if phrase.where else thing, was_at=was_at)]
         near = found.doubtful[:MOST_CANDIDATES]
         if near:
             raise Unclear("ambiguous", asking.ask_which(near), near, thing)
@@ -231,7 +231,7 @@ def _find_named(
     if len(ids) > 1:
         told = [f"{match} {number}" for number in ids[:MOST_CANDIDATES]]
         raise Unclear("ambiguous", asking.ask_which(told), ids[:MOST_CANDIDATES], thing)
-    return [NamedThing(match, was_at)]
+    return [NamedThing(thing=match, was_at=was_at)]
 
 
 def _find_quantity(
@@ -245,7 +245,7 @@ def _find_quantity(
         near = (meant.matches or meant.doubtful)[:MOST_CANDIDATES]
         ask = f"{asking.say('all', number=number)} {asking.ask_which(near) if near else ''}".strip()
         raise Unclear("ambiguous" if near else "unknown", ask, near, thing)
-    return [NamedThing(match) for match in meant.matches]
+    return [NamedThing(thing=match) for match in meant.matches]
 
 
 def _find_said_place(

@@ -255,7 +255,7 @@ class ObjectSearch:
         others -= {read_name(name) for name in before.matches or (self.description,)}
         is_known = before.is_sure or before.how == "typo"
         meant = {read_name(name) for name in (before.matches if is_known else (self.description,))}
-        return KnownNames(frozenset(meant), frozenset(others))
+        return KnownNames(meant=frozenset(meant), others=frozenset(others))
 
     def judge(
         self,

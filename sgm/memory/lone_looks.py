@@ -48,7 +48,9 @@ class LoneLooks(NamedTuple):
         np.add.at(count, (query, place), number)
         np.maximum.at(last, (query, place), time)
         each = np.repeat(np.arange(len(row)), np.minimum(number, NUM_LOOKS_KEPT))
-        return cls(count, last, query[each], place[each], time[each])
+        return cls(
+            num_looks=count, last=last, query=query[each], place=place[each], time=time[each]
+        )
 
     def add_to(self, look_times: np.ndarray) -> np.ndarray:
         """Return the latest of these looks and of others, -1 for none, (Q, F, L) -> (Q, F, L)."""

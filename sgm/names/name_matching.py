@@ -164,7 +164,7 @@ class NameIndex:
         `speaker` is who says "my"; empty if that is not known.
         """
         if read_words("description", question) in self._tables.written:
-            return Sentence("thing", (question,), text=question)
+            return Sentence(kind="thing", things=(question,), text=question)
         sentence = self._sentences.read(question)
         things = [
             self._phrases.name_speaker(part, speaker)
@@ -181,7 +181,7 @@ class NameIndex:
         """Read what is said of one thing; a name that something has is all of it."""
         phrase = self._phrases.read(self._phrases.turn_owner(thing, self._is_person))
         if not phrase.quantity and self._is_name(read_words("description", thing)):
-            return Phrase(thing, is_speakers=self._phrases.is_speakers(thing))
+            return Phrase(name=thing, is_speakers=self._phrases.is_speakers(thing))
         return phrase
 
     def _is_name(self, text: str) -> bool:

@@ -90,7 +90,7 @@ class PhraseReader:
     def _read(self, text: str) -> Phrase:
         words = self._split_words(text)
         if self._signals.isdisjoint(words):
-            return Phrase(text)
+            return Phrase(name=text)
         padded = "".join(f" {word}" for word in words)
         quantity = ""
         for name, pattern in self._quantities:
@@ -143,11 +143,20 @@ class PhraseReader:
         bare = self._drop_articles(padded).split()
         pronoun = bare[0] if len(bare) == 1 and bare[0] in self._pronouns | self._ours else ""
         name = "" if pronoun else " ".join(words)
-        return Phrase(name, (), where, False, is_speakers, "", clause, pronoun)
+        return Phrase(
+            name=name,
+            excluded=(),
+            where=where,
+            is_not_there=False,
+            is_speakers=is_speakers,
+            quantity="",
+            clause=clause,
+            pronoun=pronoun,
+        )
 
     def _exclude(self, x: str, y: str) -> Phrase:
         """Read what is one thing, and not another."""
-        phrase = self._read_words(x) if x.strip() else Phrase("")
+        phrase = self._read_words(x) if x.strip() else Phrase(name="")
         place = self._where.match(y)
         if place is not None:  # "the mug that is not on the desk"
             return phrase._replace(where=y.strip(), is_not_there=True)

@@ -94,16 +94,16 @@ class SentenceReader:
     def _read(self, text: str) -> Sentence:
         words = self.split_words(text)
         if self.signals.isdisjoint(words) and "," not in words and "/" not in words:
-            return Sentence("thing", (text,), text=text)
+            return Sentence(kind="thing", things=(text,), text=text)
         tense = self._find_tense(words)
         padded = self._strip(_pad(words), self._first, self._last)
         words, time = self._times.split(padded.split())
         if not words and time is not None:  # "now", "tomorrow": a name, perhaps
-            return Sentence("thing", (text,), text=text)
+            return Sentence(kind="thing", things=(text,), text=text)
         padded = self._strip(_pad(words), self._first, self._last)
         kind, asked, where = self._match(padded)
         if kind == "thing" and any(pattern.match(padded) for pattern in self._commands):
-            return Sentence("command", (), time=time, tense=tense, text=padded.strip())
+            return Sentence(kind="command", things=(), time=time, tense=tense, text=padded.strip())
         if kind == "is_at":  # "is the remote still on the sofa?"
             asked, where = asked + where, ""
         if asked and kind != "thing":
@@ -112,7 +112,14 @@ class SentenceReader:
             words, time = self._times.split(asked.split())
             asked = _pad(words) if time is not None and words else asked
         text = asked.strip()
-        return Sentence(kind, (text,) if text else (), where.strip(), time, tense, text)
+        return Sentence(
+            kind=kind,
+            things=(text,) if text else (),
+            where=where.strip(),
+            time=time,
+            tense=tense,
+            text=text,
+        )
 
     def split_words(self, text: str) -> list[str]:
         """Return the words of a sentence, and its commas; short forms are written out."""

@@ -215,7 +215,7 @@ def _find_fault(event: Any, ignore: frozenset[str]) -> str:
 def _find_view(event: Mapping[str, Any], zones: Any) -> _View:
     """Return the last of some zones of the camera, or the camera alone."""
     names = [zone for zone in zones if isinstance(zone, str)] if isinstance(zones, list) else []
-    return _View(event["camera"], names[-1] if names else "")
+    return _View(camera=event["camera"], zone=names[-1] if names else "")
 
 
 def _find_name(event: Mapping[str, Any]) -> str:
