@@ -47,6 +47,9 @@ def make_command(packages: Sequence[str], settings: Mapping[str, str]) -> list[s
 
 def main(packages: Sequence[str]) -> int:
     """Install what pip would be asked for in the same words; return the status."""
+    if {"-h", "--help"} & {*packages}:
+        print(f"usage: python -m tools.install PACKAGES ...\n\n{__doc__}")
+        return 0
     pip = [sys.executable, "-m", "pip"]
     quiet = ["install", "--quiet", "--disable-pip-version-check"]
     if importlib.util.find_spec("uv") is None:

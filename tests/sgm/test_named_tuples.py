@@ -29,6 +29,7 @@ if sys.argv[1] == "turned":  # fields of all named tuples of the package stand t
     typing.NamedTupleMeta.__new__ = turn
 
 from sgm import Adaptive, Bayesian, Clock, Finder, ObjectFinder, SceneGraphMemory, Sighting
+from sgm.finder.service import MemoryService
 
 memory = SceneGraphMemory(clock=Clock(datetime(2026, 3, 2, 7), 1800))
 kitchen, hall = memory.add_room("kitchen"), memory.add_room("hall")
@@ -46,6 +47,9 @@ memory.observe(places[1], [Sighting("red mug"), Sighting("red mug", confidence=0
 memory.note_moved("keys", places[3], by="anna")
 finders = (ObjectFinder.load(), Finder(Adaptive()), Finder(Bayesian()))
 answers = [repr(finder.rank(memory, thing)) for finder in finders for thing in (*things, "vase")]
+plain = SceneGraphMemory()
+plain.observe(plain.add_furniture("desk", plain.add_room("hall")), [Sighting("mug")])
+answers.append(repr(MemoryService(plain, finders[2]).where_is("the red mug and the keys")))
 print(json.dumps([answers, turned]))
 """
 
