@@ -41,7 +41,6 @@ from sgm.prior.prior_graph import PriorGraph
 from sgm.schema import RELATIONS
 
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
-_MARKS = " ?!.,;:"  # of a sentence; a question is more than these
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +159,6 @@ class MemoryState:
             names, is_id = self.things.names, self.things.has_id(question)
         if is_id:
             return Resolution(question, (question,), "exact")
-        read_words("description", question.strip(_MARKS) if isinstance(question, str) else question)
         with self._naming:  # no other call waits for text vectors
             self._names.update(names)
             return self._names.resolve(question, similarity)

@@ -343,8 +343,8 @@ class ThingRows:
         return self._rows.get(id or name.key, -1)
 
     def has_id(self, name: str) -> bool:
-        """Whether a name is the id of a thing."""
-        return name in self._rows
+        """Whether a name is the id of a thing; what is no text is none."""
+        return isinstance(name, str) and name in self._rows
 
     def read(self, text: str) -> Name:
         """Return a name; what things are called was read when they were added."""

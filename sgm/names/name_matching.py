@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any
 
+from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
 from sgm.names.comparison import (
     ALL_SAID,
@@ -197,7 +198,7 @@ class NameIndex:
 
     def resolve(self, question: str, similarity: Similarity | None = None) -> Resolution:
         """Say what a question means, such as "the red mugs"; see `SceneGraphMemory.resolve`."""
-        if question in self._resolved:
+        if isinstance(question, str) and question in self._resolved:
             return self._resolved[question]
         resolution, is_by_words = self._resolve(question, similarity)
         if is_by_words:  # for any way to compare names: it says the same until there are others
@@ -208,6 +209,11 @@ class NameIndex:
 
     def _resolve(self, question: str, similarity: Similarity | None) -> tuple[Resolution, bool]:
         """Say what a question means, and whether words alone said so."""
+        words = read_words("description", question)
+        if not self._sentences.split_words(question) and words not in self._tables.written:
+            raise ValueError(
+                f"description must hold a word, got {shorten(question)}. Name it in words."
+            )
         things = self.part(question)
         if len(things) > 1:
             several = [self.resolve(thing, similarity) for thing in things]

@@ -1,6 +1,7 @@
 """What looks say about things that are asked for, against plain loops."""
 
 import numpy as np
+import pytest
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -68,3 +69,17 @@ def test_edges_of_a_thing_that_is_asked_for_twice_are_listed_once():
     assert sorted(asked.sightings, key=repr) == sorted(
         [*once.sightings, *once.sightings, *memory.ask(["fork"]).sightings], key=repr
     )
+
+
+@pytest.mark.parametrize("question", ["?!", "...", " ", "", "\u200b", 3, None, ["mug"], b"mug"])
+def test_a_question_without_a_word_is_refused_by_every_call(question):
+    memory, names = live(np.random.default_rng(0))
+    calls = (
+        memory.resolve,
+        memory.last_seen,
+        memory.history,
+        lambda asked: memory.resolve(asked, among=names),
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match=r"must (hold a word|be a non-empty text), got "):
+            call(question)
