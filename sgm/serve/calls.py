@@ -182,8 +182,7 @@ _SPEAKER = Argument("speaker", TEXT, "who says my, such as anna")
 _KEY = Argument(
     "key",
     TEXT,
-    "of this write, any text: one that is sent again with its key is made once, and gets the "
-    "same answer",
+    "any text: a write that is sent again with it is made once, and answered as before",
 )
 _THING = Argument("thing", TEXT, "in words, such as the red mug, or its id", REQUIRED)
 _PLACE = Argument("place", PLACE, "id or name, such as desk in study", REQUIRED)
@@ -443,7 +442,12 @@ _CALLS: Final[tuple[Call, ...]] = (
         "removed.",
         (
             Argument("rooms", ROOMS, "all rooms: a name of each, or more about it", REQUIRED),
-            Argument("furniture", FURNITURE, "all places, each with its room by name", REQUIRED),
+            Argument(
+                "furniture",
+                FURNITURE,
+                "all places, each with its room by name, and more as for add_place",
+                REQUIRED,
+            ),
             Argument("frame", TEXT, "of the coordinates", "map"),
         ),
         MemoryService.set_map,

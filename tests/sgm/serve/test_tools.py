@@ -1,12 +1,15 @@
 """A real client of MCP: the same session as over plain HTTP, and a dialogue of an agent."""
 
 import json
+import re
 import sys
 from contextlib import asynccontextmanager
+from datetime import datetime
 
 import pytest
 
 from sgm.finder.finder import Finder
+from sgm.finder.map_calls import MapCalls
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -15,8 +18,10 @@ from sgm.policies import Bayesian
 from sgm.replay.kept_home import KeptHome
 from sgm.serve.caller import Caller
 from sgm.serve.calls import BY_NAME, CALLS
+from sgm.serve.tool_list import TOOLS, find_call, shorten_schema
 
 from .conftest import START, Client, open_service, run_server
+from .test_calls import GOOD, fits
 
 anyio = pytest.importorskip("anyio", reason="anyio is not installed: extra serve")
 mcp = pytest.importorskip("mcp", reason="mcp is not installed: extra serve")
@@ -64,7 +69,9 @@ REFUSED = [
     ("put_down", {"thing": "mug", "place": "desk"}),
     ("forget", {}),
     ("split", {"thing": "large red mug"}),
+    ("add_place", {"label": "desk"}),
 ]
+MOST_TOOL_BYTES = 15_000  # of all that a model reads of the tools before it begins
 
 
 def fill(arguments, search_id):
@@ -76,11 +83,18 @@ def hide_number(answer):
     return {key: "x" if key == "search_id" and value else value for key, value in answer.items()}
 
 
+def name_tool(name, arguments):
+    """The tool of a call, and its arguments."""
+    if name in vars(MapCalls):
+        return "change_map", {"change": name, **arguments}
+    return name, arguments
+
+
 async def play(client):
     """The answers of the session, and the lines of what is refused, to a client of MCP."""
     answers, search_id = [], ""
     for name, arguments in SESSION:
-        result = await client.call_tool(name, fill(arguments, search_id))
+        result = await client.call_tool(*name_tool(name, fill(arguments, search_id)))
         assert not result.is_error, result.content[0].text
         answer = result.structured_content
         assert json.loads(result.content[0].text) == answer
@@ -88,7 +102,7 @@ async def play(client):
         answers.append(hide_number(answer))
     lines = []
     for name, arguments in REFUSED:
-        result = await client.call_tool(name, arguments)
+        result = await client.call_tool(*name_tool(name, arguments))
         assert result.is_error
         lines.append(result.content[0].text)
     return answers, lines
@@ -131,7 +145,7 @@ def test_mcp_and_http_do_the_same_session_with_equal_answers(tmp_path):
     assert [answer["status"] for answer in plain[0]].count("ok") == len(SESSION) - 2
 
 
-def test_the_tools_are_the_declared_calls(tmp_path):
+def test_the_tools_make_the_declared_calls(tmp_path):
     async def ask(port):
         async with mcp.Client(f"http://127.0.0.1:{port}/mcp") as client:
             return (await client.list_tools()).tools, await client.call_tool("no_such_tool", {})
@@ -147,13 +161,149 @@ def test_the_tools_are_the_declared_calls(tmp_path):
         for body in ("", "{", "[]", '{"jsonrpc":"2.0"}', "\0"):
             assert 400 <= client.send("POST", "/mcp", body).status < 500
         client.close()
-    for tool, call in zip(tools, CALLS, strict=True):
-        assert (tool.name, tool.description) == (call.name, call.about)
-        assert tool.input_schema == call.make_input_schema()
-        assert tool.output_schema == call.make_output_schema()
-        assert tool.annotations.read_only_hint == (not call.is_write)
+    assert [tool.name for tool in tools] == [tool.name for tool in TOOLS]
+    for shown, tool in zip(tools, TOOLS, strict=True):
+        assert (shown.description, shown.input_schema) == (tool.about, tool.schema)
+        assert shown.output_schema is None
+        assert shown.annotations.read_only_hint == (not tool.is_write)
+    # With spaces, too, as some clients give them to the model.
+    written = [tool.model_dump(mode="json", by_alias=True, exclude_none=True) for tool in tools]
+    assert len(json.dumps(written)) <= MOST_TOOL_BYTES
     assert refused.is_error
     assert "tool must be one of ask, where_is" in refused.content[0].text
+
+
+def test_every_call_has_a_tool_of_one_sentence_that_allows_its_arguments():
+    tools = {tool.name: tool for tool in TOOLS}
+    assert len(tools) == len(TOOLS)
+    for call in CALLS:
+        name, arguments = name_tool(call.name, GOOD[call.name])
+        tool = tools[name]
+        assert tool.is_write == call.is_write
+        assert tool.about.endswith(".")
+        assert ". " not in tool.about
+        assert fits(shorten_schema(call.make_input_schema()), GOOD[call.name])
+        assert fits(tool.schema, arguments) or name == "change_map"
+        assert arguments.keys() <= tool.schema["properties"].keys()
+        found, given = find_call(name, arguments)
+        assert found == call
+        assert found.read(given) == call.read(GOOD[call.name])
+        assert find_call(call.name, GOOD[call.name]) == (call, GOOD[call.name])
+    (changes,) = [tool for tool in TOOLS if "change" in tool.schema["properties"]]
+    assert set(changes.schema["properties"]["change"]["enum"]) == {
+        call.name for call in CALLS if call.name in vars(MapCalls)
+    }
+
+
+@pytest.mark.parametrize("change", [None, "", "observe", 7, [], "add_rooms"])
+def test_another_change_of_the_map_is_refused(change):
+    with pytest.raises(ValueError, match="change must be one of add_room, rename_room"):
+        find_call("change_map", {"change": change, "label": "bath"})
+
+
+def test_null_is_no_argument_of_another_change():
+    given = {"change": "add_room", "label": "bath", "place": None, "polygon": None}
+    call, arguments = find_call("change_map", given)
+    assert call.read(arguments, is_coerced=True) == {"label": "bath"}
+    with pytest.raises(ValueError, match="arguments of add_room must be some of label"):
+        call.read(find_call("change_map", {**given, "place": "desk"})[1])
+
+
+@pytest.mark.slow
+def test_a_client_reads_the_home_a_thing_and_the_changes_of_today(tmp_path):
+    async def ask(port):
+        async with mcp.Client(f"http://127.0.0.1:{port}/mcp") as client:
+
+            async def read(address):
+                (contents,) = (await client.read_resource(address)).contents
+                assert (contents.uri, contents.mime_type) == (address, "application/json")
+                return json.loads(contents.text)
+
+            listed = (await client.list_resources()).resources
+            templates = (await client.list_resource_templates()).resource_templates
+            assert [one.uri for one in listed] == ["sgm://home", "sgm://today"]
+            assert [one.uri_template for one in templates] == ["sgm://thing/{name}"]
+            assert all(one.description and one.mime_type for one in (*listed, *templates))
+            lines = []
+            for address in ("sgm://attic", "sgm://thing/", "file:///etc/passwd"):
+                with pytest.raises(mcp.MCPError) as caught:
+                    await client.read_resource(address)
+                lines.append(caught.value.message)
+            names = "large%20red%20mug", "flux capacitor"
+            things = [await read(f"sgm://thing/{name}") for name in names]
+            return await read("sgm://home"), await read("sgm://today"), things, lines
+
+    home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service, home) as running:
+        plain = Client(running.port)
+        places, things = plain.call("list_places", k=50), plain.call("list_things", k=50)
+        changes = plain.call("changes", since=START.date().isoformat(), k=50)
+        mug = plain.call("where_is", thing="large red mug")
+        history = plain.call("history", thing="large red mug")
+        plain.close()
+        read_home, today, (read_mug, unknown), lines = anyio.run(ask, running.port)
+    assert read_home == {"places": places, "things": things}
+    assert len(places["rows"]) == 3
+    assert today == changes
+    assert today["rows"]
+    assert read_mug == {"where_is": mug, "history": history}
+    assert unknown["where_is"]["status"] == "unknown"  # no error: it says what to ask
+    assert all("\n" not in line and len(line) < 500 for line in lines)
+    assert "resource must be one of sgm://home, sgm://today, sgm://thing/{name}, got" in lines[0]
+
+
+def test_the_changes_of_today_begin_at_midnight(tmp_path):
+    """What was moved yesterday evening, and this morning."""
+    resources = pytest.importorskip("sgm.serve.resources")
+    memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 15, 20, 0), 3600))
+    desk = memory.add_furniture("desk", memory.add_room("study"))
+    memory.observe(desk, [Sighting("pen")])
+    memory.step(11)
+    memory.observe(desk, [Sighting("pen"), Sighting("mug")])
+
+    async def read():
+        caller = Caller(MemoryService(memory, Finder(Bayesian()), lambda: START))
+        return json.loads(await resources.read_resource(caller, resources.TODAY))
+
+    assert [row["thing"] for row in anyio.run(read)["rows"]] == ["mug"]
+
+
+def test_a_client_is_given_prompts(tmp_path):
+    home, service = open_service(tmp_path / "home.sgm")
+    tools = pytest.importorskip("sgm.serve.tools", reason="mcp is not installed")
+
+    async def ask():
+        async with mcp.Client(tools.MCPTools(Caller(service, home))._server) as client:
+
+            async def get(name, arguments=None):
+                (message,) = (await client.get_prompt(name, arguments)).messages
+                assert message.role == "user"
+                return message.content.text
+
+            prompts = (await client.list_prompts()).prompts
+            needed = {one.name: [(a.name, a.required) for a in one.arguments] for one in prompts}
+            assert needed == {"tidy_up": [("room", False)], "where_is": [("thing", True)]}
+            assert "the whole home" in await get("tidy_up")
+            assert "Tidy up: the {kitchen}." in await get("tidy_up", {"room": " the {kitchen} "})
+            assert "Where is this: my keys?" in await get("where_is", {"thing": "my keys"})
+            named = set()
+            for name in ("tidy_up", "where_is"):
+                named |= {tool.name for tool in TOOLS} & set(
+                    re.findall(
+                        r"\w+", await get(name, {"thing": "mug"} if name == "where_is" else {})
+                    )
+                )
+            assert named >= {"where_is", "search_start", "search_next", "picked_up", "put_down"}
+            for name, arguments, line in (
+                ("where_is", {}, "thing must be a text of 1 to 200 characters, got none"),
+                ("where_is", {"thing": "x" * 201}, "thing must be a text"),
+                ("where_is", {"room": "x"}, "arguments of prompt where_is must be thing"),
+                ("cook", {}, "prompt must be one of tidy_up, where_is, got 'cook'"),
+            ):
+                with pytest.raises(mcp.MCPError, match=line):
+                    await client.get_prompt(name, arguments)
+
+    anyio.run(ask)
 
 
 @asynccontextmanager
