@@ -69,13 +69,14 @@ class ObjectCounts(NamedTuple):
             return reduced.reshape(shape)
 
         num_missed = gather(np.minimum, edges["missed"][edge].astype(float), np.inf)
+        num_known = gather(np.maximum, edges["num_observed"][edge])
         return cls(
             num_true=gather(np.add, edges["num_true"][edge]),
             last_true=gather(np.maximum, edges["last_true"][edge], -1),
-            num_absent=np.minimum(num_missed, looks),
+            num_absent=np.minimum(num_missed, np.maximum(looks, num_known)),
             num_left=gather(np.add, _count_left(edges["num_changed"][edge], is_true)),
             time_true=gather(np.add, edges["time_true"][edge]),
-            num_known=gather(np.maximum, edges["num_observed"][edge]),
+            num_known=num_known,
             last_known=gather(np.maximum, edges["last_observed"][edge], -1),
             is_true=gather(np.logical_or, is_true, False),
             hours=_gather_hours(memory, edge, cell, shape),

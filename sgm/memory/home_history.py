@@ -187,6 +187,8 @@ class HomeHistory:
         is_seen: np.ndarray,
         seen_again: np.ndarray,
         asked: Queries | None,
+        *,
+        is_again: bool = False,
     ) -> None:
         """Count one look per home, before the counters of the memory are changed.
 
@@ -198,6 +200,8 @@ class HomeHistory:
             is_seen: whether each object was detected, bool (O,).
             seen_again: rows of edges that were known and are found true, (n,).
             asked: open questions; None if there are none.
+            is_again: whether this time step had such looks before: only what is new in these
+                counts.
         """
         objects, time, is_counted = memory.objects, memory.time, look.is_counted
         if asked is not None:
@@ -205,7 +209,7 @@ class HomeHistory:
             if is_out_of_view is not None:
                 asked = asked.take(~is_out_of_view[asked.object] | is_seen[asked.object])
             self._note_answers(memory, looked, asked, is_seen[asked.object])
-        home = np.flatnonzero((looked >= 0) & is_counted)
+        home = np.flatnonzero((looked >= 0) & is_counted & (not is_again))
         column = memory.furniture["num_observed"][home, looked[home]] % NUM_LOOKS_KEPT
         latest = (home, looked[home], column)
         self.look_times[latest] = time

@@ -69,15 +69,15 @@ class LoneLooks(NamedTuple):
 def note_lone_look(looks: Table, object_row: int, place: int, time: int, coverage: float) -> None:
     """Note a look for an object alone, which had a share of the place in view.
 
-    Looks of one step are a row, and parts of a look are added up until they are a whole one. The
-    oldest of too many rows is added to the next one.
+    Looks of one step are a row and count as one, and parts of a look are added up until they are a
+    whole one. The oldest of too many rows is added to the next one.
     """
     rows = np.flatnonzero((looks["object"] == object_row) & (looks["place"] == place))
     rows = rows[np.argsort(looks["time"][rows], kind="stable")]
     number, times = looks["num_looks"], looks["time"]
     if len(rows) and (times[rows[-1]] == time or number[rows[-1]] < 0.5):
         times[rows[-1]] = time
-        number[rows[-1]] += coverage
+        number[rows[-1]] = min(number[rows[-1]] + coverage, max(coverage, 1.0))
     elif len(rows) < NUM_LOOKS_KEPT:
         looks.append(1, object=object_row, place=place, time=time, num_looks=coverage)
     else:

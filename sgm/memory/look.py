@@ -77,9 +77,11 @@ class StepLog:
             looks were at whole places, and none had something hidden (`is_plain`).
         shown: things of each object that the latest look at each furniture id showed, by object
             row; what it had not in view is as before.
-        at_once: most things of each object that one look has shown, by object row, and those that
-            were known before.
+        at_once: most things of each object that are known at once, by object row, whatever this
+            step shows at several places.
+        views: of each furniture id, which relations looks since the last statement had in view.
         num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
+        last_shown: number of the look that showed it last, and where, by object row.
         queries: what was asked for since, each with the number of looks before it.
         looks_by_relation: whether a look had other shares of other relations in view.
         is_plain: whether no look had, nor something hidden.
@@ -92,7 +94,9 @@ class StepLog:
     coverage: dict[int, float] = field(default_factory=dict)
     shown: dict[int, dict[int, int]] = field(default_factory=dict)
     at_once: dict[int, int] = field(default_factory=dict)
+    views: dict[int, list[tuple[bool, ...]]] = field(default_factory=dict)
     num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
+    last_shown: dict[int, tuple[int, int]] = field(default_factory=dict)
     queries: list[tuple[int, str]] = field(default_factory=list)
     looks_by_relation: bool = False
     is_plain: bool = True
@@ -122,9 +126,11 @@ class StepLog:
         is_whole = share >= SURE and not look.hidden
         before = {} if is_whole else self.shown.get(furniture, {})
         self.shown[furniture] = {**before, **seen}
+        self.views.setdefault(furniture, []).append(_list_in_view(coverage))
         for object_row, count in seen.items():
             self.at_once[object_row] = max(self.at_once.get(object_row, 0), count)
             self.num_until_seen.setdefault(object_row, {})[furniture] = number + 1
+            self.last_shown[object_row] = number, furniture
 
     def is_repeated(self, look: StepLook, since: int = 0) -> bool:
         """Tell whether the last looks there showed the same, and had as much in view ten times.
@@ -152,9 +158,29 @@ class StepLog:
                 return True
         return False
 
+    def is_again(self, look: StepLook) -> bool:
+        """Tell whether a look before had in view what this one has."""
+        if look.sought:
+            words = read_words("description", look.sought)
+            return look.furniture in self.of_thing.get(words, {})
+        in_view = _list_in_view(look.coverage)
+        return any(
+            all(was or not now for was, now in zip(before, in_view, strict=True))
+            for before in self.views.get(look.furniture, ())
+        )
+
+    def count_shown(self, object_row: int) -> int:
+        """Return how many things of an object the latest looks at all places showed."""
+        return sum(seen.get(object_row, 0) for seen in self.shown.values())
+
     def is_full(self, furniture: int) -> bool:
         """Tell whether there are as many looks at furniture as are held apart."""
         return len(self.of_place.get(furniture, ())) >= MOST_KEPT
+
+
+def _list_in_view(coverage: Coverage) -> tuple[bool, ...]:
+    """Tell of each relation whether a look had most of it in view."""
+    return tuple(share >= SURE for share in split_coverage(coverage))
 
 
 def _count_seen(look: StepLook) -> Counter[tuple[tuple[str, ...], str, bool]]:

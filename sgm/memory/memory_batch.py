@@ -249,6 +249,7 @@ class MemoryBatch(Remembered):
         hidden: np.ndarray | None = None,
         *,
         is_look: bool = True,
+        is_again: bool = False,
     ) -> Change:
         """Fold one look per home into the memories.
 
@@ -269,6 +270,8 @@ class MemoryBatch(Remembered):
             hidden: rows of `objects` that were not seen because their spots were out of view, (k,):
                 nothing is counted against them. None for none.
             is_look: whether `history`, which is of looks, counts it.
+            is_again: whether a look of this time step had as much of each place in view. Then what
+                is as that look found it is not counted once more: looks of one moment err alike.
 
         Returns:
             The rows that changed.
@@ -290,17 +293,26 @@ class MemoryBatch(Remembered):
         is_seen_object = np.zeros(num_objects, dtype=bool)
         is_seen_edge[seen_object, seen_relation] = is_seen_object[seen_object] = True
         is_seen = is_seen_edge[of_touched]
-        again = touched[is_seen]
         sure = look.confidence  # (O, relations), None if all are sure
-        if self._history is not None and is_look:
-            self._history.note_look(
-                self, looked, look, of_touched, is_seen_object, again, self._pending
-            )
-        self._update_edges(touched, is_seen, weight)
-        edges["confidence"][again] = 1.0 if sure is None else sure[of_touched][is_seen]
+        edges["confidence"][touched[is_seen]] = 1.0 if sure is None else sure[of_touched][is_seen]
         is_new_true = is_seen_edge.copy()
         is_new_false = self._mark_looked_up(looked) & ~is_seen_edge
         is_new_true[of_touched] = is_new_false[of_touched] = False
+        if is_again:
+            self._take_back(touched[is_seen])
+            is_new = ~self._was_so(touched, is_seen)
+            touched, is_seen, weight = touched[is_new], is_seen[is_new], weight[is_new]
+            of_touched = edges["object"][touched], edges["relation"][touched]
+            is_seen_object &= self.objects["last_observed"] != self.time
+            is_seen_object[edges["object"][touched[is_seen]]] = True
+            is_seen_object[np.flatnonzero(is_new_true.any(axis=1))] = True
+        again = touched[is_seen]
+        if self._history is not None and is_look:
+            asked = None if is_again else self._pending
+            self._history.note_look(
+                self, looked, look, of_touched, is_seen_object, again, asked, is_again=is_again
+            )
+        self._update_edges(touched, is_seen, weight)
         new_true, new_false = _find_marked(is_new_true), _find_marked(is_new_false)
         missed = look.weigh(*new_false)
         counts = missed >= 0.5
@@ -312,6 +324,8 @@ class MemoryBatch(Remembered):
         if self._history is not None and self.clock is not None:
             gone = touched[~is_seen & look.counts(*of_touched)]
             gone = gone[edges["num_true"][gone] > 0]
+            if is_again:  # a later look may take it back
+                gone = gone[edges["last_true"][gone] != self.time]
             rows = np.concatenate([again, true, gone])
             is_true = np.arange(len(rows)) < len(rows) - len(gone)
             if not is_look:
@@ -320,7 +334,7 @@ class MemoryBatch(Remembered):
             self._history.note_hours(clock, self.time, rows, is_true, edges.num_rows)
 
         self._note_origin(np.concatenate([again, true]))
-        is_counted = look.is_counted[home]
+        is_counted = look.is_counted[home] & (not is_again)
         self.furniture["num_observed"][home, furniture] += is_counted
         self.furniture["last_observed"][home[is_counted], furniture[is_counted]] = self.time
         self._update_objects(np.flatnonzero(is_seen_object), looked)
@@ -335,7 +349,9 @@ class MemoryBatch(Remembered):
             look.coverage[home],
         )
 
-    def note_absent(self, objects: Sequence[int], furniture: int, coverage: float) -> None:
+    def note_absent(
+        self, objects: Sequence[int], furniture: int, coverage: float, *, is_again: bool = False
+    ) -> None:
         """Fold in a look at a place for some objects of one home alone, which did not show them.
 
         It counts as a look for these: their remembered edges there, and their hypothetical ones,
@@ -345,11 +361,14 @@ class MemoryBatch(Remembered):
             objects: rows, the first of the one that the look is kept of (`lone_looks`).
             furniture: index of the place.
             coverage: share of it that was in view, in (0, 1].
+            is_again: whether there was such a look in this time step, as in `observe`.
         """
         edges, is_whole = self.edges, coverage >= 0.5
         home = self.objects["home"][objects[0]]
         is_asked = mark_rows(np.array(objects), self.objects.num_rows)
         rows = np.flatnonzero(is_asked[edges["object"]] & (edges["furniture"] == furniture))
+        if is_again:
+            rows = rows[~self._was_so(rows, np.zeros(len(rows), dtype=bool))]
         if is_whole and self._pending is not None:
             pending = self._pending.object[is_asked[self._pending.object]]
             self.objects["num_sought"][
@@ -405,6 +424,26 @@ class MemoryBatch(Remembered):
         objects["num_observed"][object_row] += 1
         objects["last_observed"][object_row] = objects["carried_since"][object_row] = self.time
         objects["last_furniture"][object_row] = NEVER
+
+    def _take_back(self, rows: np.ndarray) -> None:
+        """Undo the misses in this time step of edges that it had shown, and shows again, (n,)."""
+        edges = self.edges
+        rows = rows[~edges["is_true"][rows] & (edges["last_true"][rows] == self.time)]
+        edges["num_observed"][rows] -= edges["num_absent"][rows]
+        edges["num_changed"][rows] -= 1
+        edges["num_absent"][rows] = edges["missed"][rows] = 0
+        edges["is_true"][rows] = True
+
+    def _was_so(self, rows: np.ndarray, is_seen: np.ndarray) -> np.ndarray:
+        """Tell whether a look of this time step found edges as they are found again, (n,) each.
+
+        What was seen in this step is not hidden: each look that misses it then says something new.
+        """
+        edges = self.edges
+        was_so: np.ndarray = (edges["last_observed"][rows] == self.time) & (
+            is_seen == edges["is_true"][rows]
+        )
+        return was_so & (is_seen | (edges["last_true"][rows] != self.time))
 
     def _update_edges(self, rows: np.ndarray, is_seen: np.ndarray, weight: np.ndarray) -> None:
         """Update edges that are true, or were looked at for some part of a look, (n,) each."""

@@ -379,6 +379,7 @@ def _list_seen(state: MemoryState, things: _AskedThings) -> np.ndarray:
     Of what was said in this step, and of a single thing, the last place counts alone.
     """
     now, position, edges = things.memory.time, things.position, things.memory.edges
+    step = state.step
     last = np.full(len(things.rows), _ANYWHERE)
     is_shown = edges["is_true"][things.edge]  # or else missed since, which looks of the step say
     place = edges["furniture"][things.edge]
@@ -387,12 +388,12 @@ def _list_seen(state: MemoryState, things: _AskedThings) -> np.ndarray:
         if statement is not None and statement.time == now:
             last[number] = -1 if statement.furniture is None else position[statement.furniture]
         elif object_row >= 0 and things.memory.objects["num_at_once"][object_row] <= 1:
-            seen_last = state.find_last_shown(members)
+            shown = [step.last_shown[member] for member in members if member in step.last_shown]
             last[number] = things.memory.objects["last_furniture"][object_row]
-            if seen_last is not None:
-                last[number] = position[seen_last]
+            if shown:
+                last[number] = position[max(shown)[1]]
         for member in members:
-            shown_at = [position[found] for found in state.step.num_until_seen.get(member, ())]
+            shown_at = [position[found] for found in step.num_until_seen.get(member, ())]
             is_shown |= (things.thing == number) & np.isin(place, shown_at)
     is_now = (edges["last_true"][things.edge] == now) & is_shown
     is_now &= (last[things.thing] == _ANYWHERE) | (last[things.thing] == place)
@@ -407,9 +408,10 @@ def _count_seen(state: MemoryState, things: _AskedThings, num_seen: np.ndarray) 
     """Count how many of each thing the looks of this step saw, where they saw any, (K, F)."""
     for number, members in enumerate(things.members):
         for member in members:
-            for furniture, num_here in state.list_shown(member).items():
+            for furniture in state.step.num_until_seen.get(member, ()):
                 thing_place = number, things.position[furniture]
-                if num_seen[thing_place]:
+                num_here = state.step.shown.get(furniture, {}).get(member, 0)
+                if num_here and num_seen[thing_place]:
                     num_seen[thing_place] = max(num_seen[thing_place], num_here)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock, RLock
@@ -38,7 +38,7 @@ from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
 from sgm.prior.copies import get_copies
 from sgm.prior.prior_graph import PriorGraph
-from sgm.schema import RELATIONS
+from sgm.schema import NEVER, RELATIONS
 
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
 
@@ -325,6 +325,7 @@ class MemoryState:
         if rows and max(rows) >= num_known:
             self._ensure_rows(num_known)
         hidden = self.find_rows(*look.hidden) if look.hidden else []
+        twins = [object_row for object_row in set(rows) if self._has_twin(object_row, place)]
         batch.observe(
             _HOME,
             np.array([place]),
@@ -333,6 +334,7 @@ class MemoryState:
             np.array([look.coverage], dtype=float),
             np.array(confidences, dtype=float),
             np.array(hidden, dtype=np.int64),
+            is_again=step.is_again(look),
         )
         if has_position:
             note_positions(batch.positions, place, rows, seen, batch.time)
@@ -340,6 +342,7 @@ class MemoryState:
         for object_row in rows:
             if object_row not in step.at_once:
                 step.at_once[object_row] = int(batch.objects["num_at_once"][object_row])
+        step.at_once.update(dict.fromkeys(twins, 2))
         step.add(look, Counter(rows))
         for object_row in {*rows, *before}:
             self._count_at_once(object_row)
@@ -371,40 +374,41 @@ class MemoryState:
             for sighting in look.seen
         )
 
-    def list_shown(self, object_row: int) -> dict[int, int]:
-        """Return how many things of an object the latest looks showed, by furniture id."""
-        places = self.step.num_until_seen.get(object_row, ())
-        counts = {place: self.step.shown[place].get(object_row, 0) for place in places}
-        return {place: count for place, count in counts.items() if count}
-
-    def find_last_shown(self, rows: Iterable[int]) -> int | None:
-        """Return where looks of this step showed any of some objects last, a furniture id."""
-        seen = [
-            (number, furniture)
-            for object_row in rows
-            for furniture, number in self.step.num_until_seen.get(object_row, {}).items()
-        ]
-        return max(seen)[1] if seen else None
-
     def _has_come_back(self, furniture: int, seen: Sequence[Sighting]) -> bool:
         """Tell whether a look shows a thing that another place has shown since this one."""
         rows = (self.things.get_row(sighting.name, sighting.id or "") for sighting in seen)
-        at_once = self.batch.objects["num_at_once"]
+        at_once, shown = self.batch.objects["num_at_once"], self.step.last_shown
         return any(
-            at_once[object_row] < 2 and self.find_last_shown([object_row]) != furniture
+            at_once[object_row] < 2 and shown.get(object_row, (0, None))[1] != furniture
             for object_row in rows
         )
 
     def _count_at_once(self, object_row: int) -> None:
-        """Count how many things of an object are known at once: in one look, or in a step.
+        """Count how many things of an object are known at once.
 
-        In a step they are what the latest look at each place has shown. Of what is a single thing,
-        there is one, which was moved between two looks.
+        Those of one look; where several are known, all that the latest looks of a step show. What
+        one look after another shows at two places is one thing that was moved meanwhile.
         """
         number = self.step.at_once[object_row]
-        if not self._is_single(object_row):
-            number = max(number, sum(self.list_shown(object_row).values()))
+        if number > 1 and not self._is_single(object_row):
+            number = max(number, self.step.count_shown(object_row))
         self.batch.objects["num_at_once"][object_row] = number
+
+    def _has_twin(self, object_row: int, place: int) -> bool:
+        """Tell whether a thing that is seen at a place shows that there are two of its name.
+
+        So it does where it was seen before, and never missed, and was seen elsewhere in between, if
+        two of the three sightings were in one time step: else it went away and came back so soon.
+        """
+        objects, edges = self.batch.objects, self.batch.edges
+        other = objects["last_furniture"][object_row]
+        if other in (NEVER, place) or self._is_single(object_row):
+            return False
+        last = objects["last_observed"][object_row]
+        seen = (edges["object"] == object_row) & edges["is_true"]
+        seen_here = edges["last_true"][seen & (edges["furniture"] == place)]
+        is_soon = (seen_here == last) | (last == self.batch.time)
+        return bool(is_soon.any() and (edges["furniture"][seen] == other).any())
 
     def _is_single(self, object_row: int) -> bool:
         """Tell whether a thing is one alone: it has an id or a number, or homes have one such."""
@@ -432,7 +436,8 @@ class MemoryState:
         step, coverage = self._begin_look(), average_coverage(look.coverage)
         place, batch = self.furniture.position[look.furniture], self.batch
         for object_row in rows:
-            batch.note_absent(self.list_members(object_row), place, coverage)
+            members, is_again = self.list_members(object_row), step.is_again(look)
+            batch.note_absent(members, place, coverage, is_again=is_again)
         if not rows:
             words = read_words("description", look.sought)
             looks = self.sought.get((words, look.furniture), ())

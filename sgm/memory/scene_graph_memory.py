@@ -447,8 +447,8 @@ class SceneGraphMemory:
         Every remembered edge of `furniture` is updated: seen ones become true, the others false.
         What was not in view is not counted as absent: the parts of looks that do not show an object
         are added up until they make most of a look (`MemoryBatch`).
-        A look at another furniture node leaves them alone: an object that was seen at two places
-        is believed at both until one of them is looked at again.
+        A look at another furniture node leaves them alone. What is seen at a second place was moved
+        there, unless one look showed two of its name, or it is seen at the first one again.
 
         Args:
             furniture: id from `add_furniture`.
@@ -463,8 +463,9 @@ class SceneGraphMemory:
                 memory does not use it.
 
         Looks must lie some time apart: a memory that seems to get every frame of a video
-        warns once (`LookPerFrameWarning`), and of those at a place in a time step that show the
-        same counts ten in a row. What comes or goes between them counts.
+        warns once (`LookPerFrameWarning`). Of those at a place in a time step that show the same,
+        ten in a row update the belief of this step, and one counts for later steps, as looks of one
+        moment err alike. What comes or goes between them counts.
 
         Raises:
             KeyError: if `furniture` is not a furniture node of this memory.

@@ -79,7 +79,7 @@ class WeekHours:
         """
         is_known = hour[home] >= 0
         home, furniture = home[is_known], furniture[is_known]
-        if not len(home):
+        if not len(home) and not (len(seen) and self.is_counted):
             return
         if not self.is_counted:
             self.looks = np.zeros(self.looks.shape, dtype=np.uint16)

@@ -67,10 +67,13 @@ def test_of_what_was_moved_since_it_came_no_look_tells_when_it_came(memory):
 
 
 def test_how_sure_it_is_that_something_is_gone(memory):
-    """Two looks miss the cup: it stayed in six steps with exp(-6 r) and was missed with m^2."""
+    """Looks of two steps miss the cup: it stayed with exp(-6 r) and was missed with m^2."""
     memory.step(2)
     memory.observe(TABLE, [Sighting("plate")])
     (once,) = memory.changes(1)
+    memory.observe(TABLE, [Sighting("plate")])  # looks of one step err alike
+    assert memory.changes(1) == [once]
+    memory.step()
     memory.observe(TABLE, [Sighting("plate")])
     (twice,) = memory.changes(1)
     history = memory.batch.history
