@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property, partial
+from functools import cached_property
 from importlib import import_module
-from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import torch
 from torch import Tensor
 
-from datamodules.heterograph import EdgeType, is_dgl, make_dgl, make_pyg, read_graph
-from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
+from datamodules.heterograph import EdgeType, make_dgl, number_types
+from datamodules.pyg_graph import make_pyg
+from sgm.schema import EDGE_TYPES, NODE_TYPES
 from simulator.snapshots.graph import ENTERING, FURNITURE, OBJECT_UP
 
 if TYPE_CHECKING:
@@ -21,22 +20,6 @@ if TYPE_CHECKING:
     from torch_geometric.data import HeteroData
 
 __all__ = ["ENTERING", "Batch"]
-
-# What nodes of every type, furniture and query edges carry in a graph, and the fields of `Batch`;
-# of query edges also what others carry.
-_NODE_DATA = {
-    "label": "label",
-    "temporal": "node_feature",
-    "degrees": "degrees",
-    "snapshot": "node_snapshot",
-}
-_FURNITURE_DATA = {"index": "furniture_index", "evidence": "evidence"}
-_QUERY_DATA = {
-    "query": ("query_snapshot", -1),
-    "target": ("query_target", torch.nan),
-    "relevance": ("query_relevance", 0),
-}
-_OPTIONAL = ("evidence", "relevance")
 
 
 @dataclass(frozen=True)
@@ -93,56 +76,6 @@ class Batch:
     text: Tensor
     num_snapshots: int
 
-    @classmethod
-    def from_graph(
-        cls,
-        graph: dgl.DGLGraph | HeteroData,
-        text: Tensor,
-        num_snapshots: int,
-        question: Tensor | None = None,
-    ) -> Batch:
-        """Take a batch from a graph of DGL or PyTorch Geometric, as `graph` and `to_pyg` make it.
-
-        Raises:
-            ValueError: if the graph's node or edge types are not those of the schema.
-        """
-        nodes, edges, ends = read_graph(graph)
-        node_counts = tuple(len(nodes[ntype]["label"]) for ntype in NODE_TYPES)
-        edge_counts = tuple(len(ends[etype][0]) for etype in EDGE_TYPES)
-        first_node, first_edge = _number(NODE_TYPES, node_counts), _number(EDGE_TYPES, edge_counts)
-        src, dst = (
-            torch.cat([ends[etype][n].long() + first_node[etype[2 * n]] for etype in EDGE_TYPES])
-            for n in (0, 1)
-        )
-        marked = {etype: (edges[etype]["query"] >= 0).nonzero()[:, 0] for etype in QUERY_EDGE_TYPES}
-        columns: dict[str, Any] = {
-            field: torch.cat([nodes[ntype][name] for ntype in NODE_TYPES])
-            for name, field in _NODE_DATA.items()
-        }
-        columns |= {
-            field: nodes["furniture"][name]
-            for name, field in _FURNITURE_DATA.items()
-            if name not in _OPTIONAL or name in nodes["furniture"]
-        }
-        for name, (field, _) in _QUERY_DATA.items():
-            if name not in _OPTIONAL or all(name in edges[etype] for etype in marked):
-                columns[field] = torch.cat([edges[e][name][rows] for e, rows in marked.items()])
-        batch = cls(
-            node_counts=node_counts,
-            edge_counts=edge_counts,
-            edge_src=src,
-            edge_dst=dst,
-            edge_feature=torch.cat([edges[etype]["feature"] for etype in EDGE_TYPES]),
-            query_edge=torch.cat([rows + first_edge[etype] for etype, rows in marked.items()]),
-            question=question,
-            text=text,
-            num_snapshots=num_snapshots,
-            **{"evidence": None, "query_relevance": None, **columns},
-        )
-        if is_dgl(graph):
-            batch.__dict__["graph"] = graph
-        return batch
-
     @cached_property
     def graph(self) -> dgl.DGLGraph:
         """The batch as a heterogeneous DGL graph, made when it is first read.
@@ -161,8 +94,7 @@ class Batch:
             ModuleNotFoundError: if DGL is not installed, which has no wheels beyond Python 3.11;
                 `to_pyg` makes the same graph.
         """
-        node_data, edge_data = self.list_node_data(), self.list_edge_data()
-        return make_dgl(node_data, edge_data, self.list_ends(), self.num_snapshots)
+        return make_dgl(self)
 
     @cached_property
     def homogeneous(self) -> dgl.DGLGraph:
@@ -199,59 +131,18 @@ class Batch:
         Raises:
             ModuleNotFoundError: if torch_geometric is not installed.
         """
-        data = make_pyg(self.list_node_data(), self.list_edge_data(), self.list_ends())
-        data.text, data.num_snapshots = self.text, self.num_snapshots
-        if self.question is not None:
-            data.question = self.question
-        return data
-
-    def list_node_data(self) -> dict[str, dict[str, Tensor]]:
-        """Return the columns of each node type, by the names that they have in a graph."""
-        columns = {name: getattr(self, field) for name, field in _NODE_DATA.items()}
-        columns["degree"] = self.degree
-        split = {name: self.split_nodes(values) for name, values in columns.items()}
-        node_data = {
-            ntype: {name: parts[ntype] for name, parts in split.items()} for ntype in NODE_TYPES
-        }
-        for name, field in _FURNITURE_DATA.items():
-            if (values := getattr(self, field)) is not None:
-                node_data["furniture"][name] = values
-        return node_data
-
-    def list_edge_data(self) -> dict[EdgeType, dict[str, Tensor]]:
-        """Return the columns of each edge type, by the names that they have in a graph."""
-        edge_data = {
-            etype: {"feature": part} for etype, part in self.split_edges(self.edge_feature).items()
-        }
-        for name, (field, other) in _QUERY_DATA.items():
-            column = getattr(self, field)
-            if column is None:
-                continue
-            whole = column.new_full((self.num_edges,), other)
-            parts = self.split_edges(whole.index_copy(0, self.query_edge, column))
-            for etype in QUERY_EDGE_TYPES:
-                edge_data[etype][name] = parts[etype]
-        return edge_data
-
-    def list_ends(self) -> dict[EdgeType, tuple[Tensor, Tensor]]:
-        """Return source and destination of the edges of each type, ids from 0 in each node type."""
-        first = self.first_node
-        src, dst = self.split_edges(self.edge_src), self.split_edges(self.edge_dst)
-        return {
-            etype: (src[etype] - first[etype[0]], dst[etype] - first[etype[2]])
-            for etype in EDGE_TYPES
-        }
+        return make_pyg(self)
 
     @property
     def first_node(self) -> dict[str, int]:
         """Id of the first node of each node type."""
-        return _number(NODE_TYPES, self.node_counts)
+        return number_types(NODE_TYPES, self.node_counts)
 
     def split_nodes(self, values: Tensor) -> dict[str, Tensor]:
         """Share rows of nodes out to their types: (N, ...) -> (n, ...) each."""
         return dict(zip(NODE_TYPES, values.split(self.node_counts), strict=True))
 
-    def split_edges(self, values: Tensor) -> dict[tuple[str, str, str], Tensor]:
+    def split_edges(self, values: Tensor) -> dict[EdgeType, Tensor]:
         """Share rows of edges out to their types: (E, ...) -> (n, ...) each."""
         return dict(zip(EDGE_TYPES, values.split(self.edge_counts), strict=True))
 
@@ -312,24 +203,6 @@ class Batch:
         for edge_type in range(OBJECT_UP.start + 1, OBJECT_UP.stop):
             relation += self.query_edge >= sum(self.edge_counts[:edge_type])
         return relation
-
-    def find_elsewhere(self) -> Tensor:
-        """Return for each snapshot whether what is asked for is at no place, float32 (B,).
-
-        1 where all of its query edges are false, 0 where one is true; nan where none is known to be
-        true and the truth of one is unknown, and without query edges.
-        """
-        count = partial(torch.bincount, self.query_snapshot, minlength=self.num_snapshots)
-        num_true = count(weights=(self.query_target > 0).float())
-        is_known = count(weights=self.query_target.isnan().float()) == 0
-        is_known &= count() > 0
-        elsewhere = torch.where(is_known, 1.0, torch.nan)
-        return torch.where(num_true > 0, 0.0, elsewhere).float()
-
-
-def _number(types: Sequence[Any], counts: Sequence[int]) -> dict[Any, int]:
-    """Return the first id of each type."""
-    return dict(zip(types, accumulate(counts, initial=0), strict=False))
 
 
 def _repeat(counts: tuple[int, ...], device: torch.device) -> Tensor:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
-from datamodules.heterograph import import_pyg
+from datamodules.pyg_graph import import_pyg
 from sgm.schema import NUM_RELATIONS, RELATIONS
 from simulator.events.files import make_edge_types
 from simulator.events.table import EventTable

@@ -8,14 +8,8 @@ import numpy as np
 import torch
 
 from datamodules.batch import Batch
-from datamodules.features import (
-    TABLES,
-    TEXT_DIM,
-    FeatureConfig,
-    Of,
-    count_columns,
-    list_columns,
-)
+from datamodules.feature import TABLES, Of
+from datamodules.features import TEXT_DIM, FeatureConfig, count_columns, list_columns
 from sgm.arrays.grouped import choose_relations
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.queries import propose_rows, sample_places

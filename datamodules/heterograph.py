@@ -1,45 +1,61 @@
-"""Batches as graphs of DGL and PyTorch Geometric."""
+"""Batches as heterogeneous graphs of DGL: what its nodes and edges carry.
+
+The functions are those of `datamodules.batch.Batch`, which imports this.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib import import_module
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import torch
 from torch import Tensor
 
-from sgm.schema import EDGE_TYPES, NODE_TYPES
+from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 
 if TYPE_CHECKING:
     import dgl
-    from torch_geometric.data import HeteroData
 
 EdgeType = tuple[str, str, str]
-
-
 Data = Mapping[Any, Mapping[str, Tensor]]  # columns by node or edge type
 Ends = Mapping[EdgeType, tuple[Tensor, Tensor]]  # ids count from 0 in each node type
 
+# What nodes of every type, furniture and query edges carry in a graph, and the fields of `Batch`;
+# of query edges also what others carry.
+NODE_DATA = {
+    "label": "label",
+    "temporal": "node_feature",
+    "degrees": "degrees",
+    "snapshot": "node_snapshot",
+}
+FURNITURE_DATA = {"index": "furniture_index", "evidence": "evidence"}
+QUERY_DATA = {
+    "query": ("query_snapshot", -1),
+    "target": ("query_target", torch.nan),
+    "relevance": ("query_relevance", 0),
+}
 
-def make_dgl(node_data: Data, edge_data: Data, ends: Ends, num_snapshots: int) -> dgl.DGLGraph:
+
+def make_dgl(batch: Any) -> dgl.DGLGraph:
     """Make a DGL graph that knows its snapshots, as one of `dgl.batch` does.
-
-    Nodes have `label` and `snapshot`, at least.
 
     Raises:
         ModuleNotFoundError: if DGL is not installed.
     """
     dgl = import_dgl("batch.graph", "batch.to_pyg() gives the same graph without it.")
-    counts = {ntype: len(columns["label"]) for ntype, columns in node_data.items()}
-    graph = dgl.heterograph(dict(ends), num_nodes_dict=counts)
+    node_data, ends = list_node_data(batch), list_ends(batch)
+    graph = dgl.heterograph(
+        ends, num_nodes_dict=dict(zip(NODE_TYPES, batch.node_counts, strict=True))
+    )
     for ntype, columns in node_data.items():
         graph.nodes[ntype].data.update(columns)
-    for etype, columns in edge_data.items():
+    for etype, columns in list_edge_data(batch).items():
         graph.edges[etype].data.update(columns)
     snapshot = {ntype: columns["snapshot"] for ntype, columns in node_data.items()}
-    count = partial(torch.bincount, minlength=num_snapshots)
+    count = partial(torch.bincount, minlength=batch.num_snapshots)
     graph.set_batch_num_nodes({ntype: count(found) for ntype, found in snapshot.items()})
     graph.set_batch_num_edges(
         {etype: count(snapshot[etype[2]][dst.long()]) for etype, (_, dst) in ends.items()}
@@ -47,46 +63,47 @@ def make_dgl(node_data: Data, edge_data: Data, ends: Ends, num_snapshots: int) -
     return graph
 
 
-def make_pyg(node_data: Data, edge_data: Data, ends: Ends) -> HeteroData:
-    """Make PyTorch Geometric's `HeteroData`; nodes have `label` and `snapshot`, at least.
-
-    Raises:
-        ModuleNotFoundError: if torch_geometric is not installed.
-    """
-    data = import_pyg("batch.to_pyg()").HeteroData()
-    for ntype, columns in node_data.items():
-        data[ntype].update(columns)
-        data[ntype].update(num_nodes=len(columns["label"]), batch=columns["snapshot"])
-    for etype, columns in edge_data.items():
-        data[etype].update(columns)
-        data[etype].edge_index = torch.stack(ends[etype])
-    return data
+def list_node_data(batch: Any) -> dict[str, dict[str, Tensor]]:
+    """Return the columns of each node type, by the names that they have in a graph."""
+    columns = {name: getattr(batch, field) for name, field in NODE_DATA.items()}
+    columns["degree"] = batch.degree
+    split = {name: batch.split_nodes(values) for name, values in columns.items()}
+    node_data = {
+        ntype: {name: parts[ntype] for name, parts in split.items()} for ntype in NODE_TYPES
+    }
+    for name, field in FURNITURE_DATA.items():
+        if (values := getattr(batch, field)) is not None:
+            node_data["furniture"][name] = values
+    return node_data
 
 
-def is_dgl(graph: dgl.DGLGraph | HeteroData) -> bool:
-    """Tell DGL's graphs from those of PyTorch Geometric, without either library."""
-    return hasattr(graph, "canonical_etypes")
+def list_edge_data(batch: Any) -> dict[EdgeType, dict[str, Tensor]]:
+    """Return the columns of each edge type, by the names that they have in a graph."""
+    features = batch.split_edges(batch.edge_feature)
+    edge_data = {etype: {"feature": part} for etype, part in features.items()}
+    for name, (field, other) in QUERY_DATA.items():
+        column = getattr(batch, field)
+        if column is None:
+            continue
+        whole = column.new_full((batch.num_edges,), other)
+        parts = batch.split_edges(whole.index_copy(0, batch.query_edge, column))
+        for etype in QUERY_EDGE_TYPES:
+            edge_data[etype][name] = parts[etype]
+    return edge_data
 
 
-def read_graph(graph: dgl.DGLGraph | HeteroData) -> tuple[Data, Data, Ends]:
-    """Return the data of nodes and edges, and the two ends of edges, all by type.
+def list_ends(batch: Any) -> dict[EdgeType, tuple[Tensor, Tensor]]:
+    """Return source and destination of the edges of each type, ids from 0 in each node type."""
+    first = batch.first_node
+    src, dst = batch.split_edges(batch.edge_src), batch.split_edges(batch.edge_dst)
+    return {
+        etype: (src[etype] - first[etype[0]], dst[etype] - first[etype[2]]) for etype in EDGE_TYPES
+    }
 
-    Raises:
-        ValueError: if the graph's node or edge types are not those of the schema.
-    """
-    if is_dgl(graph):
-        _check_types(graph.ntypes, graph.canonical_etypes)
-        return (
-            {ntype: graph.nodes[ntype].data for ntype in NODE_TYPES},
-            {etype: graph.edges[etype].data for etype in EDGE_TYPES},
-            {etype: graph.edges(etype=etype, order="eid") for etype in EDGE_TYPES},
-        )
-    _check_types(graph.node_types, graph.edge_types)
-    return (
-        {ntype: graph[ntype] for ntype in NODE_TYPES},
-        {etype: graph[etype] for etype in EDGE_TYPES},
-        {etype: tuple(graph[etype].edge_index) for etype in EDGE_TYPES},
-    )
+
+def number_types(types: Sequence[Any], counts: Sequence[int]) -> dict[Any, int]:
+    """Return the first id of each type."""
+    return dict(zip(types, accumulate(counts, initial=0), strict=False))
 
 
 def import_dgl(noun: str, instead: str) -> Any:
@@ -109,33 +126,3 @@ def import_dgl(noun: str, instead: str) -> Any:
             f"pip install 'dgl>=1.1.3,<2' there. {instead}",
             name="dgl",
         ) from error
-
-
-def import_pyg(noun: str) -> Any:
-    """Return `torch_geometric.data`.
-
-    Args:
-        noun: what needs it, for the message.
-
-    Raises:
-        ModuleNotFoundError: if it is not installed.
-    """
-    try:
-        return import_module("torch_geometric.data")
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            f"{noun} must have torch_geometric, got none. "
-            "Install it with `pip install ./core '.[events]'`."
-        ) from error
-
-
-def _check_types(node_types: Any, edge_types: Any) -> None:
-    for noun, want, got in (
-        ("node types", NODE_TYPES, node_types),
-        ("edge types", EDGE_TYPES, edge_types),
-    ):
-        if set(got) != set(want):
-            raise ValueError(
-                f"{noun} of a batch must be {sorted(want)}, got {sorted(got)}. "
-                "Give the graph the full schema, empty types included."
-            )

@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Sequence, Sized
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -15,14 +15,15 @@ import torch
 from torch.utils.data import DataLoader, Dataset, Subset
 
 from datamodules.batch import Batch
-from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig
+from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig, list_recorded
 from datamodules.graph import GraphBuilder
-from datamodules.settings import CollectionConfig, HomesConfig, LoadingConfig
+from datamodules.settings import make_sources, plan_collections
 from datamodules.snapshot_dataset import SnapshotDataset
+from sgm.checks import check_at_least
 from sgm.messages import shorten
 from simulator.collect.folder import collect
 from simulator.collect.settings import EXTRAS, CollectConfig
-from simulator.home_options import MakeSource
+from simulator.home_options import HomeOptions, MakeSource
 from simulator.tasks.question_shares import QuestionShares
 from simulator.tasks.registry import make_file_name
 from simulator.world.config import HomeConfig
@@ -115,44 +116,47 @@ class SGMDataModule(pl.LightningDataModule):
                 time of a home is unknown.
         """
         super().__init__()
-        source = HomesConfig(
-            homes=homes,
-            also_homes=also_homes,
-            val_homes=val_homes,
-            home=home,
-            prior=prior,
-            trace=trace,
-            val_trace=val_trace,
-            step_seconds=step_seconds,
-            by_day=by_day,
-            replays=replays,
+        limits = {"train_snapshots": train_snapshots, "val_snapshots": val_snapshots}
+        check_at_least(1, batch_size=batch_size, **limits)
+        where = None if trace is None else tuple(trace)
+        source, val_source, also_sources = make_sources(
+            HomeOptions(homes, home, prior, where, step_seconds, by_day, replays),
+            also_homes or [],
+            val_homes,
+            val_trace,
         )
-        collection = CollectionConfig(
-            data_dir=data_dir,
-            num_homes=num_homes,
-            steps=steps,
-            num_val_homes=num_val_homes,
+        recorded: dict[str, Any] = dict.fromkeys(list_recorded(features), True)
+        first = CollectConfig(
+            homes=source,
+            num_homes=source.num_homes or num_homes,
+            steps=source.num_steps or steps,
             policy=policy,
             task=task,
-            also_policies=also_policies,
-            also_tasks=also_tasks,
-            asked=asked,
-            relevance=relevance,
             seed=seed,
-            workers=workers,
+            **{"relevance": relevance, **recorded},
         )
-        loading = LoadingConfig(
-            batch_size=batch_size, train_snapshots=train_snapshots, val_snapshots=val_snapshots
+        self.train_config, *self.also_configs = plan_collections(
+            first,
+            also_sources,
+            [policy, *(also_policies or [])],
+            [task, *(also_tasks or [])],
+            asked,
         )
-        train, val, also = collection.make(source, features)
-        self.train_config, self.val_config, self.also_configs = train, val, also
+        self.val_config = replace(
+            self.train_config,
+            homes=val_source,
+            split="val",
+            num_homes=val_source.num_homes or num_val_homes,
+            steps=val_source.num_steps or steps,
+        )
         if features.clock:
-            train.homes.check_clock()
-            val.homes.check_clock()
-        self.collection, self.loading = collection, loading
+            source.check_clock()
+            val_source.check_clock()
+        self.data_dir, self.workers, self.batch_size = data_dir, workers, batch_size
+        self._train_snapshots, self._val_snapshots = train_snapshots, val_snapshots
         self._order: torch.Generator | None = None  # of the training batches
         self._order_state: torch.Tensor | None = None  # that a checkpoint has kept
-        self.builder = GraphBuilder(features, num_hops, collection.seed)
+        self.builder = GraphBuilder(features, num_hops, seed)
         # What a checkpoint needs to be used without this data module, what a model card says, and
         # what loggers show beside the settings of the model.
         self.save_hyperparameters(
@@ -161,18 +165,18 @@ class SGMDataModule(pl.LightningDataModule):
                 "feature_schema": FEATURE_SCHEMA_VERSION,
                 "text": self.builder.text_name,
                 "training": {
-                    "num_homes": train.num_homes,
-                    "steps": train.steps,
-                    "homes": train.homes.describe(),
-                    "also_homes": [further.homes.describe() for further in also],
-                    "is_recorded": source.trace is not None,
-                    "task": collection.task,
-                    "also_tasks": collection.also_tasks or [],
-                    "policy": collection.policy,
-                    "also_policies": collection.also_policies or [],
-                    "seed": collection.seed,
-                    "snapshots": loading.train_snapshots,
-                    "batch_size": loading.batch_size,
+                    "num_homes": first.num_homes,
+                    "steps": first.steps,
+                    "homes": source.describe(),
+                    "also_homes": [config.homes.describe() for config in self.also_configs],
+                    "is_recorded": trace is not None,
+                    "task": task,
+                    "also_tasks": also_tasks or [],
+                    "policy": policy,
+                    "also_policies": also_policies or [],
+                    "seed": seed,
+                    "snapshots": train_snapshots,
+                    "batch_size": batch_size,
                 },
             }
         )
@@ -191,24 +195,23 @@ class SGMDataModule(pl.LightningDataModule):
             for extra in EXTRAS
             if extra in settings
         )
-        folder = Path(self.collection.data_dir) / f"{name}-homes{digest}{extras}"
+        folder = Path(self.data_dir) / f"{name}-homes{digest}{extras}"
         return folder / f"{config.split}-{config.num_homes}homes"
 
     def prepare_data(self) -> None:
         """Collect what is not on disk yet; an interrupted collection is finished."""
         progress = self.trainer is None or self.trainer.progress_bar_callback is not None
-        workers = self.collection.workers
-        workers = os.cpu_count() or 1 if workers is None else workers
+        workers = os.cpu_count() or 1 if self.workers is None else self.workers
         for config in (self.train_config, *self.also_configs, self.val_config):
             collect(config, self.get_folder(config), workers, progress)
 
     def setup(self, stage: str | None = None) -> None:
         """Load the collections; damaged files are named in the error."""
         more = [self.get_folder(config) for config in self.also_configs]
-        self.train_dataset = self._load(self.train_config, self.loading.train_snapshots, more)
+        self.train_dataset = self._load(self.train_config, self._train_snapshots, more)
         num_memories = len(cast("Sized", self.train_dataset))
         self.hparams["training"]["num_memories"] = num_memories  # for the model card
-        self.val_dataset = self._load(self.val_config, self.loading.val_snapshots, [])
+        self.val_dataset = self._load(self.val_config, self._val_snapshots, [])
 
     def transfer_batch_to_device(
         self, batch: Batch, device: torch.device, dataloader_idx: int
@@ -263,7 +266,7 @@ class SGMDataModule(pl.LightningDataModule):
     ) -> DataLoader[Batch]:
         return DataLoader(
             dataset,
-            batch_size=self.loading.batch_size,
+            batch_size=self.batch_size,
             shuffle=shuffle is not None,
             generator=shuffle,
             collate_fn=_keep,  # `SnapshotDataset.__getitems__` gives a whole batch

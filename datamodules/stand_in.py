@@ -9,6 +9,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, NamedTuple
 
 from torch import Tensor
@@ -16,8 +17,8 @@ from torch import Tensor
 _OPERATORS: dict[str, Callable[..., Tensor]] = {"add": operator.add, "mul": operator.mul}
 
 
-class Copy(NamedTuple):
-    """The message of an edge is a column of its source or its own."""
+class Unary(NamedTuple):
+    """A message that is a column of the source or of the edge, or the sum of messages."""
 
     name: str
     in_field: str
@@ -25,7 +26,7 @@ class Copy(NamedTuple):
 
 
 class Binary(NamedTuple):
-    """The message of an edge is made of two columns."""
+    """A message that is made of two columns."""
 
     name: str
     lhs_field: str
@@ -33,29 +34,8 @@ class Binary(NamedTuple):
     out_field: str
 
 
-def copy_u(u: str, out: str) -> Copy:
-    """Send a column of the source."""
-    return Copy("copy_u", u, out)
-
-
-def copy_e(e: str, out: str) -> Copy:
-    """Send a column of the edge."""
-    return Copy("copy_e", e, out)
-
-
-def u_add_v(lhs: str, rhs: str, out: str) -> Binary:
-    """Send the sum of columns of source and destination."""
-    return Binary("u_add_v", lhs, rhs, out)
-
-
-def u_mul_e(lhs: str, rhs: str, out: str) -> Binary:
-    """Send the product of columns of source and edge."""
-    return Binary("u_mul_e", lhs, rhs, out)
-
-
-def sum(msg: str, out: str) -> Copy:
-    """Sum up the messages that reach a node."""
-    return Copy("sum", msg, out)
+copy_u, copy_e, sum = (partial(Unary, name) for name in ("copy_u", "copy_e", "sum"))
+u_add_v, u_mul_e = (partial(Binary, name) for name in ("u_add_v", "u_mul_e"))
 
 
 class GraphStandIn:

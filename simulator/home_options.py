@@ -24,8 +24,8 @@ MakeSource = Callable[[PriorGraph, HomeConfig], HomeSource]
 
 
 def import_source(name: str) -> MakeSource:
-    """Return the class of a source by its name in `SOURCES`."""
-    found: MakeSource = import_class(SOURCES[name])
+    """Return the class of a source by its name in `SOURCES`, or by its import path."""
+    found: MakeSource = import_class(SOURCES.get(name, name))
     return found
 
 

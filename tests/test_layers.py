@@ -52,7 +52,8 @@ ORDER = """
     nep.__main__
     tools.robot_life tools.home_games tools.any_home tools.recorded tools.igridson
     tools.priors tools.text_training tools.realism tools.names tools.eyes tools.searches
-    tools.elsewhere tools.kitchens tools.claims tools.measure_design tools.headlines
+    tools.elsewhere tools.kitchens tools.claims tools.released_code tools.measure_design
+    tools.headlines
     tools.make_paper_homes tools.closures tools.install
     tools tools.__main__
 """.split()

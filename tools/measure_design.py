@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from datamodules.features import EDGE_SCALE, NODE_SCALE
+from datamodules.paper_features import EDGE_SCALE, NODE_SCALE
 from sgm.schema import NUM_RELATIONS
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
 from simulator.command_line import make_parser, one_line_errors, parse

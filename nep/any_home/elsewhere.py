@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import torch
 from torch import Tensor, nn
 
+from datamodules.batch import Batch
 from nep.any_home.ensemble_linear import EnsembleLinear, gelu
 from nep.any_home.sets import pool
 from sgm.evidence.columns import QUESTION_COLUMNS
@@ -62,3 +65,17 @@ class ElsewhereHead(nn.Module):
         hidden = gelu(self.places(pool(places, snapshot, len(question))) + asked)  # (B, M, D)
         by_belief: Tensor = self.shortcut(question.index_select(1, self.belief_columns))
         return self.last(hidden).flatten(1) + by_belief
+
+
+def find_elsewhere(batch: Batch) -> Tensor:
+    """Return for each snapshot whether what is asked for is at no place, float32 (B,).
+
+    1 where all of its query edges are false, 0 where one is true; nan where none is known to be
+    true and the truth of one is unknown, and without query edges.
+    """
+    count = partial(torch.bincount, batch.query_snapshot, minlength=batch.num_snapshots)
+    num_true = count(weights=(batch.query_target > 0).float())
+    is_known = count(weights=batch.query_target.isnan().float()) == 0
+    is_known &= count() > 0
+    elsewhere = torch.where(is_known, 1.0, torch.nan)
+    return torch.where(num_true > 0, 0.0, elsewhere).float()

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from datamodules.batch import Batch
+from nep.any_home.elsewhere import find_elsewhere
 from nep.any_home.network import AnyHomeNetwork
 from nep.training.listwise_loss import listwise_loss
 from nep.training.module import ScoredAnswers, TrainingModule
@@ -75,7 +76,7 @@ class AnyHomeModule(TrainingModule):
     def compute_loss(self, batch: Batch) -> tuple[Tensor, ScoredAnswers]:
         """Return the mean loss of the members, and what all of them answer together."""
         logits, snapshot = self.predictor.score_members(batch)
-        target = torch.cat([batch.query_target, batch.find_elsewhere()])
+        target = torch.cat([batch.query_target, find_elsewhere(batch)])
         num_snapshots = batch.num_snapshots
         losses = [
             listwise_loss(of_member, target, snapshot, num_snapshots, best=True)
@@ -94,7 +95,7 @@ class AnyHomeModule(TrainingModule):
                     f"features.{name} must be off for the network for any home, got true: it reads "
                     f"evidence. Set data.features.{name} to false."
                 )
-        if data.collection.relevance:
+        if data.train_config.relevance:
             raise ValueError(
                 "relevance must be off for the network for any home, got true: it learns where "
                 "things are. Leave data.relevance out."

@@ -11,10 +11,10 @@ from torch import Tensor
 from datamodules.batch import Batch
 from datamodules.features import check_groups
 from nep.paper.encoders.encoder import Encoder
-from nep.paper.loss import balanced_bce, relevance_loss
+from nep.paper.loss import balanced_bce
 from nep.paper.predictor import NodeEdgePredictor
 from nep.paper.query_attention import AttentionConfig
-from nep.training.listwise_loss import listwise_loss
+from nep.training.listwise_loss import listwise_loss, relevance_loss
 from nep.training.module import Schedule, ScoredAnswers, TrainingModule
 from sgm.checks import check_at_least
 

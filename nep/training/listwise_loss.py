@@ -1,4 +1,4 @@
-"""The loss that asks which answer about a snapshot is right."""
+"""Losses that compare the answers about a snapshot. Not in the paper."""
 
 from __future__ import annotations
 
@@ -43,3 +43,30 @@ def listwise_loss(
         return logits.sum() * 0
     # Differentiable down to a share of 1e-12, where the logits differ by 28.
     return -share_true[has_true].clamp(min=1e-12).log().mean()
+
+
+def relevance_loss(
+    logits: Tensor, relevance: Tensor, snapshot: Tensor, num_snapshots: int
+) -> Tensor:
+    """Cross-entropy between the relevance of a snapshot's query edges and their softmax shares.
+
+    Least where the shares are proportional to the relevance, and with them the ranking right.
+
+    Args:
+        logits: (Q,).
+        relevance: (Q,) non-negative, of the place of each edge.
+        snapshot: (Q,) int64 in 0..B-1, the snapshot of each edge.
+        num_snapshots: B.
+
+    Returns:
+        Scalar, the mean over snapshots with any relevance; zero, with gradient zero, without one.
+
+    Source: Cao et al. 2007 (ListNet, top one). Not in the paper.
+    """
+    total = segment_sum(relevance.unsqueeze(1), snapshot, num_snapshots).squeeze(1)
+    is_known = total > 0
+    if not is_known.any():
+        return logits.sum() * 0
+    weight = relevance / total.clamp(min=1e-12).index_select(0, snapshot)
+    share = segment_softmax(logits.unsqueeze(1), snapshot, num_snapshots).squeeze(1)
+    return -(weight * share.clamp(min=1e-12).log()).sum() / is_known.sum()

@@ -125,8 +125,6 @@ class SampledState(Homes):
         at_once = max(NUMBERS_AT_ONCE // (self.num_place_codes * 2), 1)
         for first in range(0, len(new_codes), at_once):
             some = slice(first, first + at_once)
-            num_numbers = PlaceCode.count(self.home_num_furniture) * 2
-            noise = self.streams.rows("instance noise", num_numbers).claim(new_homes[some])
             rows, places, weights = list_positive(
                 self.place_weights.reshape(-1, self.num_place_codes),
                 new_homes[some] * len(self.move_freq) + types[some],
@@ -135,7 +133,7 @@ class SampledState(Homes):
                 weights,
                 rows,
                 places,
-                noise.read(rows, places * 2, 2),
+                self._draw_instance_noise(new_homes[some], new_codes[some], rows, places),
                 new_homes[some],
                 self.place_room,
                 PlaceCode.count(self.home_num_furniture),
@@ -146,3 +144,11 @@ class SampledState(Homes):
                 new_homes[some], rows, places, noisy
             )
         return self._row_of_code[homes, codes]
+
+    def _draw_instance_noise(
+        self, homes: np.ndarray, codes: np.ndarray, rows: np.ndarray, places: np.ndarray
+    ) -> np.ndarray:
+        """Draw what `compute_noisy_weights` takes, (k, 2), for descriptions (n,), one per row."""
+        num_numbers = PlaceCode.count(self.home_num_furniture) * 2
+        noise = self.streams.rows("instance noise", num_numbers).claim(homes)
+        return noise.read(rows, places * 2, 2)

@@ -9,6 +9,7 @@ import torch
 from datamodules.batch import Batch
 from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
+from datamodules.graph_reading import read_batch
 from sgm.policies.heuristics import Bayesian
 from sgm.schema import EDGE_TYPES, NODE_TYPES
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams
@@ -40,7 +41,7 @@ def test_a_batch_is_read_back_from_its_graph(snapshots, num_hops, has_answers, l
         snapshots = replace(snapshots, answers=None, extras={})
     batch = GraphBuilder(FeatureConfig(), num_hops).build(snapshots)
     graph = batch.graph if library == "dgl" else batch.to_pyg()
-    again = Batch.from_graph(graph, batch.text, batch.num_snapshots)
+    again = read_batch(graph, batch.text, batch.num_snapshots)
     assert (again.__dict__.get("graph") is graph) == (library == "dgl")
     assert len(batch.query_edge) > 3
     for field in fields(Batch):

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.features import FeatureConfig, compute_clock_features
+from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
+from datamodules.more_features import compute_clock_features
 from datamodules.sgm_datamodule import SGMDataModule
 from sgm.schema import EDGE_TYPES
 from simulator.snapshots.stored import StoredSnapshots

@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from datamodules.features import FeatureConfig, compute_belief_features
+from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
+from datamodules.more_features import compute_belief_features
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.schema import EDGE_TYPES, QUERY_EDGE_TYPES
 from simulator.collect.folder import collect

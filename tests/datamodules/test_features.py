@@ -6,13 +6,12 @@ from pathlib import Path
 import pytest
 
 from datamodules import features
+from datamodules.feature import TABLES, Feature
 from datamodules.features import (
     EDGE_FEATURE_DIM,
     FEATURES,
     NODE_FEATURE_DIM,
     PAPER_GROUPS,
-    TABLES,
-    Feature,
     FeatureConfig,
     check_groups,
     count_columns,

@@ -12,6 +12,7 @@ from torch_geometric.data import HeteroData
 
 from datamodules.batch import ENTERING, Batch
 from datamodules.features import EDGE_FEATURE_DIM, NODE_FEATURE_DIM, TEXT_DIM
+from datamodules.graph_reading import read_batch
 from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 
 NUM_LABELS = 12
@@ -89,7 +90,7 @@ def make_batch(
         graph[etype].query = query
         graph[etype].target = torch.where(query >= 0, target, torch.nan)
     text = torch.from_numpy(np.random.default_rng(0).random((NUM_LABELS, TEXT_DIM), np.float32))
-    return Batch.from_graph(graph, text, num_snapshots)
+    return read_batch(graph, text, num_snapshots)
 
 
 def _uniform(rng: np.random.Generator, rows: int, columns: int) -> torch.Tensor:
@@ -113,7 +114,7 @@ def take_snapshot() -> Callable[[Batch, int], Batch]:
             part[etype].query = torch.where(part[etype].query >= 0, 0, -1)
         for ntype in NODE_TYPES:
             part[ntype]["snapshot"] = torch.zeros_like(part[ntype]["snapshot"])
-        return Batch.from_graph(part, batch.text, 1)
+        return read_batch(part, batch.text, 1)
 
     return take
 
@@ -128,6 +129,6 @@ def edit_edges() -> Callable[..., Batch]:
             kept = keep(etype, *graph[etype].edge_index)
             for name, values in list(graph[etype].items()):
                 graph[etype][name] = values[:, kept] if name == "edge_index" else values[kept]
-        return Batch.from_graph(graph, batch.text, batch.num_snapshots)
+        return read_batch(graph, batch.text, batch.num_snapshots)
 
     return edit

@@ -60,7 +60,7 @@ def test_packaged_configs_build_the_papers_setting(name, num_hops, folder):
     assert cli.model.predictor.encoder.units == 64
     assert cli.model.learning_rate == 1e-4
     assert cli.trainer.max_epochs == 25
-    assert cli.datamodule.loading.batch_size == 100
+    assert cli.datamodule.batch_size == 100
 
 
 # A resumed run writes to a folder of its own, and lightning says so.
@@ -257,7 +257,7 @@ def test_damaged_data_ends_with_a_message_that_names_the_file(folder, capsys):
     args = ["--config", "mlp.yaml", *SMALL]
     data = FitCLI(args).datamodule
     data.prepare_data()
-    shard = next(Path(data.collection.data_dir).rglob("home_000001.safetensors"))
+    shard = next(Path(data.data_dir).rglob("home_000001.safetensors"))
     shard.write_bytes(shard.read_bytes()[:-10])
     with pytest.raises(SystemExit) as stop:
         main(args)

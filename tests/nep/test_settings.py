@@ -29,7 +29,7 @@ def test_the_command_line_changes_a_config(folder):
     )
     assert (cli.datamodule.train_config.steps, cli.datamodule.train_config.num_homes) == (7, 4)
     assert cli.datamodule.train_config.homes.home.max_looks == 4
-    assert cli.datamodule.loading.batch_size == 3
+    assert cli.datamodule.batch_size == 3
     assert cli.model.hparams["attention"]["dropout"] == 0.2
     assert cli.model.schedule == "cosine"
 

@@ -11,11 +11,11 @@ import torch
 from torch.utils.data import DataLoader
 
 from nep.paper.encoders import GCN, HEAT, MLP
-from nep.paper.loss import balanced_bce, relevance_loss
+from nep.paper.loss import balanced_bce
 from nep.paper.module import NEPModule
 from nep.paper.query_attention import AttentionConfig
 from nep.training.hits_at_one import HitsAtOne
-from nep.training.listwise_loss import listwise_loss
+from nep.training.listwise_loss import listwise_loss, relevance_loss
 from sgm.schema import QUERY_EDGE_TYPES
 
 

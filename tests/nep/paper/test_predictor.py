@@ -9,7 +9,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F
 
-from datamodules.batch import Batch
+from datamodules.graph_reading import read_batch
 from nep.paper.embedding import EdgeEmbedding, NodeEmbedding
 from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.paper.loss import balanced_bce
@@ -63,7 +63,7 @@ def test_node_and_edge_order_change_nothing(encoder, random_batch):
         order = edge_order[etype]
         positions.append(rank[order][is_query[order]])
         offset += int(is_query.sum())
-    got = model(Batch.from_graph(shuffled, batch.text, batch.num_snapshots))
+    got = model(read_batch(shuffled, batch.text, batch.num_snapshots))
     torch.testing.assert_close(got, model(batch)[torch.cat(positions)], rtol=1e-4, atol=1e-5)
 
 
@@ -84,7 +84,7 @@ def test_a_snapshot_without_query_edges_changes_nothing(encoder, random_batch):
     graph = batch.to_pyg()
     for etype in QUERY_EDGE_TYPES:
         graph[etype].query[graph[etype].query == 1] = -1
-    got = model(Batch.from_graph(graph, batch.text, batch.num_snapshots))
+    got = model(read_batch(graph, batch.text, batch.num_snapshots))
     torch.testing.assert_close(got, want, rtol=1e-4, atol=1e-5)
     got.sum().backward()
     assert all(p.grad is None or p.grad.isfinite().all() for p in model.parameters())
@@ -95,7 +95,7 @@ def test_no_query_edge_at_all(encoder, random_batch):
     graph = batch.to_pyg()
     for etype in QUERY_EDGE_TYPES:
         graph[etype].query[:] = -1
-    logits = NodeEdgePredictor(encoder)(Batch.from_graph(graph, batch.text, batch.num_snapshots))
+    logits = NodeEdgePredictor(encoder)(read_batch(graph, batch.text, batch.num_snapshots))
     assert logits.shape == (0,)
     assert balanced_bce(logits, torch.zeros(0)).item() == 0
 
@@ -249,7 +249,7 @@ def test_a_graph_of_another_schema_is_refused(random_batch):
     batch = random_batch(0)
     part = batch.to_pyg().edge_type_subgraph([("object", "in", "furniture")])
     with pytest.raises(ValueError, match=r"node types of a batch must be .* empty types included"):
-        Batch.from_graph(part, batch.text, batch.num_snapshots)
+        read_batch(part, batch.text, batch.num_snapshots)
 
 
 @pytest.mark.parametrize(

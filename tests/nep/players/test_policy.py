@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from datamodules.features import FeatureConfig, compute_belief_features
+from datamodules.features import FeatureConfig
 from datamodules.graph import GraphBuilder
+from datamodules.more_features import compute_belief_features
 from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy

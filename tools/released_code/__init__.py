@@ -1,0 +1,1 @@
+"""What the authors' released code does otherwise, one switch each, and the order of networks."""
