@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 
 import yaml
 
-from sgm.files import MOST_LEVELS, read_file
+from sgm.files import MOST_LEVELS, make_read_error, read_file
+from sgm.messages import shorten_text
 
 MOST_BYTES = 1 << 24  # of a file
 MOST_VALUES = 100_000  # with each alias counted as often as it stands there
@@ -21,6 +22,18 @@ _PLAIN = frozenset(
 def read_yaml(path: str | Path) -> Any:
     """Read a YAML file; raises OSError if it cannot be read, ValueError as `parse_yaml` does."""
     return parse_yaml(read_file(path, MOST_BYTES).decode("utf-8-sig"))
+
+
+def load_yaml(name: str, path: str | Path) -> Any:
+    """Read the YAML file of what has a name; raises ValueError, which names both, if it cannot."""
+    rule = f"{name} must be a file that can be read"
+    try:
+        return read_yaml(path)
+    except OSError as error:
+        raise make_read_error(error, rule, f"for {path}. Check the path.") from error
+    except ValueError as error:
+        got = shorten_text(str(error))
+        raise ValueError(f"{rule} as YAML, got {got} in {path}. Mend it.") from None
 
 
 def parse_yaml(

@@ -52,8 +52,8 @@ _PATIENCE = 60  # seconds; a process that has done neither in them is ended
 _PER_PROCESS = 250
 KINDS = (
     "memory trace prior collection exported checkpoint log results source layout session command "
-    "writing tensor pickle homer yaml replay page serve threads special links start idle names "
-    "machine"
+    "writing tensor pickle homer yaml replay page serve threads special links start idle import "
+    "names machine"
 ).split()
 
 

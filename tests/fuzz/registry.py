@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import commands
 import idle
+import imports
 import machines
 import many_threads
 import near_names
@@ -34,5 +35,6 @@ TARGETS = {
     "special": targets.Target(special_files.make_all, special_files.change, special_files.use),
     "links": targets.Target(owners.make_home, owners.change_plan, owners.use_links),
     "start": targets.Target(owners.make_home, owners.change_plan, owners.use_start),
+    "import": targets.Target(imports.make_all, imports.change, imports.use),
     "idle": targets.Target(idle.make, idle.change, idle.use),
 }

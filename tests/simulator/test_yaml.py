@@ -8,7 +8,7 @@ import pytest
 from nep.fit import main as fit
 from simulator.collect.__main__ import main as collect
 from simulator.trace.importers.scene_graph import load_label_names
-from simulator.yaml_text import parse_yaml
+from simulator.yaml_text import load_yaml, parse_yaml
 
 _NAMES = "abcdefghijklm"
 
@@ -48,6 +48,19 @@ def test_good_yaml():
     text = "a: &a {x: [1, 2.5, null, true, 'ü']}\nb: *a\nc: {<<: *a, y: 2001-01-01}\n"
     inner = {"x": [1, 2.5, None, True, "ü"]}
     assert parse_yaml(text) == {"a": inner, "b": inner, "c": {**inner, "y": "2001-01-01"}}
+
+
+@pytest.mark.parametrize(
+    "content", [None, b"a: \xff", *(text.encode() for text, _ in FAULTS.values())]
+)
+def test_a_file_that_cannot_be_read_is_named_in_one_line(content, tmp_path):
+    path = tmp_path / "map.yaml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(ValueError, match=r"^map must be a file that can be read.*, got ") as raised:
+        load_yaml("map", path)
+    assert str(path) in str(raised.value)
+    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("fault", FAULTS)

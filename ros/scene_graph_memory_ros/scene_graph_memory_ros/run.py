@@ -13,16 +13,21 @@ def main(args: list[str] | None = None) -> int:
     import yaml
     from rclpy.exceptions import ParameterException
     from rclpy.executors import ExternalShutdownException
+    from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
     from scene_graph_memory_ros.node import MemoryNode
 
     ended = KeyboardInterrupt, ExternalShutdownException
     wrong = ValueError, KeyError, OSError, ModuleNotFoundError, ParameterException, yaml.YAMLError
     try:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        rclpy.init(args=args)
+        # While the node is made a signal interrupts Python. Handlers of rclpy would make ROS itself
+        # invalid, and each call of it an error of its own.
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.default_int_handler)
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = MemoryNode()
         try:
+            install_signal_handlers(SignalHandlerOptions.ALL)
             rclpy.spin(node)
         except ended:
             pass

@@ -33,7 +33,7 @@ from simulator.trace.importers.bag_messages import (
     YOLO,
 )
 from simulator.trace.importers.imported_looks import ImportedLooks, TimeOptions
-from simulator.yaml_text import read_yaml
+from simulator.yaml_text import load_yaml
 
 MOST_MESSAGE_BYTES = 1 << 26  # 64 MiB: an image of 16 million depths
 
@@ -107,13 +107,7 @@ def load_home_map(path: Path) -> HomeMap:
     Raises:
         ValueError: if it cannot be read, or something is missing or malformed.
     """
-    try:
-        return HomeMap.from_values(read_yaml(path), str(path))
-    except OSError as error:
-        raise ValueError(
-            f"map must be a file that can be read, got {shorten(error.strerror)} for {path}. Check "
-            "the path."
-        ) from error
+    return HomeMap.from_values(load_yaml("map", path), str(path))
 
 
 def load_areas(path: Path) -> Areas:
@@ -122,13 +116,7 @@ def load_areas(path: Path) -> Areas:
     Raises:
         ValueError: if it cannot be read, or holds no polygons by name.
     """
-    try:
-        return Areas.from_values(read_yaml(path), str(path))
-    except OSError as error:
-        raise ValueError(
-            f"areas must be a file that can be read, got {shorten(error.strerror)} for {path}. "
-            "Check the path."
-        ) from error
+    return Areas.from_values(load_yaml("areas", path), str(path))
 
 
 def load_furniture_labels(path: Path) -> FurnitureLabels:
@@ -137,13 +125,7 @@ def load_furniture_labels(path: Path) -> FurnitureLabels:
     Raises:
         ValueError: if it cannot be read, or holds no names.
     """
-    try:
-        return FurnitureLabels.from_values(read_yaml(path), str(path))
-    except OSError as error:
-        raise ValueError(
-            f"furniture_names must be a file that can be read, got {shorten(error.strerror)} for "
-            f"{path}. Check the path."
-        ) from error
+    return FurnitureLabels.from_values(load_yaml("furniture_names", path), str(path))
 
 
 def read_bag(

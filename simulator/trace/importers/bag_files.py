@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
@@ -13,6 +14,25 @@ from simulator.yaml_text import read_yaml
 MOST_METADATA_BYTES = 1 << 24
 _MOST_FILES = 1000
 _STORAGES = (".mcap", ".db3")
+_MUCH = 1 << 16  # bytes that are read without asking how many there are
+
+
+class _BoundedReader(io.BufferedReader):
+    """Takes no more memory for what is read than there is of the file, whatever a record says."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is not None and size > _MUCH:
+            size = min(size, max(os.fstat(self.fileno()).st_size - self.tell(), 0))
+        return super().read(size)
+
+
+class _BoundedPath(type(Path())):  # type: ignore[misc]  # the class of paths of this system
+    """A path whose file is read by `_BoundedReader`, if it is read in bytes."""
+
+    def open(self, mode: str = "r", *more: Any, **named: Any) -> Any:
+        if mode == "rb":
+            return _BoundedReader(io.FileIO(self))
+        return super().open(mode, *more, **named)
 
 
 class StorageFiles:
@@ -61,7 +81,7 @@ def open_bag(path: Path) -> StorageFiles:
     readers: list[Any] = []
     for file in files:
         try:
-            reader: Any = Reader(file)
+            reader: Any = Reader(_BoundedPath(file))
             reader.open()
         except Exception as error:  # of sqlite, MCAP, zstd: whatever a file holds that was altered
             StorageFiles(readers).close()

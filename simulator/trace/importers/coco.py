@@ -32,7 +32,7 @@ from sgm.policies.adaptive import Adaptive
 from sgm.prior.prior_graph import PriorGraph
 from sgm.ros.live_memory import LiveMemory
 from simulator.trace.importers.imported_looks import ImportedLooks, TimeOptions
-from simulator.yaml_text import read_yaml
+from simulator.yaml_text import load_yaml
 
 _MOST_POSE_BYTES = 1 << 28
 _MOST_DEPTH_BYTES = 1 << 26
@@ -174,13 +174,13 @@ def _read_pictures(path: Path, images: Path | None, counts: Counter[str]) -> lis
     names = {
         row["id"]: row["name"]
         for row in _get_list(about, "categories", where)
-        if isinstance(row, Mapping) and {"id", "name"} <= row.keys()
+        if isinstance(row, Mapping) and _is_id(row.get("id")) and isinstance(row.get("name"), str)
     }
     detections = defaultdict(list)
     for row in results:
         try:
             detections[row["image_id"]].append(_read_detection(row, names))
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, OverflowError):
             counts["annotations that are none"] += 1
     pictures = []
     for row in _get_list(about, "images", where):
@@ -203,6 +203,10 @@ def _read_json(path: Path) -> Any:
         raise ValueError(f"detections must be JSON, got {error} in {path}.") from None
 
 
+def _is_id(value: Any) -> bool:
+    return isinstance(value, (int, str))
+
+
 def _get_list(content: Any, name: str, path: Path) -> list[Any]:
     rows = content.get(name) if isinstance(content, Mapping) else None
     if not isinstance(rows, list):
@@ -214,7 +218,7 @@ def _get_list(content: Any, name: str, path: Path) -> list[Any]:
 
 
 def _read_detection(row: Mapping[str, Any], names: Mapping[Any, str]) -> Detection:
-    """Read an annotation or a result; raises KeyError, TypeError or ValueError if it is none."""
+    """Read an annotation or a result; raises an error of the value if it is none."""
     left, top, width, height = map(float, row["bbox"])
     return Detection(
         names[row["category_id"]].replace("_", " "),
@@ -231,7 +235,7 @@ def _read_picture(row: Any, detections: Mapping[Any, list[Detection]]) -> _Pictu
     stem = Path(str(row.get("file_name", ""))).stem
     time = _read_time(row, stem)
     width, height, number = row.get("width"), row.get("height"), row.get("id")
-    if time is None or not (type(width) is int and type(height) is int) or number is None:
+    if time is None or not (type(width) is int and type(height) is int) or not _is_id(number):
         return None
     return _Picture(time, width, height, stem, detections.get(number, []))
 
@@ -290,11 +294,7 @@ def _find_nearest(times: np.ndarray, time: float) -> int:
 
 def _read_matrix(path: Path) -> list[float]:
     """Return camera_matrix of a calibration, (9,), row by row."""
-    try:
-        data = read_yaml(path)
-    except OSError as error:
-        where = f"for {path}. Check the path."
-        raise make_read_error(error, "camera must be a file that can be read", where) from error
+    data = load_yaml("camera", path)
     matrix = data.get("camera_matrix") if isinstance(data, Mapping) else None
     values = matrix.get("data") if isinstance(matrix, Mapping) else None
     if not isinstance(values, list) or len(values) != 9 or not all(map(is_number, values)):

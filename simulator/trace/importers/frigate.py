@@ -20,7 +20,7 @@ from sgm.messages import shorten
 from sgm.names.words import split_words
 from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.importers.imported_looks import ImportedLooks, TimeOptions
-from simulator.yaml_text import read_yaml
+from simulator.yaml_text import load_yaml
 
 _MOST_BYTES = 1 << 30
 _FLOOR = "floor"  # the place of what is in no zone of its camera
@@ -63,11 +63,7 @@ def load_places(path: Path) -> dict[str, FrigatePlace]:
     Raises:
         ValueError: if it cannot be read, or an entry is another one.
     """
-    try:
-        data = read_yaml(path)
-    except OSError as error:
-        where = f"for {path}. Check the path."
-        raise make_read_error(error, "places must be a file that can be read", where) from error
+    data = load_yaml("places", path)
     places = {}
     for name, entry in data.items() if isinstance(data, Mapping) else [("", data)]:
         is_place = isinstance(entry, Mapping) and set(entry) == {"room", "furniture"}

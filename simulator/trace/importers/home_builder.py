@@ -17,6 +17,8 @@ from simulator.trace.events import Event
 from simulator.trace.layout import number_names
 from simulator.trace.trace import Trace
 
+_MOST_TOLD = 20  # names of what was left out for one reason
+
 
 class HomeBuilder:
     """Collects rooms, furniture and objects; what shares a label is numbered.
@@ -117,7 +119,7 @@ class HomeBuilder:
             if not rows:
                 raise ValueError(
                     f"home must have a {noun} that can be placed, got none in {name}. "
-                    f"{self.summarise()}"
+                    + self.summarise().replace("\n", "; ")
                 )
         rooms = number_names(self._rooms)
         furniture = number_names([piece.label for piece in self._furniture])
@@ -152,6 +154,11 @@ class HomeBuilder:
             lines.append(f"labels taken for: {numbers}")
         for reason, names in self.left_out.items():
             counted = Counter(names).most_common()
-            counts = ", ".join(name if n == 1 else f"{name} x {n}" for name, n in counted)
+            counts = ", ".join(
+                name if number == 1 else f"{name} x {number}"
+                for name, number in counted[:_MOST_TOLD]
+            )
+            if len(counted) > _MOST_TOLD:
+                counts += f" and {len(counted) - _MOST_TOLD} others"
             lines.append(f"not placed, {reason}: {counts}")
         return "\n".join(lines)

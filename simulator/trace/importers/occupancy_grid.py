@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
 from sgm.messages import shorten
-from simulator.yaml_text import read_yaml
+from simulator.yaml_text import load_yaml
 
 _MOST_CELLS = 1 << 26
 _UNKNOWN = 205  # shade that map savers give to what was never seen, whatever the threshold is
@@ -38,13 +37,7 @@ def load_grid(path: Path) -> OccupancyGrid:
     Raises:
         ValueError: if one of them cannot be read, or the map is turned.
     """
-    try:
-        about: Any = read_yaml(path)
-    except OSError as error:
-        raise ValueError(
-            f"map must be a file that can be read, got {shorten(error.strerror)} for {path}. Check "
-            "the path."
-        ) from error
+    about = load_yaml("map", path)
     if not isinstance(about, dict) or not {"image", "resolution", "origin"} <= about.keys():
         raise ValueError(
             f"map must have image, resolution and origin, got {shorten(about)} in {path}. Give the "

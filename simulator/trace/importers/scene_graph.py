@@ -29,7 +29,7 @@ from sgm.schema import MOST_METRES
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.trace import Trace
-from simulator.yaml_text import read_yaml
+from simulator.yaml_text import load_yaml
 
 MAX_DISTANCE = 1.0
 """Metres from furniture beyond which an object is not taken to be on it."""
@@ -317,13 +317,7 @@ def load_label_names(path: Path) -> dict[int, str]:
     Raises:
         ValueError: if it cannot be read, or an entry is broken or there twice.
     """
-    try:
-        content: Any = read_yaml(path)
-    except (OSError, ValueError) as error:
-        raise ValueError(
-            f"labels must be a file that can be read as YAML, got {shorten(str(error))} for "
-            f"{path}. Name the label space of your Hydra configuration."
-        ) from error
+    content = load_yaml("labels", path)
     rows = content.get("label_names") if isinstance(content, dict) else None
     if not isinstance(rows, list) or not rows:
         raise ValueError(

@@ -1,5 +1,6 @@
 import re
 import shutil
+import tracemalloc
 from functools import cache
 from types import SimpleNamespace as Message
 
@@ -82,8 +83,8 @@ def _fill(store, kind, value):
 
 @pytest.fixture(scope="module")
 def write_once(tmp_path_factory):
-    """What writes a bag as `_write` does, of each kind once."""
-    return cache(lambda *kind: _write(tmp_path_factory.mktemp("bags") / "bag", *kind))
+    """What writes a bag as `write_recording` does, of each kind once."""
+    return cache(lambda *kind: write_recording(tmp_path_factory.mktemp("bags") / "bag", *kind))
 
 
 @pytest.fixture
@@ -98,7 +99,7 @@ def write_bag(tmp_path, write_once):
     return write
 
 
-def _write(folder, storage, leaves_out, cut):
+def write_recording(folder, storage, leaves_out=(), cut=None):
     store = _make_store()
     plugin = getattr(rosbag2.StoragePlugin, storage)
     poses = look_around(TABLE.center)[:10]
@@ -358,6 +359,23 @@ def test_bags_that_were_altered_end_in_one_line(write_bag, tmp_path, storage):
             read_bag(folder, home)
         except ValueError as error:
             assert "\n" not in str(error)  # noqa: PT017 - it may be read, too
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [2**31 - 1, 2**40, 2**63 - 1])
+def test_a_record_takes_no_more_memory_than_the_file_has_bytes(write_bag, length):
+    """The first record follows eight bytes of magic and its number: length, content."""
+    folder = write_bag("MCAP")
+    (file,) = folder.glob("*.mcap")
+    content = bytearray(file.read_bytes())
+    content[9:17] = length.to_bytes(8, "little")
+    file.write_bytes(content)
+    tracemalloc.start()
+    with pytest.raises(ValueError, match=r"bag must be .*, got .*expected \d+ bytes"):
+        read_bag(folder)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 50 << 20
 
 
 def test_what_is_no_bag(write_bag, tmp_path, capsys):

@@ -55,12 +55,17 @@ def see_table():
 
 @pytest.fixture
 def files(tmp_path):
+    write_files(tmp_path)
+    return tmp_path
+
+
+def write_files(folder):
     """Six pictures in a second, and a second visit without the mug ten minutes later."""
     local = ROTATION.T @ (MUG - POSITION)
     u, v = 100 * local[0] / local[2] + 80, 100 * local[1] / local[2] + 60
     depth = see_table()
     depth[int(v) - 4 : int(v) + 5, int(u) - 4 : int(u) + 5] = local[2]
-    (tmp_path / "depth").mkdir()
+    (folder / "depth").mkdir()
     images, annotations, poses = [], [], ["# timestamp tx ty tz qx qy qz qw"]
     numbers = " ".join(f"{value:.9f}" for value in (*POSITION, *make_quaternion(ROTATION)))
     for index in range(12):
@@ -71,7 +76,7 @@ def files(tmp_path):
         poses.append(f"{time + 0.01:.2f} {numbers}")
         shown = depth if index < 6 else see_table()
         picture = Image.fromarray((shown * 1000).astype(np.uint16))
-        picture.save(tmp_path / "depth" / f"{time:.1f}.png")
+        picture.save(folder / "depth" / f"{time:.1f}.png")
         if index < 6:
             box = [u - 4, v - 4, 8, 8]
             annotations.append(
@@ -81,11 +86,10 @@ def files(tmp_path):
     annotations.append({"image_id": 1, "category_id": 99, "bbox": [0, 0, 9, 9]})
     categories = [{"id": 1, "name": "person"}, {"id": 47, "name": "coffee_mug"}]
     whole = {"images": images, "annotations": annotations, "categories": categories}
-    (tmp_path / "coco.json").write_text(json.dumps(whole))
-    (tmp_path / "poses.txt").write_text("\n".join(poses))
-    (tmp_path / "camera.yaml").write_text(json.dumps(CAMERA))
-    (tmp_path / "map.yaml").write_text(MAP)
-    return tmp_path
+    (folder / "coco.json").write_text(json.dumps(whole))
+    (folder / "poses.txt").write_text("\n".join(poses))
+    (folder / "camera.yaml").write_text(json.dumps(CAMERA))
+    (folder / "map.yaml").write_text(MAP)
 
 
 def read(files, name="coco.json", **options):
@@ -144,6 +148,30 @@ def test_the_command_writes_a_memory(files, capsys):
     assert main([*arguments, "--memory", str(files / "home.sgm")]) == 0
     assert "2 looks, 1 things, 1 pieces of furniture" in capsys.readouterr().out
     assert SceneGraphMemory.load(files / "home.sgm").descriptions == ("coffee mug",)
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "value"),
+    [
+        ("categories", "id", [1]),
+        ("categories", "id", {}),
+        ("categories", "name", 7),
+        ("categories", "name", None),
+        ("images", "id", [1]),
+        ("annotations", "image_id", {}),
+        ("annotations", "category_id", [47]),
+        ("annotations", "bbox", [10**400, 0, 1, 1]),
+        ("annotations", "bbox", "box"),
+        ("annotations", "score", "much"),
+    ],
+)
+def test_an_entry_of_another_form_is_counted_or_left_out(files, part, key, value):
+    whole = json.loads((files / "coco.json").read_text())
+    for row in whole[part][:2]:
+        row[key] = value
+    (files / "coco.json").write_text(json.dumps(whole))
+    counts = read(files).counts
+    assert counts["annotations that are none"] + counts["images without id, size or time"] > 1
 
 
 @pytest.mark.parametrize(

@@ -43,13 +43,17 @@ ENTITIES = [
 
 @pytest.fixture
 def config(tmp_path):
-    storage = tmp_path / "config" / ".storage"
+    write_config(tmp_path / "config")
+    return tmp_path / "config"
+
+
+def write_config(folder):
+    storage = folder / ".storage"
     storage.mkdir(parents=True)
     for kind, rows, name in (
         ("area", AREAS, "areas"), ("device", DEVICES, "devices"), ("entity", ENTITIES, "entities")
     ):  # fmt: skip
         (storage / f"core.{kind}_registry").write_text(json.dumps(registry(kind, rows, name)))
-    return tmp_path / "config"
 
 
 def test_areas_are_rooms_and_some_devices_furniture(config):

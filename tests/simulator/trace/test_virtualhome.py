@@ -131,3 +131,12 @@ def test_a_bad_graph_ends_in_one_line(tmp_path, capsys, content):
     said = capsys.readouterr()
     assert (said.out, said.err.count("\n")) == ("", 1)
     assert str(path) in said.err or "in graph" in said.err
+
+
+def test_of_many_nodes_that_are_none_few_are_named(tmp_path):
+    path = tmp_path / "graph.json"
+    path.write_text(json.dumps({"nodes": [{"id": i} for i in range(5000)], "edges": []}))
+    with pytest.raises(ValueError, match=r"must have a room .* and 4980 others$") as raised:
+        read_virtualhome(path)
+    assert "\n" not in str(raised.value)
+    assert len(str(raised.value)) < 1000
