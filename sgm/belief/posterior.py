@@ -98,12 +98,15 @@ class Belief:
         """Fold looks in by Bayes' rule.
 
         `log_likelihood` is that of what the looks showed, if the thing is at each place, (K, F); if
-        it is elsewhere, the likelihood is one.
+        it is elsewhere, the likelihood is one. What looks rule out wherever it was believed to be
+        is elsewhere.
         """
         if not log_likelihood.any():  # nothing was looked for
             return self
         changed = self.log_weights.copy()
         changed[:, :-1] += log_likelihood
+        is_out = np.all(changed == -np.inf, axis=1) & np.any(self.log_weights > -np.inf, axis=1)
+        changed[is_out, -1] = 0.0
         return Belief(changed)
 
     def take(self, rows: list[int]) -> Belief:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any, TypeAlias
 
@@ -100,6 +100,24 @@ class StepLog:
     queries: list[tuple[int, str]] = field(default_factory=list)
     looks_by_relation: bool = False
     is_plain: bool = True
+
+    def copy(self) -> StepLog:
+        """Return the same log, which can be added to alone."""
+        return replace(
+            self,
+            looks=list(self.looks),
+            of_place={place: list(numbers) for place, numbers in self.of_place.items()},
+            of_thing={
+                words: {place: list(numbers) for place, numbers in of_place.items()}
+                for words, of_place in self.of_thing.items()
+            },
+            num_looks=dict(self.num_looks),
+            coverage=dict(self.coverage),
+            shown=dict(self.shown),  # each entry is made anew
+            at_once=dict(self.at_once),
+            num_until_seen={row: dict(numbers) for row, numbers in self.num_until_seen.items()},
+            queries=list(self.queries),
+        )
 
     @property
     def has_positions(self) -> bool:

@@ -176,11 +176,6 @@ class MemoryFiles:
         self._save_lock: SaveLock | None = None
         self._kept_lock: SaveLock | None = None
 
-    def copy_content(self) -> tuple[MemoryContent, PriorGraph]:
-        """Return all that the memory holds, and its prior, for another one."""
-        with self._state.lock:
-            return self._state.get_content_to_save().copy(), self._state.prior
-
     def go_on_from(self, content: MemoryContent, prior: PriorGraph) -> None:
         """Become a memory of that content, as a log says that one went on."""
         with self._state.lock:

@@ -126,6 +126,34 @@ class MemoryState:
         self._snapshot: dict[object, MemoryBatch] = {}  # of one version at most
         self.take(content)
 
+    def copy(self) -> MemoryState:
+        """Return a state of the same content that goes its own way; it has no log.
+
+        Nothing is counted again, no name is read again, and what policies believed of it holds
+        (`version`).
+        """
+        with self.lock:
+            called = self.things.names
+        with self._naming:
+            self._names.update(called)  # once for all copies
+            names = self._names.copy()
+        with self.lock:
+            copied, batch = clone(self), self.batch.copy()
+            copied.lock, copied._naming, copied._names = RLock(), Lock(), names
+            copied.log = copied.kept_file = None
+            copied.layout, copied._furniture, copied._called = self.layout.copy(), None, None
+            copied.things, copied.step = self.things.copy(), self.step.copy()
+            copied.vocabulary, copied._batch = self.vocabulary.copy(), batch
+            batch.labels = copied.vocabulary.labels
+            copied.sought, copied.renamed = dict(self.sought), dict(self.renamed)
+            copied._snapshot = dict(self._snapshot)
+            if self.before is not None:
+                copied.before = replace(self.before, sought=dict(self.before.sought))
+            if self.asked is not None:
+                copied.query_row(self.asked)
+                batch.count_history(self.batch.history.copy())  # to ask again is no new question
+        return copied
+
     def write(self, kind: str, time: int | None = None, **values: Any) -> None:
         """Append a change (`LogLine`) to the log, if there is one, before it is made.
 

@@ -141,10 +141,13 @@ class SceneGraphMemory:
         language: str,
     ) -> None:
         """Make all parts, of a memory of that content."""
-        self._given = aliases, encoder, language  # for copies
         table = AliasTable.household(aliases, language)
         encodes = None if encoder is None else NameEncoder(encoder, table)
-        state = self._state = MemoryState(content, prior, table, encodes)
+        self._make_parts(MemoryState(content, prior, table, encodes))
+
+    def _make_parts(self, state: MemoryState) -> None:
+        """Make all parts, of a state that they share."""
+        self._state = state
         self._layout = MemoryLayout(state)
         self._looks = MemoryLooks(state)
         self._clock = MemoryClock(state)
@@ -199,8 +202,7 @@ class SceneGraphMemory:
     def copy(self) -> SceneGraphMemory:
         """Return a memory of the same content that goes its own way; it writes no log."""
         memory = type(self).__new__(type(self))
-        content, prior = self._files.copy_content()
-        memory._make(content, prior, *self._given)
+        memory._make_parts(self._state.copy())
         memory._looks.watch.warns_of_scores = self._looks.watch.warns_of_scores
         return memory
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sgm.arrays.table import clone
 from sgm.memory.sighting import read_embedding, read_id, read_picture
 from sgm.messages import shorten
 from sgm.names.name import Name
@@ -270,6 +271,15 @@ class ThingRows:
         self._read: dict[str, Name] = {}  # what was read of these
         for thing in things:
             self._add(Name.read(thing.description), thing)
+
+    def copy(self) -> ThingRows:
+        """Return the same things, which can be changed alone; no name is read again."""
+        copied = clone(self)
+        copied._things, copied._first_numbers = list(self._things), dict(self._first_numbers)
+        copied._rows, copied._texts = dict(self._rows), dict(self._texts)
+        copied._rows_with_id = {key: list(rows) for key, rows in self._rows_with_id.items()}
+        copied._read = dict(self._read)
+        return copied
 
     def __len__(self) -> int:
         return len(self._things)

@@ -30,7 +30,7 @@ class WeekHours:
 
     @property
     def is_counted(self) -> bool:
-        """Whether anything was counted."""
+        """Whether any look was counted, of what there is."""
         return self.looks.flags.writeable
 
     def add_furniture(self, num_added: int) -> None:
@@ -52,8 +52,9 @@ class WeekHours:
     def take(self, furniture: np.ndarray, objects: np.ndarray) -> WeekHours:
         """Return a copy that keeps some furniture (F,) and objects (O,), bool."""
         kept = WeekHours(len(self.looks), int(furniture.sum()))
-        if self.is_counted:
-            kept.looks = self.looks[:, furniture]
+        looks = self.looks[:, furniture]
+        if self.is_counted and looks.any():
+            kept.looks = looks
         num_known = min(len(self.seen), len(objects))  # beyond these are rows to spare
         kept.seen = self.seen[:num_known][objects[:num_known]]
         return kept
@@ -116,8 +117,9 @@ class WeekHours:
             number, hour, count = read_sparse(f"week hours {name}", data[name], limits)
             read.append(np.zeros(limits[:2], dtype=np.uint16))
             read[-1][number, hour] = count
-        if any(counts.any() for counts in read):
-            hours.looks, hours.seen = read[0][None], read[1]
+        if read[0].any():
+            hours.looks = read[0][None]
+        hours.seen = read[1]
         return hours
 
 

@@ -6,6 +6,7 @@ from bisect import insort
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from sgm.arrays.table import clone
 from sgm.names.aliases import Row
 from sgm.names.modifiers import spell
 from sgm.names.name import Name
@@ -52,6 +53,17 @@ class DescriptionTables:
         self.spelled: dict[tuple[tuple[str, ...], str], list[int]] = {}
         self.texts: dict[str, list[int]] = {}
         self.owners: set[str] = set()
+
+    def copy(self) -> DescriptionTables:
+        """Return the same tables, which can be changed alone; nothing is read again."""
+        copied = clone(self)
+        copied.descriptions, copied.readings = list(self.descriptions), list(self.readings)
+        copied.written, copied.owners = set(self.written), set(self.owners)
+        copied.same = self.same.copy()
+        for name in ("words", "things", "contents", "endings", "spelled", "texts"):
+            table = getattr(self, name)
+            setattr(copied, name, {key: list(entries) for key, entries in table.items()})
+        return copied
 
     def update(self, descriptions: Sequence[str]) -> None:
         """Take over the descriptions of a memory; only those that are new are read."""

@@ -15,7 +15,7 @@ from sgm.names.modifiers import COLOURS, MATERIALS, PACKAGES, PROPERTIES, narrow
 from sgm.names.words import (
     BREAKS,
     DETERMINERS,
-    MOST_NAMES,
+    MOST_READ,
     WITH,
     compute_singular,
     list_plain,
@@ -187,8 +187,8 @@ class NameReader:
         """Read by the names of a table."""
         self._table = table
         self.translate = load_language(table.language).translate
-        self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
-        self._read_text = lru_cache(maxsize=MOST_NAMES)(self._read_words_of)
+        self.read = lru_cache(maxsize=MOST_READ)(self._read)
+        self._read_text = lru_cache(maxsize=MOST_READ)(self._read_words_of)
         self.spell = lru_cache(maxsize=20_000)(self._spell_by_table)
         self._read_head = lru_cache(maxsize=20_000)(self._read_head_of)
         # One set for all that are equal: most names say the same few properties.

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any
 
+from sgm.arrays.table import clone
 from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
 from sgm.names.comparison import (
@@ -92,6 +93,12 @@ class NameIndex:
         self._phrases = make_phrase_reader(self._aliases.language)
         self._nobodys = self._sentences.language.list_words("nobody's")
         self._resolved: dict[str, Resolution] = {}
+
+    def copy(self) -> NameIndex:
+        """Return the same index, which can be changed alone; no description is read again."""
+        copied = clone(self)
+        copied._tables, copied._resolved = self._tables.copy(), dict(self._resolved)
+        return copied
 
     def update(self, descriptions: Sequence[str]) -> None:
         """Take over the descriptions of a memory; only those that are new cost anything."""

@@ -13,6 +13,11 @@ class NumbersByKey(dict[object, "int | list[int]"]):
     circles would walk through all of them.
     """
 
+    def copy(self) -> NumbersByKey:
+        """Return the same numbers, which can be changed alone."""
+        pairs = self.items()
+        return NumbersByKey((key, n if isinstance(n, int) else list(n)) for key, n in pairs)
+
     def find(self, key: object) -> Sequence[int]:
         """Return the numbers of a key, ascending."""
         found = self.get(key, ())

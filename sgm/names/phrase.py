@@ -11,7 +11,7 @@ from sgm.names.language import ENGLISH, load_language
 from sgm.names.modifiers import is_property, spell
 from sgm.names.name_grammar import is_measure
 from sgm.names.sentence import SentenceReader, make_sentence_reader
-from sgm.names.words import MOST_NAMES
+from sgm.names.words import MOST_READ
 
 IsName = Callable[[str], bool]
 
@@ -85,7 +85,7 @@ class PhraseReader:
         self._where = re.compile(rf"^(?:{links}){y}$")
         self._clause = re.compile(rf"(?:{compiled('clauses')})$")
         self._joins = language.list_words("and") | {"/", ","}
-        self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
+        self.read = lru_cache(maxsize=MOST_READ)(self._read)
 
     def _read(self, text: str) -> Phrase:
         words = self._split_words(text)

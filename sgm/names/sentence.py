@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from sgm.names.language import ENGLISH, Language, load_language
 from sgm.names.time_words import TimeReader, TimeSaid
-from sgm.names.words import MOST_NAMES, normalize
+from sgm.names.words import MOST_READ, normalize
 
 IsName = Callable[[str], bool]
 _TOKEN = re.compile(r",|[^\s,]+")
@@ -74,7 +74,7 @@ class SentenceReader:
         self._bare = language.list_words("articles") | language.list_words("speaker's")
         self._one, self._both = (language.list_words(name) for name in ("one", "both"))
         self.signals = self._list_signals()
-        self.read = lru_cache(maxsize=MOST_NAMES)(self._read)
+        self.read = lru_cache(maxsize=MOST_READ)(self._read)
 
     def _list_signals(self) -> frozenset[str]:
         """List the words of which a plain name has none."""

@@ -32,6 +32,10 @@ class Vocabulary:
         self._index = {label: index for index, label in enumerate(labels)}
         self.labels = list(self._index)
 
+    def copy(self) -> Vocabulary:
+        """Return the same vocabulary, which can grow alone."""
+        return self.with_labels(self.labels)
+
     def with_labels(self, labels: Sequence[str]) -> Vocabulary:
         """Return the vocabulary of the same prior after other labels came up."""
         other = clone(self)

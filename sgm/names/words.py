@@ -9,7 +9,8 @@ from functools import lru_cache
 
 from sgm.messages import shorten
 
-MOST_NAMES = 50_000  # that are kept as they were read: 15 MB
+MOST_NAMES = 10_000  # whose words are kept as they were read: 15 MB
+MOST_READ = 2000  # whose sentences, phrases and readings are kept: 15 MB
 MAX_LENGTH = 200
 # Characters that show nothing, besides those of Unicode's category Cf.
 _INVISIBLE = frozenset(

@@ -22,7 +22,7 @@ SHIPPED_PIPELINE = Path(__file__).parent / "pipeline"
 # object type left out and predicted from the others (cross-entropy 1.95 nats, 2.88 without words).
 WORD_WIDTH = 0.05
 _MOST_VECTORS = 20_000  # of labels that are kept: 11 MB
-_MOST_WORDS = 2000  # whose cosines to the words of a prior are kept: 10 MB
+_MOST_WORDS = 500  # whose cosines to the words of a prior are kept: 2 MB
 # Parts of a pipeline that no vector needs.
 _UNUSED = ["tagger", "morphologizer", "parser", "senter", "ner", "attribute_ruler", "lemmatizer"]
 

@@ -27,6 +27,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import gc
 import math
 import multiprocessing
 import os
@@ -144,6 +145,7 @@ def run_cases(kind: str, first: int, count: int, root: Path, results: Connection
     good.mkdir()
     target.make(good)
     target.use(shutil.copytree(good, root / "warm"))  # loads and compiles the rest
+    gc.freeze()  # what was imported is no garbage, and not to be walked through
     watch = Watch()
     for seed in range(first, first + count):
         results.send((seed, "", ""))
@@ -159,17 +161,17 @@ def _use(target: object, folder: Path, watch: Watch) -> tuple[str, str]:
         target.use(folder)
     except (ValueError, OSError) as error:
         if _is_out_of_memory(error):  # and said to be something else
-            return "memory", traceback.format_exc()[-1500:]
+            return "memory", traceback.format_exc()[-3000:]
         if "x" * 201 in str(error) or len(str(error)) > 3000:  # a value, or all of many
             return "long message", str(error)[:500]
         if " must " not in str(error) and not isinstance(error, OSError):
-            return "unclear message", traceback.format_exc()[-1500:]
+            return "unclear message", traceback.format_exc()[-3000:]
         return "refused", ""
     except Hang:
         return "hang", traceback.format_exc()[-800:]
     except Exception as error:
         what = "memory" if _is_out_of_memory(error) else "traceback"
-        return what, traceback.format_exc()[-1500:]
+        return what, traceback.format_exc()[-3000:]
     finally:
         watch.end()
     return "accepted", ""

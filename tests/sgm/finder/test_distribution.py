@@ -118,6 +118,27 @@ def test_a_look_that_cannot_miss_leaves_elsewhere(memory):
     assert ranking.elsewhere == pytest.approx(1)
 
 
+@pytest.mark.parametrize("num_places", [1, 3])
+def test_what_looks_rule_out_wherever_it_was_believed_to_be_is_elsewhere(num_places):
+    class Sure(Broken):  # of the first place, and that it is not elsewhere
+        def believe(self, memory, queries):
+            weights = np.full((len(queries.object), memory.num_furniture + 1), -np.inf)
+            weights[:, 0] = 0.0
+            return Belief(weights)
+
+    memory = SceneGraphMemory()
+    study = memory.add_room("study")
+    for _ in range(num_places):
+        memory.add_furniture("shelf", study)
+    memory.observe(0, [Sighting("mug")])
+    memory.step()
+    for look in (lambda: memory.observe(0, []), lambda: memory.note_absent(0, "mug")):
+        look()
+        ranking = Finder(Sure(0.0), Detector(miss_rate=0)).rank(memory, "mug")
+        assert [place.probability for place in ranking] == [0] * num_places
+        assert ranking.elsewhere == 1
+
+
 def test_scores_name_the_question_that_has_none():
     with pytest.raises(ValueError, match="for question 1"):
         compute_probabilities(np.array([[1.0, 2.0], [np.nan, 1.0]]), "logits")

@@ -101,6 +101,25 @@ def test_a_saved_memory_goes_on_as_it_would_have(session, clock):
         assert dump(again) == dump(memory)
 
 
+@pytest.mark.slow
+@settings(max_examples=40, deadline=None)
+@given(st.lists(calls, max_size=25), st.lists(calls, max_size=15), st.sampled_from((None, CLOCK)))
+def test_a_copy_goes_its_own_way_and_the_same_one(first, last, clock):
+    memory = SceneGraphMemory(clock=clock)
+    memory.add_furniture("fridge", memory.add_room("kitchen"))
+    for name, arguments in first:
+        call(memory, name, arguments)
+    copied, content = memory.copy(), dump(memory)
+    assert dump(copied) == content
+    errors = [str(call(copied, name, arguments)) for name, arguments in last]
+    assert dump(memory) == content
+    changed = dump(copied)
+    assert [str(call(memory, name, arguments)) for name, arguments in last] == errors
+    assert dump(memory) == dump(copied) == changed
+    resolved = [[each.resolve(thing) for thing in THINGS] for each in (memory, copied)]
+    assert resolved[0] == resolved[1]
+
+
 def test_a_room_with_furniture_that_was_removed(tmp_path):
     log = tmp_path / "looks.jsonl"
     memory = SceneGraphMemory(log=log)

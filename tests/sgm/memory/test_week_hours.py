@@ -55,6 +55,17 @@ def test_without_a_clock_nothing_is_counted_and_takes_no_memory():
     assert not week.get_seen(np.arange(1)).any()
 
 
+def test_what_is_left_when_all_places_with_looks_are_removed_was_never_looked_at(tmp_path):
+    memory, dresser, shelf = make_home(Clock(MONDAY))
+    memory.observe(dresser, [Sighting("keys")])
+    memory.remove_furniture(dresser)
+    memory.save(tmp_path / "home.sgm")
+    for each in (memory, SceneGraphMemory.load(tmp_path / "home.sgm")):
+        assert not each.batch.history.week.is_counted
+        each.observe(shelf, [Sighting("keys")])
+        assert each.batch.history.week.is_counted
+
+
 def test_counts_follow_what_is_added_and_removed(tmp_path):
     memory, dresser, shelf = make_home(Clock(MONDAY))
     for thing in ("keys", "wallet", "phone"):
