@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from numbers import Real
 from typing import Any, TypeAlias
 
@@ -104,19 +104,7 @@ class StepLog:
     def copy(self) -> StepLog:
         """Return the same log, which can be added to alone."""
         return replace(
-            self,
-            looks=list(self.looks),
-            of_place={place: list(numbers) for place, numbers in self.of_place.items()},
-            of_thing={
-                words: {place: list(numbers) for place, numbers in of_place.items()}
-                for words, of_place in self.of_thing.items()
-            },
-            num_looks=dict(self.num_looks),
-            coverage=dict(self.coverage),
-            shown=dict(self.shown),  # each entry is made anew
-            at_once=dict(self.at_once),
-            num_until_seen={row: dict(numbers) for row, numbers in self.num_until_seen.items()},
-            queries=list(self.queries),
+            self, **{each.name: _copy(getattr(self, each.name)) for each in fields(self)}
         )
 
     @property
@@ -194,6 +182,13 @@ class StepLog:
     def is_full(self, furniture: int) -> bool:
         """Tell whether there are as many looks at furniture as are held apart."""
         return len(self.of_place.get(furniture, ())) >= MOST_KEPT
+
+
+def _copy(value: Any) -> Any:
+    """Copy lists, and mappings with what they hold."""
+    if isinstance(value, dict):
+        return {key: _copy(held) for key, held in value.items()}
+    return list(value) if isinstance(value, list) else value
 
 
 def _list_in_view(coverage: Coverage) -> tuple[bool, ...]:
