@@ -34,6 +34,7 @@ from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.fit_messages import FitMessages
 from nep.callbacks.online_config import OnlineConfig
 from nep.callbacks.resume import RandomStates, WholeCheckpoints
+from nep.callbacks.saved_config import SavedConfig, has_own_folder
 from nep.config_files import find_configs, read_classes
 from nep.paper.encoders import load_all
 from nep.paper.module import NEPModule
@@ -85,6 +86,7 @@ class FitCLI(LightningCLI):
                 "enable_model_summary": False,  # whose operations are not counted
             },
             seed_everything_default=0,
+            save_config_callback=SavedConfig,
             args=args,
             run=False,
             auto_configure_optimizers=False,  # Adam with `model.learning_rate`
@@ -180,9 +182,9 @@ class FitCLI(LightningCLI):
 
     def _check_new_run(self) -> None:
         """Check that no run is in the folder: Lightning would end in a traceback."""
-        if self.trainer.logger is None or not self.trainer.log_dir:
+        if self.trainer.logger is None or not has_own_folder(self.trainer):
             return
-        config = Path(self.trainer.log_dir) / "config.yaml"
+        config = Path(self.trainer.log_dir or "") / "config.yaml"
         if config.exists():
             raise ValueError(
                 f"run must have a folder of its own, got that of another run, {config.parent}. "

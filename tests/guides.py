@@ -1,17 +1,39 @@
-"""Pages of docs/ as what they are: blocks of Python with what they print, files, commands."""
+"""Pages of docs/ as a reader has them: blocks of code in order, files, what is printed."""
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
-from collections.abc import Iterator
+import subprocess
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
-# A block of Python, and the block of text below it, which is what it prints.
-BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n^```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
-SAVED = re.compile(r"ave this as `(\S+)`.*?\n```\w+\n(.*?)^```", re.MULTILINE | re.DOTALL)
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+_BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_SAVED = re.compile(r"this as `([\w./-]+\.\w+)`")
+_TITLE = re.compile(r"# ([\w/]+\.(?:py|yaml))\n")
+SHELL = "bash"
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of a page.
+
+    Attributes:
+        language: what stands behind the three backticks.
+        text: its lines.
+        line: of the page, from 1.
+        saved: the file that the page says to save it as, if any.
+        printed: the block of text that follows at once, which is what it prints, if any.
+    """
+
+    language: str
+    text: str
+    line: int
+    saved: str | None = None
+    printed: str | None = None
 
 
 def read_page(name: str) -> str:
@@ -19,40 +41,118 @@ def read_page(name: str) -> str:
     return (DOCS / name).read_text("utf-8")
 
 
-def run_page(text: str, name: str, capsys: Any) -> list[str]:
-    """Run all Python of a page in order, hold it to what stands below, then run it again.
+def list_blocks(text: str) -> list[Block]:
+    """All blocks of a page but those that are what the block before prints."""
+    found = [*_BLOCK.finditer(text)]
+    blocks, end, printed_at = [], 0, -1
+    for number, block in enumerate(found):
+        language, content = block[1], block[2]
+        before, end = text[end : block.start()], block.end()
+        if number == printed_at:
+            continue
+        saved, title = [*_SAVED.findall(before)], _TITLE.match(content)
+        name = saved[-1] if saved else title[1] if title else None
+        printed = None
+        below = found[number + 1] if number + 1 < len(found) else None
+        is_code = language in ("python", SHELL)
+        if is_code and below and below[1] == "text" and not text[end : below.start()].strip():
+            printed, printed_at = below[2], number + 1
+        line = text.count("\n", 0, block.start()) + 1
+        blocks.append(Block(language, content, line, name, printed))
+    return blocks
 
-    The second run, in the same folder as a reader has it, must not fail; what it prints may differ,
-    as it finds the files of the first.
 
-    Returns:
-        What each block prints in the second run.
+def drop_lines(script: str, prefixes: tuple[str, ...]) -> str:
+    """A script without the commands that begin so, each with the lines that go on with it."""
+    kept, is_dropped = [], False
+    for line in script.splitlines(keepends=True):
+        is_dropped = is_dropped or line.startswith(prefixes)
+        if not is_dropped:
+            kept.append(line)
+        is_dropped = is_dropped and line.endswith("\\\n")
+    return "".join(kept)
+
+
+class Shell:
+    """Runs blocks of bash in a folder, as a reader does who has installed what the page says.
+
+    `python` is the given interpreter, with further options for the commands of `smaller`.
+    `pip` and `make` change nothing: of `make` the rule is looked up. A server goes on in the
+    background, on a port of its own for 8600, until `close`.
     """
-    blocks = BLOCK.findall(text)
-    again: list[str] = []
-    for is_first in (True, False):
-        names = {"__name__": name}
-        for code, printed in blocks:
-            exec(compile(code, name, "exec"), names)  # our own text
-            out = capsys.readouterr().out
-            if is_first:
-                assert out == printed, code
-            else:
-                again.append(out)
-    return again
 
+    def __init__(self, folder: Path, python: str, port: int) -> None:
+        self._folder, self._python, self._port = folder, python, str(port)
+        self.smaller: dict[str, str] = {}  # further options by command
+        self._environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)]),
+            "OMP_NUM_THREADS": "1",
+            "COLUMNS": "200",
+            "BROWSER": "true",
+            "WANDB_SILENT": "true",
+            "SGM_SERVER": f"http://127.0.0.1:{port}",
+        }
 
-def write_files(text: str, folder: Path) -> list[str]:
-    """Write the files that a page says to save; return their names."""
-    files = SAVED.findall(text)
-    for name, content in files:
-        (folder / name).write_text(content, "utf-8")
-    return [name for name, _ in files]
+    def _make_prelude(self) -> str:
+        cases = "".join(
+            f'{shlex.quote(name)}" "*) set -- "$@" {options} ;;\n'
+            for name, options in self.smaller.items()
+        )
+        return f"""
+            python() {{
+                case "$* " in
+                    "-m sgm.serve "*--stdio*) {self._python} "$@" < /dev/null ;;
+                    "-m sgm.serve "*) stay "$@" --port {self._port} ;;
+                    "-m sgm.export "*--follow*) stay "$@" ;;
+                    "-m nep.view "*--save*) {self._python} "$@" ;;
+                    "-m nep.view "*) stay "$@" ;;
+                    *) case "$* " in {cases} esac; {self._python} "$@" ;;
+                esac
+            }}
+            stay() {{
+                {self._python} "$@" > stays.log 2>&1 & echo $! >> stays.pids
+                for try in $(seq 600); do
+                    if [ -s stays.log ] || [ -s out.mcap ]; then return 0; fi
+                    sleep 0.1
+                done
+                cat stays.log; return 1
+            }}
+            pip() {{ :; }}
+            make() {{ command make --dry-run -C {ROOT} "$@" > make.log; }}
+            curl() {{ command curl --fail --silent --max-time 3 "$@" || [ $? = 28 ]; }}
+        """  # 28: a stream that goes on
 
+    def put_port(self, text: str) -> str:
+        """A block that speaks to the server of this reader."""
+        return text.replace("8600", self._port)
 
-def list_commands(text: str) -> Iterator[list[str]]:
-    """The arguments of every `python` of a page's blocks of bash."""
-    for block in re.findall(r"^```bash\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
-        for line in block.replace("\\\n", " ").splitlines():
-            if line.startswith("python "):
-                yield shlex.split(line, comments=True)[1:]
+    def run(self, script: str, program: tuple[str, ...] = ("bash", "-e")) -> str:
+        """Run a script and return what it prints; a command that fails is an error."""
+        path = self._folder / ("script" if program[0] == "bash" else "script.mjs")
+        own = self._make_prelude() if program[0] == "bash" else ""
+        path.write_text(own + self.put_port(script), "utf-8")
+        with (self._folder / "errors.log").open("w+") as errors:  # a server may keep a pipe open
+            done = subprocess.run(
+                [*program, str(path)],
+                cwd=self._folder,
+                env=self._environment,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+                timeout=600,
+                check=False,
+            )
+            errors.seek(0)
+            assert done.returncode == 0, script + done.stdout + errors.read()
+        return done.stdout
+
+    def close(self) -> None:
+        """End what goes on in the background."""
+        pids = self._folder / "stays.pids"
+        if pids.exists():
+            self.run(
+                "kill $(cat stays.pids); for pid in $(cat stays.pids); do "
+                "while kill -0 $pid 2> stays.log; do sleep 0.05; done; done"
+            )
+            pids.unlink()

@@ -234,19 +234,29 @@ def load_trace(folder: str | Path) -> Trace:
 def save_trace(trace: Trace, folder: str | Path) -> None:
     """Write a trace into a folder, which is made if needed.
 
+    A folder that holds this very trace is left as it is: a command may be run again.
+
     Raises:
-        ValueError: if the folder holds a trace already.
+        ValueError: if the folder holds another trace.
         OSError: if it cannot be made, or the disk does not take the files.
     """
     folder = Path(folder)
+    files = _make_files(trace)
     if (folder / LAYOUT_FILE).exists():
+        if all(_holds(folder / name, text) for name, text in files.items()):
+            return
         raise ValueError(
-            f"folder must not hold a trace yet, got {LAYOUT_FILE} in {folder}. Choose another one."
+            f"folder must not hold another trace, got {LAYOUT_FILE} in {folder}. "
+            "Choose another one."
         )
     folder.mkdir(parents=True, exist_ok=True)
-    files = _make_files(trace)
     for name in reversed(files):  # the layout last: a folder with one holds a whole trace
         write_whole(folder / name, files[name].encode())
+
+
+def _holds(path: Path, text: str) -> bool:
+    content = text.encode()
+    return path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content
 
 
 def find_traces(folders: Sequence[str | Path]) -> list[Path]:

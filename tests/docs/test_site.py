@@ -64,7 +64,7 @@ def test_every_entry_of_the_menu_has_a_title(site):
         assert len(titles) > fewest
         assert {"None", ""}.isdisjoint(titles.values())
     results = (site / "results.html").read_text("utf-8")
-    for title in ("Your own home", "Benchmarks", "Scripted households"):
+    for title in ("a home of your own?", "Benchmarks", "Scripted households"):
         assert title in results
     assert "A node for ROS 2" in (site / "robot.html").read_text("utf-8")
 

@@ -17,11 +17,6 @@ BLOCK = re.compile(
     r"(?P<code>(?:# (?P<named>[\w/]+)\.py\n)?.*?)^```",
     re.MULTILINE | re.DOTALL,
 )
-# What comes from the reader's program, by page.
-GIVEN = {
-    "docs/data.md": "from typing import Any\nrecorder: Any; queries: Any; answers: Any\n"
-    "columns: Any; snapshots: Any",
-}
 # Bodies are checked, annotated or not, which is more than mypy does unless it is asked to.
 SETTINGS = "# mypy: check-untyped-defs, allow-untyped-defs"
 
@@ -36,7 +31,7 @@ def write_modules(folder: Path) -> list[Path]:
     for page in PAGES:
         name = str(page.relative_to(ROOT))
         title = "page_" + re.sub(r"\W", "_", name.removesuffix(".md"))
-        heads = {title: [SETTINGS, *GIVEN.get(name, "").splitlines()]}
+        heads = {title: [SETTINGS]}
         text, module = page.read_text("utf-8"), title
         for found in BLOCK.finditer(text):
             saved = (found["saved"] or found["named"] or "").rpartition("/")[2]

@@ -19,11 +19,10 @@ NOTEBOOKS = sorted((REPOSITORY / "notebooks").glob("*.ipynb"))
 
 # Values for the cell tagged "parameters"; a notebook that is not named runs with its own.
 SMALL = {
-    "01_dynamic_house": {"num_steps": 3, "long": 5, "num_homes": 3},
+    "01_dynamic_house": {"num_steps": 3, "long": 5, "num_homes": 3, "weeks": 1},
     "02_scene_graph_memory": {"moments": [2, 4], "num_homes": 2, "num_steps": 6},
     "03_train_nep": {"num_homes": 1, "steps": 6, "num_val_homes": 2, "epochs": 1},
     "05_your_own_home": {"days": 2},
-    "06_a_week_with_people": {"weeks": 1},
 }
 
 ABSOLUTE_PATH = re.compile(r"(?<![\w.:/<])/[\w.-]+/[\w.-]+|\b[A-Za-z]:\\\w")
@@ -57,8 +56,20 @@ def list_complaints(notebook):
     ]
 
 
-def test_there_are_notebooks():
+def test_there_are_at_most_five_notebooks():
     assert SMALL.keys() <= {path.stem for path in NOTEBOOKS}
+    assert len(NOTEBOOKS) <= 5
+
+
+@each_notebook
+def test_a_notebook_asks_a_question_and_ends_with_its_answer(path):
+    cells = nbformat.read(path, as_version=4).cells
+    title, end = cells[0].source.splitlines()[0], cells[-1]
+    assert re.fullmatch(r"# [A-Z].*\?", title)
+    assert end.cell_type == "markdown"
+    assert end.source.startswith("**Answer.** ")
+    pages = (REPOSITORY / "notebooks" / "README.md").read_text("utf-8")
+    assert f"[{title.removeprefix('# ')}]({path.name})" in pages
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,3 @@
-import re
 import shutil
 import tracemalloc
 from functools import cache
@@ -14,7 +13,6 @@ from simulator.trace.__main__ import main
 from simulator.trace.importers.bag import BagOptions, load_home_map, read_bag
 from simulator.trace.importers.bag_messages import DEFINITIONS
 from simulator.trace.trace import load_trace
-from tests.guides import read_page
 from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, look_around, put_on, render
 from tests.sgm.ros.messages import (
     make_camera_info,
@@ -99,7 +97,8 @@ def write_bag(tmp_path, write_once):
     return write
 
 
-def write_recording(folder, storage, leaves_out=(), cut=None):
+def write_recording(folder, storage, leaves_out=(), cut=None, *, is_gone=True):
+    """Write a bag; in its second visit the mug is gone, or still there."""
     store = _make_store()
     plugin = getattr(rosbag2.StoragePlugin, storage)
     poses = look_around(TABLE.center)[:10]
@@ -121,7 +120,7 @@ def write_recording(folder, storage, leaves_out=(), cut=None):
         still = make_transform(START, "map", "odom", (0, 0, 0))
         put("/tf_static", START, Message(transforms=[still]))
         put("/camera/camera_info", START, make_camera_info(CAMERA))
-        for visit, things in enumerate(([("mug", mug)], [])):
+        for visit, things in enumerate(([("mug", mug)], [] if is_gone else [("mug", mug)])):
             for number, pose in enumerate(poses):
                 time = START + 700 * visit + 0.2 * number
                 turn = make_quaternion(pose.rotation)
@@ -148,28 +147,6 @@ def write_recording(folder, storage, leaves_out=(), cut=None):
                 ]
                 put("/boxes", time, make_detections_3d(time, rows))
     return folder
-
-
-def test_a_bag_is_read_as_in_the_guide(write_bag, tmp_path, capsys):
-    ask, code, live = re.findall(
-        r"^```python\n(.*?)^```$", read_page("bags.md"), re.MULTILINE | re.DOTALL
-    )
-    folder, memory = write_bag(), str(tmp_path / "home.sgm")
-    assert main(["import", "bag", str(folder), "--detections", "/all", "--memory", memory]) == 0
-    assert '"home.sgm"' in ask
-    capsys.readouterr()
-    exec(compile(ask.replace("home.sgm", memory), "bags.md", "exec"), {})
-    assert "dining table in home" in capsys.readouterr().out
-    for name, own in (
-        ("RECORDING", folder),
-        ("map.yaml", tmp_path / "map.yaml"),
-        ("/yolo", "/detections"),
-    ):
-        assert f'"{name}"' in code
-        code = code.replace(f'"{name}"', repr(str(own)))
-    exec(compile(code, "bags.md", "exec"), {})
-    assert "2 looks" in capsys.readouterr().out
-    exec(compile(live, "bags.md", "exec"), {})
 
 
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])

@@ -24,7 +24,7 @@ def test_record_and_check(tmp_path, capsys):
     assert "home_000000: 4 rooms, 32 furniture nodes, 192 objects" in text
     assert "2 homes of at least 3 steps\n" in text
     assert main([*arguments]) == 1
-    assert "error: folder must not hold a trace yet" in capsys.readouterr().err
+    assert "error: folder must not hold another trace" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
