@@ -44,7 +44,7 @@ def compute_same(asked: Asked) -> np.ndarray:
     if not table.num_rows:
         return same
     edge = asked.edges[edges["num_true"][asked.edges] > 0]
-    position = np.array(find_positions(memory, edge))
+    position = np.array(find_positions(memory, edge), dtype=np.int64)
     edge, position = edge[position >= 0], position[position >= 0]
     thing, time = edges["object"][edge], table["time"][position]
     last, first = objects["last_observed"][thing], objects["first_observed"][thing]

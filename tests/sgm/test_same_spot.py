@@ -54,6 +54,18 @@ def test_without_the_evidence_they_are_two(memory):
     assert not any(find_same(memory))
 
 
+@pytest.mark.parametrize("removed", [0, 1])
+def test_things_whose_places_were_removed_are_ranked(removed):
+    """Other things have positions; the ones that are asked for were seen nowhere that is left."""
+    memory = make_home(NEAR)
+    memory.observe(1, [Sighting("bowl", position=AT)])
+    memory.remove_furniture(removed)
+    for _ in range(2):
+        for thing in ("mug", "bowl"):
+            assert len(Finder(Adaptive()).rank(memory, thing)) == 1
+        memory.step()
+
+
 def test_one_thing_is_not_looked_for_elsewhere():
     """Where it is the same, no other mug is anywhere; else the first one has been taken away."""
     finder = Finder(Adaptive())
