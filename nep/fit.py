@@ -111,6 +111,13 @@ class FitCLI(LightningCLI):
         parser.add_argument(
             "--threads", type=PositiveInt | None, help="CPU threads; null for all cores."
         )
+        parser.add_argument(
+            "--model_board",
+            type=bool,
+            default=False,
+            help="Write the model's graph, and histograms of its weights and attention after each "
+            "epoch, to TensorBoard.",
+        )
         parser.add_class_arguments(OnlineConfig, "online")
         parser.link_arguments("data.features", "model.reads", compute_fn=_list_groups)
         parser.link_arguments("model.num_hops", "data.num_hops", apply_on="instantiate")
@@ -157,6 +164,8 @@ class FitCLI(LightningCLI):
             super().instantiate_classes()
             self.model.check_data(self.datamodule)
             self._check_new_run()
+            if self.config.model_board:
+                import_module("nep.callbacks.model_board").check_boards(self.trainer)
         # The last two are what Lightning raises for settings of its own.
         except (*BAD_INPUT, TypeError, RuntimeError, MisconfigurationException) as error:
             self.parser.error(_shorten(error))
@@ -195,6 +204,8 @@ class FitCLI(LightningCLI):
         """Build the trainer with progress bar and checkpoints, unless they are switched off."""
         self.states = RandomStates(self.config.seed_everything)
         callbacks: list[Callback] = [_make_online(self.config_init.online), self.states]
+        if self.config.model_board:
+            callbacks.append(import_module("nep.callbacks.model_board").ModelBoard())
         if self.config.trainer.logger is not False:
             callbacks.append(LearningRateMonitor(logging_interval="step"))
         if self.config.trainer.enable_progress_bar is not False:

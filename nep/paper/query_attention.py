@@ -175,6 +175,7 @@ class QueryAttentionLayer(nn.Module):
         self.attention_norm = nn.LayerNorm(units)
         self.feed_forward_norm = nn.LayerNorm(units)
         self.dropout = ByteDropout(config.dropout)
+        self.attention = nn.Identity()  # shares pass through, to be looked at
         nn.init.xavier_uniform_(self.project_in.weight)
         nn.init.zeros_(self.project_in.bias)
         nn.init.zeros_(self.project_out.bias)
@@ -206,7 +207,9 @@ class QueryAttentionLayer(nn.Module):
         for head in range(self.heads):
             q, k, v = parts[head :: self.heads]
             logits = torch.baddbmm(padding.bias, q, k.transpose(1, 2), alpha=head_units**-0.5)
-            attended.append(self.dropout(logits.softmax(dim=2)) @ v)  # (R, C, head_units)
+            attended.append(
+                self.dropout(self.attention(logits.softmax(dim=2))) @ v
+            )  # (R, C, head_units)
         rows = torch.cat(attended, dim=2).view(num_rows * num_slots, -1)
         return self.project_out(rows.index_select(0, padding.slot))
 

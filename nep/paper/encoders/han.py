@@ -49,6 +49,7 @@ class HANConv(nn.Module):
         self.attend_dst, self.attend_src = make_glorot(2 * each[2], 1, each, each)  # a, b
         self.semantic = nn.Linear(units, units)  # W
         self.semantic_query = nn.Linear(units, 1, bias=False)  # q
+        self.attention = nn.Identity()  # alpha passes through, to be looked at
 
     def forward(self, graph: Any, node: Tensor) -> Tensor:
         """Convolve once, on a homogeneous view of DGL: (N, units) -> (N, units)."""
@@ -67,7 +68,8 @@ class HANConv(nn.Module):
         ends = ((dst, self.attend_dst), (src, self.attend_src))
         logit = sum((h[end] * weight[etype]).sum(dim=2) for end, weight in ends)  # (E, K)
         within.srcdata["h"] = h
-        within.edata["alpha"] = edge_softmax(within, leaky_relu(logit, SLOPE)).unsqueeze(2)
+        alpha = self.attention(edge_softmax(within, leaky_relu(logit, SLOPE)))
+        within.edata["alpha"] = alpha.unsqueeze(2)
         within.update_all(fn.u_mul_e("h", "alpha", "m"), fn.sum("m", "z"))
         z = torch.relu(within.dstdata["z"].flatten(1))  # (P, D)
         among.srcdata["z"] = z

@@ -65,6 +65,7 @@ class HEATConv(nn.Module):
         message = make_glorot(node_out + u, each, (node_out, node_out), (heads, u, each))  # W
         self.message_node, self.message_edge = message
         self.bias = nn.Parameter(torch.zeros(node_out))  # b
+        self.attention = nn.Identity()  # alpha passes through, to be looked at
 
     def forward(self, graph: Any, node: Tensor, edge: Tensor) -> Tensor:
         """Convolve once, on a graph of DGL: (N, units[0]), (E, units[2]) -> (N, units[1])."""
@@ -76,7 +77,7 @@ class HEATConv(nn.Module):
             graph.srcdata["src"], graph.dstdata["dst"] = h @ self.attend_src, h @ self.attend_dst
             graph.apply_edges(fn.u_add_v("src", "dst", "logit"))
             logit = graph.edata["logit"] + of_type + u @ self.attend_edge_attribute  # (E, K)
-            alpha = edge_softmax(graph, leaky_relu(logit, SLOPE)).unsqueeze(2)
+            alpha = self.attention(edge_softmax(graph, leaky_relu(logit, SLOPE))).unsqueeze(2)
             graph.edata["alpha"], graph.edata["u"] = alpha, alpha * u.unsqueeze(1)  # (E, K, A)
             graph.update_all(fn.u_mul_e("h", "alpha", "m"), fn.sum("m", "h"))
             graph.update_all(fn.copy_e("u", "m"), fn.sum("m", "u"))
