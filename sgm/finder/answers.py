@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Literal
 
-from sgm.finder.ranking import tell_time
 from sgm.layout.box import Box
 from sgm.memory.clock import Clock
 from sgm.memory.sighting import Point
+from sgm.names.asking import make_asking
+from sgm.names.sections import ENGLISH
 
 MOST_BYTES = 600  # of an answer of `where_is` for which no number of rows was asked
 _DIGITS = 3  # of probabilities and costs
@@ -45,15 +46,14 @@ class Moment:
     words: str
 
     @classmethod
-    def tell(cls, step: int, now: int, clock: Clock | None) -> Moment:
+    def tell(cls, step: int, now: int, clock: Clock | None, language: str = ENGLISH) -> Moment:
         """Tell a time step, as it is said at another one."""
+        asking = make_asking(language)
         date: datetime | None = None if clock is None else clock.get_date(step)
         present = None if clock is None else clock.get_date(now)
         if date is None or present is None:
-            steps = "1 step" if abs(now - step) == 1 else f"{abs(now - step)} steps"
-            words = "now" if now == step else f"{steps} ago" if step < now else f"in {steps}"
-            return cls(step, None, words)
-        return cls(step, date.isoformat(timespec="seconds"), tell_time(date, present))
+            return cls(step, None, asking.tell_steps(step, now))
+        return cls(step, date.isoformat(timespec="seconds"), asking.tell_time(date, present))
 
 
 @dataclass(frozen=True, slots=True)

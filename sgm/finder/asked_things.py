@@ -15,7 +15,9 @@ from sgm.names.sentence import Sentence
 
 MOST_THINGS = 10  # that a call is asked for at once
 # Kinds of sentences that ask where something is.
-WHERE_KINDS = frozenset(("thing", "where", "past", "future", "is_at", "is_there", "room", "place"))
+WHERE_KINDS = frozenset(
+    ("thing", "where", "past", "future", "is_at", "is_there", "room", "place", "which")
+)
 
 
 class AskedThings(NamedTuple):
@@ -105,10 +107,15 @@ def add_time(
         return asked._replace(time_words=words, unclear=asked.unclear or unclear)
     now = memory.clock.get_time(memory.time)
     begin, end = said.find(now, sentence.tense)
-    if begin <= now < end or begin == end == now:
+    if is_present(begin, end, now, sentence.tense):
         return asked._replace(time_words=words)
     first, last = (count_step(memory, moment) for moment in (begin, end))
     return asked._replace(span=(first, last), is_past=end <= now, time_words=words)
+
+
+def is_present(begin: datetime, end: datetime, now: datetime, tense: str) -> bool:
+    """Tell whether a time that was said is the present: "today", if nothing says the past."""
+    return begin <= now < end or (begin <= now == end and (tense != "past" or begin == end))
 
 
 def count_step(memory: SceneGraphMemory, moment: datetime) -> int:

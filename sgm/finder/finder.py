@@ -176,7 +176,9 @@ class Finder:
             order = order[[asked.furniture_ids[place] not in exclude for place in order]]
         return Ranking(
             description=description,
-            places=describe_places(asked, posterior, cosines, order[:k].tolist()),
+            places=describe_places(
+                asked, posterior, cosines, order[:k].tolist(), resolution.language
+            ),
             elsewhere=posterior.elsewhere,
             with_robot=float(1 - np.prod(1 - asked.carried)),
             last_seen=asked.sightings[0] if asked.sightings else None,

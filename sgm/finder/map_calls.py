@@ -35,7 +35,7 @@ class MapCalls(WriteCalls):
             ValueError: if the label is no name.
         """
         room = self.memory.add_room(label)
-        return self._note("add_room", "", None, f"there is a room {label}", room)
+        return self._note("add_room", "", None, self._say("note room", room=label), room)
 
     @writes
     def rename_room(self, room: int | str, label: str, *, key: str | None = None) -> Noted:
@@ -53,7 +53,8 @@ class MapCalls(WriteCalls):
         number = self._find_room(room)
         before = str(self.memory.layout.rooms[number])
         self.memory.rename_room(number, label)
-        return self._note("rename_room", "", None, f"{before} is called {label}", number)
+        said = self._say("note room called", room=before, name=label)
+        return self._note("rename_room", "", None, said, number)
 
     @writes
     def remove_room(self, room: int | str, *, key: str | None = None) -> Noted:
@@ -70,7 +71,7 @@ class MapCalls(WriteCalls):
         number = self._find_room(room)
         before = str(self.memory.layout.rooms[number])
         self.memory.remove_room(number)
-        return self._note("remove_room", "", None, f"there is no room {before}", number)
+        return self._note("remove_room", "", None, self._say("note no room", room=before), number)
 
     @writes
     def add_place(
@@ -127,7 +128,8 @@ class MapCalls(WriteCalls):
             "place",
         )
         place = self.memory.add_furniture(label, number, name, stand, box, open_cost)
-        return self._note("add_place", "", place, f"there is a {self.tell_name(place)}", number)
+        said = self._say("note place", place=self._tell_place(place))
+        return self._note("add_place", "", place, said, number)
 
     @writes
     def name_place(
@@ -146,9 +148,9 @@ class MapCalls(WriteCalls):
             ValueError: if a name is none.
         """
         furniture = find_place(self.memory, place, acts=True)
-        before = self.tell_name(furniture)
+        before = self._tell_place(furniture)
         self.memory.name_furniture(furniture, label, name)
-        said = f"{before} is called {self.tell_name(furniture)}"
+        said = self._say("note place called", place=before, name=self._tell_place(furniture))
         return self._note("name_place", "", furniture, said)
 
     @writes
@@ -198,7 +200,7 @@ class MapCalls(WriteCalls):
         else:
             moved = replace(box, **said) if said else None
         self.memory.move_furniture(furniture, number, stand, moved)
-        told = f"{self.tell_name(furniture)} was moved"
+        told = self._say("note place moved", place=self._tell_place(furniture))
         return self._note("move_place", "", furniture, told)
 
     @writes
@@ -215,9 +217,9 @@ class MapCalls(WriteCalls):
             ValueError: if a name is none, or both are one already.
         """
         first, second = (find_place(self.memory, name, acts=True) for name in (place, other))
-        gone = self.tell_name(second)
+        gone = self._tell_place(second)
         self.memory.merge_furniture(first, second)
-        said = f"{self.tell_name(first)} and {gone} are one"
+        said = self._say("note places one", place=self._tell_place(first), other=gone)
         return self._note("merge_places", "", first, said)
 
     @writes
@@ -233,9 +235,9 @@ class MapCalls(WriteCalls):
             ValueError: if the name is none.
         """
         furniture = find_place(self.memory, place, acts=True)
-        name = self.tell_name(furniture)
+        said = self._say("note no place", place=self._tell_place(furniture))
         self.memory.remove_furniture(furniture)
-        return self._note("remove_place", "", furniture, f"there is no {name}")
+        return self._note("remove_place", "", furniture, said)
 
     @writes
     def set_map(
@@ -267,12 +269,9 @@ class MapCalls(WriteCalls):
             "furniture": list(furniture),
         }
         counts = HomeMap.from_values(values, needs_boxes=False).update(self.memory)
-        done = [
-            f"{count} {what}" if count == 1 else f"{count} {what.replace(' ', 's ')}"
-            for what, count in counts.items()
-            if count
-        ]
-        return self._note("set_map", "", None, ", ".join(done) or "the map was known")
+        done = [self._asking.count(what, count) for what, count in counts.items() if count]
+        said = ", ".join(done) or self._say("note known map")
+        return self._note("set_map", "", None, said)
 
     @writes
     def transform_map(
@@ -296,7 +295,7 @@ class MapCalls(WriteCalls):
         """
         offset = (0.0, 0.0) if shift is None else read_stand(shift, "shift")
         self.memory.transform(angle, offset, map_id or "")
-        return self._note("transform_map", "", None, "all positions are of another map")
+        return self._note("transform_map", "", None, self._say("note new map"))
 
     def _find_room(self, room: int | str) -> int:
         """Return the id of the room that is meant, exactly; raises `Unclear` for none or several.

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from sgm.finder.answers import Answered, ChangeRow, EventRow, ThingRow, WhereIs, WhereOne
-from sgm.finder.asked_things import WHERE_KINDS, count_step
+from sgm.finder.asked_things import WHERE_KINDS, count_step, is_present
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear, doubt, tell_doubt
+from sgm.finder.past_places import find_past_places
 from sgm.finder.said_places import find_said_places
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.asking import Asking, make_asking
@@ -44,6 +45,7 @@ class QuestionAnswers:
                 "is_there",
                 "count",
                 "what_at",
+                "which",
                 "room",
                 "when",
                 "who",
@@ -89,6 +91,11 @@ class QuestionAnswers:
 
     def _refuse_time(self) -> None:
         """Raise Unclear where a time was said that the answer does not use."""
+        said, clock = self._sentence.time, self._memory.clock
+        if said is not None and clock is not None and said.link == "at":
+            now = clock.get_time(self._memory.time)
+            if is_present(*said.find(now, self._sentence.tense), now, self._sentence.tense):
+                return
         if self._sentence.time is not None:
             words = (self._sentence.time.words,)
             raise Unclear("ambiguous", self._asking.tell_unused(words), ())
@@ -130,17 +137,19 @@ class QuestionAnswers:
         return self._asking.strip_article(phrase.name or thing)
 
     def _tell_is_at(self) -> Answered:
-        """Say whether a thing is at a place, or whether there is one."""
-        self._refuse_time()
+        """Say whether a thing is at a place, or whether there is one; or was, at a time."""
+        past = self._find_past()
         thing = self._get_only()
         phrase = self._phrases.read(thing)
-        if not phrase.where or phrase.excluded:
+        if not phrase.where or not phrase.name or phrase.excluded:
             raise Unclear("unknown", self._say("no question"), ())
         places = find_said_places(self._memory, phrase.where)
         if not places:
             self._refuse_place(phrase.where)
-        self._resolve(phrase.name)
+        resolution = self._resolve(phrase.name)
         where = self._say_places(phrase.where, places)
+        if past is not None:
+            return self._tell_was_at(resolution, past, where, places)
         ranking = self._calls.finder.rank(self._memory, phrase.name)
         among = [place for place in ranking if place.furniture in places]
         chance = 1.0
@@ -156,11 +165,50 @@ class QuestionAnswers:
             said = f"{self._say('no', where=where, percent=_percent(chance))} {best}"
         return self._make(said, where=(_drop_also(found),), probability=chance)
 
+    def _find_past(self) -> tuple[int, int] | None:
+        """Return the time steps of a time that has passed; None where the present is meant."""
+        said, clock, now = self._sentence.time, self._memory.clock, self._memory.time
+        if said is None or clock is None or said.link != "at":
+            self._refuse_time()
+            return None
+        begin, end = said.find(clock.get_time(now), "past")
+        if end >= clock.get_time(now):
+            self._refuse_time()
+            return None
+        return count_step(self._memory, begin), count_step(self._memory, end)
+
+    def _tell_was_at(
+        self, resolution: Resolution, past: tuple[int, int], where: str, places: Sequence[int]
+    ) -> Answered:
+        """Say whether a thing was at a place in a time that has passed."""
+        name = self._name(resolution.question, resolution.matches)
+        was = [
+            found
+            for match in resolution.matches
+            for found in find_past_places(self._memory, match, *past)
+        ]
+        if not was:
+            raise Unclear("unknown", self._say("not known then", name), ())
+        at = self._calls.tell_time(past[1], self._memory.time)
+        chance = min(sum(found.probability for found in was if found.furniture in places), 1.0)
+        percent = _percent(chance)
+        if chance >= _LIKELY:
+            said = self._say("yes then", name, where=where, percent=percent)
+            return self._make(said, probability=chance, at=at)
+        said = self._say("no", where=where, percent=percent)
+        best = max(was, key=lambda found: found.probability)
+        if best.furniture is not None:
+            place_name = self._asking.say_the(self._calls.tell_name(best.furniture))
+            sure = "was sure" if best.probability >= _SURE else "was likely"
+            percent = _percent(best.probability)
+            said = f"{said} {self._say(sure, name, where=place_name, percent=percent)}"
+        return self._make(said, probability=chance, at=at)
+
     def _tell_is_there(self) -> Answered:
         """Say whether there is a thing, and where."""
-        self._refuse_time()
         if self._phrases.read(self._get_only()).where:
             return self._tell_is_at()
+        self._refuse_time()
         return self._tell_where()
 
     def _say_places(self, where: str, places: Sequence[int]) -> str:
@@ -175,11 +223,12 @@ class QuestionAnswers:
     def _tell_count(self) -> Answered:
         """Say how many things of a kind there are, here or at a place."""
         self._refuse_time()
-        thing = self._get_only()
-        rows = [row for row in self._list_rows(thing) if row.is_there]
-        if self._sentence.where:
-            places = self._find_places(self._sentence.where)
-            rows = [row for row in rows if row.place in places]
+        places = self._find_places(self._sentence.where) if self._sentence.where else None
+        if self._sentence.things:
+            rows = [row for row in self._list_rows(self._get_only()) if row.is_there]
+            rows = [row for row in rows if places is None or row.place in places]
+        else:
+            rows = self._list_at(places or ())
         names = [row.thing for row in rows]
         if not rows:
             return self._make(self._say("none"))
@@ -209,14 +258,31 @@ class QuestionAnswers:
         """Say what is at a place, or in a room."""
         self._refuse_time()
         places = self._find_places(self._sentence.where)
-        rows = [
-            row for place in places for row in self._calls.list_things(place, k=_MOST_ROWS).rows
-        ]
-        where = self._say_places(self._sentence.where, places)
+        rows = self._list_at(places)
+        return self._tell_rows(self._sentence.where, places, rows)
+
+    def _tell_rows(self, where: str, places: Sequence[int], rows: Sequence[ThingRow]) -> Answered:
+        where = self._say_places(where, places)
         if not rows:
             return self._make(self._say("nothing there", where=where))
         names = self._asking.list_names([row.thing for row in rows], "and", plain=True)
         return self._make(self._say("things there", where=where, names=names), things=tuple(rows))
+
+    def _list_at(self, places: Sequence[int]) -> list[ThingRow]:
+        """List what is at places."""
+        return [
+            row for place in places for row in self._calls.list_things(place, k=_MOST_ROWS).rows
+        ]
+
+    def _tell_which(self) -> Answered:
+        """Say which of the things of a kind are at a place: "what food is in the fridge?"."""
+        self._refuse_time()
+        phrase = self._phrases.read(self._get_only())
+        if not phrase.where or not phrase.name or phrase.excluded:
+            raise Unclear("unknown", self._say("no question"), ())
+        places = self._find_places(phrase.where)
+        found = [row for row in self._list_rows(phrase.name) if row.is_there]
+        return self._tell_rows(phrase.where, places, [row for row in found if row.place in places])
 
     def _tell_room(self) -> Answered:
         """Say in which room a thing is."""
@@ -266,7 +332,9 @@ class QuestionAnswers:
     def _tell_event(self, row: EventRow) -> str:
         """Say one thing that is known of a thing."""
         where = self._asking.say_the(row.name) if row.name else ""
-        return self._say(row.what, row.thing, where=where, when=row.at.words, who=row.by)
+        return self._say(
+            row.what, row.thing, where=where, when=row.at.words, who=self._asking.tell_who(row.by)
+        )
 
     def _tell_history(self) -> Answered:
         """Say where a thing has been."""

@@ -9,106 +9,18 @@ from datetime import datetime
 import numpy as np
 
 from sgm.belief import Posterior
+from sgm.finder.evidence import Evidence
 from sgm.memory.clock import Clock
 from sgm.memory.memory_questions import Asked
 from sgm.memory.sighting import Point, SeenAt
-from sgm.memory.thing import ROBOT, Statement
+from sgm.memory.thing import Statement
+from sgm.names.asking import make_asking
 from sgm.names.resolution import Resolution
+from sgm.names.sections import ENGLISH
 from sgm.schema import IS_INSIDE, NEVER, RELATIONS
 
 SIMILAR = 0.7  # cosine of the labels' text vectors: mug and cup .96, document and book .74
-_MONTHS = (
-    "January February March April May June July August September October November December"
-).split()
-_WHERE = {"is": "it is this place", "part": "it stands in this room"}
-_NAMED = 2  # similar objects that are called by name
-
-
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """What a memory holds about an object at one furniture node.
-
-    Counts of the memory, not an account of what moved the network.
-
-    Attributes:
-        seen: its last sighting there; None if it was never seen there.
-        times_absent: looks at this furniture that did not find it; of what was seen there, those
-            since it was first seen or looked for there.
-        similar: descriptions of other objects with a similar label that were seen there, the
-            latest first.
-        prior: share of this place in where such objects tend to be, 0 to 1.
-        seen_on: date and time of that sighting; None without a clock.
-        missed_on: date and time of the last look here, if it did not show it any more; None
-            without a clock.
-        now: date and time of the present step; None without a clock.
-        times_sought: looks for it alone since that sighting that did not find it here.
-        ended: what was said or done after that sighting, by which it is not here any more; None
-            without such a statement.
-        ended_ago: time steps since; 0 without a statement.
-        ended_on: date and time of it; None without one, or without a clock.
-        was_missed: whether a look here, after that sighting and statement, did not show it.
-        is_in_view: whether a camera shows it here now (`sgm.ros.LiveMemory`).
-    """
-
-    seen: SeenAt | None
-    times_absent: int
-    similar: tuple[str, ...]
-    prior: float
-    seen_on: datetime | None = None
-    missed_on: datetime | None = None
-    now: datetime | None = None
-    times_sought: int = 0
-    ended: Statement | None = None
-    ended_ago: int = 0
-    ended_on: datetime | None = None
-    was_missed: bool = False
-    is_in_view: bool = False
-
-    def __str__(self) -> str:
-        """Say it in one line."""
-        parts = []
-        if self.seen is not None:
-            parts.append(self._tell_seen(self.seen))
-        elif self.times_absent:
-            parts.append(f"not seen here in {_count(self.times_absent, 'look')}")
-        if self.similar:
-            names = ", ".join(self.similar[:_NAMED])
-            more = len(self.similar) - _NAMED
-            parts.append(f"similar objects: {names}" + (f" and {more} more" if more > 0 else ""))
-        if self.prior > 0:
-            parts.append(f"prior {self.prior:.0%}")
-        return "; ".join(parts) or "no evidence"
-
-    def _tell_seen(self, seen: SeenAt) -> str:
-        """Say when it was last seen here, or said to be, what ended that, and who missed it."""
-        who = "seen here"
-        if self.seen is not None and self.seen.position is not None:
-            who = f"at {tell_point(self.seen.position)}, {who}"
-        if seen.by:
-            who = "put here by the robot" if seen.by == ROBOT else f"{seen.by} said so"
-        if self.is_in_view:
-            where = "" if seen.position is None else f" at {tell_point(seen.position)}"
-            return f"in view now{where}"
-        is_new = not seen.by and seen.steps_ago == 0
-        told = f"{who} {self._tell_ago(seen.steps_ago, None if is_new else self.seen_on)}"
-        if seen.is_there and self.times_sought:
-            return f"{told}; not found here in {_count(self.times_sought, 'look')} for it since"
-        if seen.is_there:
-            return told
-        if self.ended is not None:
-            told += f"; {_tell_end(self.ended)} {self._tell_ago(self.ended_ago, self.ended_on)}"
-            if not self.was_missed:
-                return told
-        elif is_new:
-            return told + (", not in the latest look" if self.was_missed else ", then gone")
-        if self.missed_on is not None and self.now is not None:
-            return f"{told}; not there {tell_time(self.missed_on, self.now)}"
-        return told + (", then gone" if self.ended is None else "; not there in a look since")
-
-    def _tell_ago(self, steps_ago: int, time: datetime | None) -> str:
-        if time is not None and self.now is not None:
-            return tell_time(time, self.now)
-        return f"{_count(steps_ago, 'step')} ago" if steps_ago else "in this step"
+_WHERE = {"is": "is this place", "part": "in this room"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,11 +70,14 @@ class Place:
     @property
     def why(self) -> str:
         """The evidence in one line: seen here, similar objects, prior."""
-        return _WHERE.get(self.relation) or str(self.evidence)
+        if self.relation in _WHERE:
+            return make_asking(self.evidence.language).say(_WHERE[self.relation])
+        return str(self.evidence)
 
     def __str__(self) -> str:
         """Say it in one line."""
-        return f"{self.probability:4.0%}  {self.name}  ({self.why})"
+        name = make_asking(self.evidence.language).translate(self.name)
+        return f"{self.probability:4.0%}  {name}  ({self.why})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,10 +122,11 @@ class Ranking:
 
     def __str__(self) -> str:
         """Say one place per line."""
+        asking = make_asking(self.resolution.language)
         lines = [str(self.resolution), *(f"  {place}" for place in self.places)]
-        lines.append(f"  {self.elsewhere:4.0%}  elsewhere")
+        lines.append(f"  {self.elsewhere:4.0%}  {asking.say('row elsewhere')}")
         if self.with_robot:
-            lines.insert(1, f"  {self.with_robot:4.0%}  with the robot")
+            lines.insert(1, f"  {self.with_robot:4.0%}  {asking.say('row with robot')}")
         return "\n".join(lines)
 
 
@@ -218,44 +134,12 @@ def rank_place(
     description: str, resolution: Resolution, names: Mapping[int, str], asked_for: str
 ) -> Ranking:
     """Return the ranking of a question for places themselves, which are by id in `names`."""
-    nothing = Evidence(None, 0, (), 0.0)
+    nothing = Evidence(None, 0, (), 0.0, language=resolution.language)
     places = tuple(
         Place(number, name, "is" if asked_for == "place" else "part", 1.0, nothing)
         for number, name in names.items()
     )
     return Ranking(description, places, 0.0, None, resolution, asked_for=asked_for)
-
-
-def _tell_end(said: Statement) -> str:
-    """Say by which statement a thing was at a place no longer."""
-    if said.by == ROBOT and said.kind != "moved":
-        return (
-            "the robot picked it up" if said.kind == "picked_up" else "the robot put it elsewhere"
-        )
-    return f"{'the robot' if said.by == ROBOT else said.by} said it was moved"
-
-
-def tell_point(point: Point) -> str:
-    """Say a point in the map, to the centimetre: "1.9, 3.1, 0.95"."""
-    return ", ".join(f"{round(value, 2) + 0.0:g}" for value in point)
-
-
-def tell_time(time: datetime, now: datetime) -> str:
-    """Say a time as people do: "at 9:10", "yesterday at 21:40", "on 3 November at 8:00"."""
-    hour = f"at {time.hour}:{time.minute:02}"
-    days = (now.date() - time.date()).days
-    if days == 0:
-        return hour
-    if days == 1:
-        return f"yesterday {hour}"
-    if days == -1:
-        return f"tomorrow {hour}"
-    year = f" {time.year}" if time.year != now.year else ""
-    return f"on {time.day} {_MONTHS[time.month - 1]}{year} {hour}"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def order_places(asked: Asked, probability: np.ndarray) -> np.ndarray:
@@ -279,7 +163,11 @@ def count_known(asked: Asked) -> int:
 
 
 def describe_places(
-    asked: Asked, posterior: Posterior, cosines: np.ndarray | None, furniture: Sequence[int]
+    asked: Asked,
+    posterior: Posterior,
+    cosines: np.ndarray | None,
+    furniture: Sequence[int],
+    language: str = ENGLISH,
 ) -> tuple[Place, ...]:
     """Say what is believed of some furniture nodes, and why; arguments as in `gather_evidence`."""
     relations = asked.relation.tolist()
@@ -295,13 +183,13 @@ def describe_places(
             open_cost=asked.open_costs[place] if IS_INSIDE[relations[place]] else None,
         )
         for place, evidence in zip(
-            furniture, gather_evidence(asked, cosines, furniture), strict=True
+            furniture, gather_evidence(asked, cosines, furniture, language), strict=True
         )
     )
 
 
 def gather_evidence(
-    asked: Asked, cosines: np.ndarray | None, furniture: Sequence[int]
+    asked: Asked, cosines: np.ndarray | None, furniture: Sequence[int], language: str = ENGLISH
 ) -> list[Evidence]:
     """Gather what a memory holds about what was asked for, at some furniture nodes.
 
@@ -310,6 +198,7 @@ def gather_evidence(
         cosines: of the text vectors of every pair of labels of `asked.batch`, (L, L); None to
             leave similar objects out.
         furniture: positions in `asked.furniture_ids`, (n,).
+        language: in which it is told.
 
     Returns:
         One entry per furniture node, n of them.
@@ -356,6 +245,7 @@ def gather_evidence(
                 ended_ago=0 if ended is None else now - ended.time,
                 ended_on=None if ended is None else _get_date(clock, ended.time),
                 was_missed=was_missed,
+                language=language,
             )
         )
     return found

@@ -8,6 +8,7 @@ from dataclasses import replace
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import SeenAt
 from sgm.names.asking import make_asking
+from sgm.names.modifiers import is_property, spell
 from sgm.names.name import Name
 from sgm.names.phrase import make_phrase_reader
 from sgm.names.resolution import Resolution
@@ -31,7 +32,7 @@ def find_named_places(memory: SceneGraphMemory, words: str) -> list[int]:
     layout = memory.layout
     name = Name.read(words, "place")
     found = [called for called in memory.find_called(name) if called in layout.furniture]
-    found = found or list(memory.find_furniture(words))
+    found = found or _find_likely(memory, words)
     if found:
         return found
     rooms = {n for n, label in layout.rooms.items() if Name.read(str(label)).is_same(name)}
@@ -50,6 +51,16 @@ def find_named_places(memory: SceneGraphMemory, words: str) -> list[int]:
     return [n for n in find_named_places(memory, phrase.name) if n in within]
 
 
+def _find_likely(memory: SceneGraphMemory, words: str) -> list[int]:
+    """Return the ids of the furniture of a name all of whose words are used; no "sink red"."""
+    furniture = memory.layout.furniture
+    meant = memory.resolve(words, among=[node.description for node in furniture.values()])
+    last = words.split()[-1]
+    if meant.unused or (meant.says_less and is_property(spell(last))):
+        return []
+    return [n for n, node in furniture.items() if node.description in meant.matches]
+
+
 def narrow(memory: SceneGraphMemory, resolution: Resolution) -> Resolution:
     """Choose, of the things that a question means, those that are at the place that it names.
 
@@ -66,9 +77,13 @@ def narrow(memory: SceneGraphMemory, resolution: Resolution) -> Resolution:
     seen, _ = memory.list_seen(resolution.matches, None, _MOST_SEEN)
     present = {thing for thing, at in seen if at.is_there and at.furniture in places}
     if resolution.is_not_there:
-        kept = [name for name in resolution.matches if name not in present]
-        if kept:
-            return _keep(resolution, kept, ())
+        others = {thing for thing, at in seen if at.is_there and at.furniture not in places}
+        kept = [name for name in resolution.matches if name not in present or name in others]
+        if kept:  # of several of one name, those that are elsewhere come first
+            away = {at.furniture for thing, at in seen if thing in kept and at.is_there}
+            return _keep(
+                resolution, kept, tuple(n for n in away if n is not None and n not in places)
+            )
         return replace(resolution, contradiction=_tell_elsewhere(memory, resolution, seen, places))
     kept = [name for name in resolution.matches if name in present]
     if kept:
@@ -95,9 +110,13 @@ def _tell_elsewhere(
 ) -> str:
     """Say "None is known in the sink; the mug is at the counter in kitchen."."""
     asking = make_asking(memory.language)
+    where = resolution.where
+    if resolution.is_soft:  # a room before a name, in the words of the table
+        link, _, room = where.partition(" ")
+        where = f"{link} {asking.translate(room)}"
     if resolution.is_not_there:
-        return asking.say("only there", place=resolution.where)
-    nothing = asking.say("not there", place=resolution.where)
+        return asking.say("only there", place=where)
+    nothing = asking.say("not there", place=where)
     for thing, at in seen:
         if at.furniture in memory.layout.furniture and at.furniture not in places:
             where = memory.describe(int(at.furniture))

@@ -20,6 +20,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.memory.thing import ThingName
 from sgm.messages import shorten
+from sgm.names.asking import Asking, make_asking
 from sgm.names.phrase import strip_question
 from sgm.names.words import read_name
 from sgm.schema import RELATIONS
@@ -71,6 +72,24 @@ class SearchRules:
                 f"budget must be a number above 0, got {shorten(self.budget)}. Give the most that "
                 "all looks may cost, or leave it out."
             )
+
+
+class _Ended(NamedTuple):
+    """Why there is no next look.
+
+    Attributes:
+        how: sentence of the table of answers.
+        values: of that sentence.
+        reason: how likely it is elsewhere, where the sentence says so.
+    """
+
+    how: str
+    values: Mapping[str, str] = {}
+    reason: str = ""
+
+    def tell(self, asking: Asking) -> str:
+        """Say it in words."""
+        return asking.say(self.how, **self.values, reason=self.reason)
 
 
 class ObjectSearch:
@@ -128,7 +147,8 @@ class ObjectSearch:
         self._opened: int | None = None  # what was opened at the place where it is now
         self.going: Look | None = None
         self.offered: tuple[str, ...] = ()
-        self._reason = ""
+        self._ended: _Ended | None = None
+        self._asking = make_asking(memory.language)
         self._found_at = ""
         self._split(self.ranking)  # a bad name, or way from the start, is reported now
 
@@ -140,15 +160,14 @@ class ObjectSearch:
     @property
     def outcome(self) -> str:
         """Say in one line how the search stands or ended."""
-        looks = f"{self.num_looks} look{'' if self.num_looks == 1 else 's'}"
-        if not self.num_looks and self._reason.startswith(_GIVEN_UP):
-            reason = self._reason.removeprefix(f"{_GIVEN_UP}, ")
-            return (
-                f"{self.description}: no look is likely to find it, {reason}: {self._tell_seen()}"
-            )
+        asking, told, ended = self._asking, {"thing": self.description}, self._ended
+        if not self.num_looks and ended is not None and ended.how == _GIVEN_UP:
+            return asking.say("unlikely", reason=ended.reason, seen=self._tell_seen(), **told)
         if self.is_found:
-            return f"{self.description}: found at {self._found_at} after {looks}"
-        return f"{self.description}: {self._reason or 'not found yet'} after {looks}"
+            place = asking.translate(self._found_at)
+            return asking.count("found at", self.num_looks, place=place, **told)
+        reason = asking.say("not found yet") if ended is None else ended.tell(asking)
+        return asking.count("ended", self.num_looks, reason=reason, **told)
 
     def next(self) -> Look | None:
         """Return where to go and look next; None when the search is over (`outcome` says why).
@@ -161,36 +180,38 @@ class ObjectSearch:
         self.going = None
         if self.is_found:
             return None
-        ranking = self._finder.rank(self.memory, self.description)
+        asking, ranking = self._asking, self._finder.rank(self.memory, self.description)
         if ranking.asked_for != "thing":
-            names = ", ".join(place.name for place in ranking)
-            self._reason = f"it is no thing to look for but a {ranking.asked_for}: {names}"
+            names = ", ".join(asking.translate(place.name) for place in ranking)
+            self._ended = _Ended(f"but a {ranking.asked_for}", {"names": names})
             return None
         places, cut_off = self._split(ranking)
         if ranking.with_robot > 0.5:
-            self._reason = f"the robot carries it ({ranking.with_robot:.0%})"
+            self._ended = _Ended("carried", {"percent": f"{ranking.with_robot:.0%}"})
             return None
         if not places:
-            self._reason = "no place can be reached"
+            self._ended = _Ended("no way")
             return None
         if self._compute_prospect(places) <= 1 - self._rules.give_up_at:
-            self._reason = _tell_why_given_up(ranking.elsewhere, cut_off)
+            reason = self._tell_elsewhere(ranking.elsewhere, cut_off)
             if self.num_looks and places[0].probability > ranking.elsewhere:
-                self._reason += f", hidden at {places[0].name} {places[0].probability:.0%}"
+                reason = self._tell_beside("hidden", reason, places[0])
+            self._ended = _Ended(_GIVEN_UP, reason=reason)
             return None
         within = self._list_affordable(places)
         if within and self._compute_prospect(within) <= 1 - self._rules.give_up_at:
-            self._reason = self._tell_too_small(places, within)
+            self._ended = self._tell_too_small(places, within)
             return None
         look = self.plan(places)
         if look is None:
-            ended = "given up"
-            if self._rules.budget is not None:
-                how = "spent" if self.cost else "too small for any look"
-                ended = f"budget of {self._rules.budget:g} {how}"
-            self._reason = _tell_why_given_up(ranking.elsewhere, cut_off, ended)
+            how, budget = _GIVEN_UP, self._rules.budget
+            if budget is not None:
+                how = "budget spent" if self.cost else "budget too small"
+            values = {} if budget is None else {"budget": f"{budget:g}"}
+            reason = self._tell_elsewhere(ranking.elsewhere, cut_off)
+            self._ended = _Ended(how, values, reason)
             return None
-        self.going, self._reason = look, ""
+        self.going, self._ended = look, None
         return look
 
     def found(self) -> None:
@@ -204,7 +225,7 @@ class ObjectSearch:
         things = self.memory.list_named(*resolution.meant)
         if len(things) > 1:
             things = self.memory.list_named(*resolution.meant, place=look.place.furniture)
-        name = strip_question(self.description) or self.description
+        name = strip_question(self.description, self.memory.language) or self.description
         found = things[0] if len(things) == 1 else ThingName(name)  # else another of its kind
         sighting = Sighting(found.description, look.place.relation, id=found.id or None)
         self.memory.observe(look.place.furniture, [sighting], coverage=_GLANCE)
@@ -348,16 +369,20 @@ class ObjectSearch:
         cost = self._ways.compute(self._at, place.furniture) + self._rules.look_cost
         return cost if place.furniture == self._opened else cost + (place.open_cost or 0.0)
 
-    def _tell_too_small(self, places: Sequence[Place], within: Sequence[Place]) -> str:
+    def _tell_too_small(self, places: Sequence[Place], within: Sequence[Place]) -> _Ended:
         """Say which place the budget does not allow, and how little it allows."""
         budget, in_reach = self._rules.budget or 0.0, {place.furniture for place in within}
         beyond = [place for place in places if place.furniture not in in_reach]
         best = max(beyond, key=lambda place: place.probability)
-        return (
-            f"budget of {budget:g} too small for {best.name} ({best.probability:.0%}, cost "
-            f"{self._compute_cost(best):.1f}, {budget - self.cost:.1f} left), within it "
-            f"{self._compute_prospect(within):.1%}"
-        )
+        values = {
+            "budget": f"{budget:g}",
+            "place": self._asking.translate(best.name),
+            "percent": f"{best.probability:.0%}",
+            "cost": f"{self._compute_cost(best):.1f}",
+            "left": f"{budget - self.cost:.1f}",
+            "chance": f"{self._compute_prospect(within):.1%}",
+        }
+        return _Ended("too small for", values)
 
     def _compute_prospect(self, places: Sequence[Place]) -> float:
         """Return how likely looks at places find it, if there are as many as one likes.
@@ -396,8 +421,19 @@ class ObjectSearch:
         """Say what the memory knows of a thing for which no look pays."""
         last = self.ranking.last_seen
         if last is None:
-            return "it was never seen here"
-        return f"it was last seen {last.steps_ago} steps ago, and missed since"
+            return self._asking.say("never seen here")
+        return self._asking.count("seen before", last.steps_ago)
+
+    def _tell_elsewhere(self, elsewhere: float, cut_off: Sequence[Place]) -> str:
+        """Say how likely it is elsewhere, or at a place without a way."""
+        reason = self._asking.say("elsewhere share", percent=f"{elsewhere:.0%}")
+        if cut_off and cut_off[0].probability > elsewhere:
+            return self._tell_beside("cut off", reason, cut_off[0])
+        return reason
+
+    def _tell_beside(self, sentence: str, reason: str, place: Place) -> str:
+        name, chance = self._asking.translate(place.name), f"{place.probability:.0%}"
+        return self._asking.say(sentence, reason=reason, place=name, percent=chance)
 
     def _split(self, ranking: Ranking) -> tuple[list[Place], list[Place]]:
         """Part the places that can be visited from those that cannot or shall not be.
@@ -452,11 +488,3 @@ class ObjectSearch:
         self._in_a_row = self._in_a_row + 1 if is_at(self._at, furniture) else 1
         if self._ways.distance is not None:
             self._at = furniture
-
-
-def _tell_why_given_up(elsewhere: float, cut_off: Sequence[Place], ended: str = _GIVEN_UP) -> str:
-    """Say how likely it is elsewhere, or at a place without a way."""
-    reason = f"{ended}, elsewhere {elsewhere:.0%}"
-    if cut_off and cut_off[0].probability > elsewhere:
-        reason += f", {cut_off[0].name}, which cannot be reached, {cut_off[0].probability:.0%}"
-    return reason

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from sgm.checks import MOST_COST, is_number
-from sgm.finder.ranking import Place, tell_point
+from sgm.finder.evidence import tell_point
+from sgm.finder.ranking import Place
 from sgm.finder.tour_optimiser import (
     compute_expected_cost,
     compute_prob_needed,
@@ -22,6 +23,8 @@ from sgm.layout.box import Box
 from sgm.layout.layout import Layout
 from sgm.memory.sighting import Point
 from sgm.messages import shorten
+from sgm.names.asking import make_asking
+from sgm.names.sections import ENGLISH
 from sgm.schema import RELATION_TABLE, USUAL_RELATION
 
 MOST_ROUNDS = 3  # looks at one place: a detector that misses a quarter misses 2 % thrice
@@ -78,12 +81,16 @@ class Look:
 
         And where, if the thing was seen there: "look on the table in hall, at 1.9, 3.1, 0.75".
         """
+        asking = make_asking(self.place.evidence.language)
+        name = asking.translate(self.place.name)
         if self.must_open:
-            return f"open the {self.place.name}"
-        position = "" if self.place.position is None else f", at {tell_point(self.place.position)}"
-        usual = RELATION_TABLE[USUAL_RELATION]  # where the place itself was asked for
-        relation = RELATION_TABLE.get(self.place.relation, usual)
-        return f"look {relation.preposition} the {self.place.name}{position}"
+            return asking.say("open", place=name)
+        is_told = self.place.relation in RELATION_TABLE  # not where the place was asked for
+        relation = self.place.relation if is_told else USUAL_RELATION
+        look = asking.say(f"look {relation}", place=name)
+        if self.place.position is None:
+            return look
+        return asking.say("look toward", look=look, point=tell_point(self.place.position))
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,11 +120,15 @@ class SearchPlan:
 
     def __str__(self) -> str:
         """Say one look per line."""
-        head = f"{self.description}: found with {self.found:.0%}, expected cost "
-        lines = [f"{head}{self.expected_cost:.1f}"]
+        asking = make_asking(self.looks[0].place.evidence.language if self.looks else ENGLISH)
+        chance, cost = f"{self.found:.0%}", f"{self.expected_cost:.1f}"
+        lines = [asking.say("plan", thing=self.description, percent=chance, cost=cost)]
         for number, look in enumerate(self.looks, start=1):
-            name = f"open the {look.place.name}" if look.must_open else look.place.name
-            lines.append(f"{number:3}. {name}, {look.place.probability:.0%}, cost {look.cost:.1f}")
+            name = asking.translate(look.place.name)
+            name = asking.say("open", place=name) if look.must_open else name
+            chance, cost = f"{look.place.probability:.0%}", f"{look.cost:.1f}"
+            told = asking.say("plan look", place=name, percent=chance, cost=cost)
+            lines.append(f"{number:3}. {told}")
         return "\n".join(lines)
 
 

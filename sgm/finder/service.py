@@ -15,7 +15,6 @@ from sgm.finder.finder import Finder
 from sgm.finder.home_map import read_stand
 from sgm.finder.map_calls import MapCalls
 from sgm.finder.meanings import (
-    NamedThing,
     Unclear,
     ask_which,
     doubt,
@@ -31,7 +30,6 @@ from sgm.finder.written import writes
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
-from sgm.names.asking import make_asking
 from sgm.names.ignored import IgnoredNames
 
 MOST_SEARCHES = 100  # at once; the one that was not used for longest ends
@@ -116,7 +114,7 @@ class MemoryService(MapCalls):
         unclear = asked.unclear
         try:
             if unclear is None and asked.time_words:
-                ask = make_asking(self.memory.language).tell_unused((asked.time_words,))
+                ask = self._asking.tell_unused((asked.time_words,))
                 unclear = Unclear("ambiguous", ask, ())
             if unclear is not None:
                 raise unclear
@@ -130,7 +128,9 @@ class MemoryService(MapCalls):
         except Unclear as asks:
             words = asked.things[0] if len(asked.things) == 1 else str(thing)
             told = tell_doubt(asks)
-            return Searching(search_id="", thing=words, outcome="no search was started", **told)
+            return Searching(
+                search_id="", thing=words, outcome=self._asking.say("no search"), **told
+            )
         if isinstance(start, int):
             self.memory.describe(start)
         elif start is not None:
@@ -187,11 +187,7 @@ class MemoryService(MapCalls):
         sightings = read_seen(seen)
         running = self._searches.get(search_id)
         if running is None:
-            ended = (
-                "there is no such search, or no longer. Call search_start again: it goes on "
-                "with what was seen."
-            )
-            return Searching("unknown", search_id, "", outcome=ended)
+            return Searching("unknown", search_id, "", outcome=self._asking.say("search ended"))
         self._searches.move_to_end(search_id)
         about = (result, tuple(sightings), coverage, thing)
         before = running.find_told(look, about)
@@ -213,10 +209,10 @@ class MemoryService(MapCalls):
             search.seen(sightings, coverage)
         search.next()
         found = [name for name in left if name not in search.left]
-        said = f"{search.description}: not found at {going.place.name}"
-        if found:
-            said = f"{', '.join(found)}: found at {going.place.name}"
-        self._note("search_next", search.description, going.place.furniture, said)
+        names, where = ", ".join(found) or search.description, going.place.furniture
+        sentence = "note found" if found else "note not found"
+        said = self._say(sentence, names=names, place=self._tell_place(where))
+        self._note("search_next", search.description, where, said)
         return running.note(about)
 
     @writes
@@ -240,8 +236,9 @@ class MemoryService(MapCalls):
         self.let_time_pass()
         shown = [sighting for sighting in sightings if sighting.description not in self._ignored]
         self.memory.observe(furniture, shown, coverage)
-        things = "1 thing" if len(shown) == 1 else f"{len(shown)} things"
-        return self._note("observe", "", furniture, f"{things} seen at {self.tell_name(furniture)}")
+        place_name = self._tell_place(furniture)
+        said = self._asking.count("note observe", len(shown), place=place_name)
+        return self._note("observe", "", furniture, said)
 
     @writes
     def note_moved(
@@ -277,9 +274,10 @@ class MemoryService(MapCalls):
         for known, was in named:
             taken = was if before is None else before
             self.memory.note_moved(known, furniture, by, relation, confidence, taken)
-        names, verb = _join_names(named)
-        said = f"{by} said that {names} {verb} at {self.tell_name(furniture)}"
-        return self._note("note_moved", names, furniture, said)
+        names = [known for known, _ in named]
+        who, where = self._asking.tell_who(by), self._tell_place(furniture)
+        said = self._asking.tell_several("note moved", names, who=who, place=where)
+        return self._note("note_moved", self._join(names), furniture, said)
 
     @writes
     def picked_up(
@@ -301,8 +299,9 @@ class MemoryService(MapCalls):
         self.let_time_pass()
         for known, was in named:
             self.memory.picked_up(known, was if before is None else before)
-        names, _ = _join_names(named)
-        return self._note("picked_up", names, before, f"the robot carries {names}")
+        names = [known for known, _ in named]
+        said = self._asking.tell_several("note picked up", names)
+        return self._note("picked_up", self._join(names), before, said)
 
     @writes
     def put_down(
@@ -331,9 +330,8 @@ class MemoryService(MapCalls):
         self.let_time_pass()
         for known in held:
             self.memory.put_down(known, furniture, relation)
-        names = " and ".join(held)
-        said = f"the robot put {names} at {self.tell_name(furniture)}"
-        return self._note("put_down", names, furniture, said)
+        said = self._asking.tell_several("note put down", held, place=self._tell_place(furniture))
+        return self._note("put_down", self._join(held), furniture, said)
 
     @writes
     def forget(
@@ -368,15 +366,18 @@ class MemoryService(MapCalls):
             self.let_time_pass()
             for known, _ in named:
                 self.memory.forget(known, by)
-            names = " and no ".join(known for known, _ in named)
-            told, _ = _join_names(named)
-            return self._note("forget", told, None, f"{by} said that there is no {names}")
+            names = [known for known, _ in named]
+            told = self._asking.translate(names[0])
+            for name in names[1:]:
+                told = self._say("no and no", names=told, name=self._asking.translate(name))
+            said = self._say("note gone", by, names=told)
+            return self._note("forget", self._join(names), None, said)
         assert place is not None
         furniture = find_place(self.memory, place, acts=True)
-        name = self.tell_name(furniture)
+        said = self._say("note gone", by, names=self._tell_place(furniture))
         self.let_time_pass()
         self.memory.forget(furniture, by)
-        return self._note("forget", "", furniture, f"{by} said that there is no {name}")
+        return self._note("forget", "", furniture, said)
 
     @writes
     def rename(self, thing: str, name: str, by: str = ROBOT, *, key: str | None = None) -> Noted:
@@ -399,9 +400,10 @@ class MemoryService(MapCalls):
         has_places = self.memory.num_furniture > 0
         several = has_places and self.memory.ask([known]).num_instances.max() > 1
         self.memory.rename(known, name, by)
-        said = f"{by} said that {known} is called {name}"
+        thing_name = self._asking.translate(known)
+        said = self._say("note called", by, thing=thing_name, name=name)
         if several:
-            said += f"; there are several, of which ids alone tell which is no {known}"
+            said = self._say("note several", told=said, thing=thing_name)
         return self._note("rename", name, None, said)
 
     @writes
@@ -420,7 +422,8 @@ class MemoryService(MapCalls):
         first, second = (find_thing(self.memory, name) for name in (thing, other))
         self.let_time_pass()
         self.memory.merge(first, second, by)
-        return self._note("merge", first, None, f"{by} said that {first} and {second} are one")
+        names = {"thing": self._asking.translate(first), "other": self._asking.translate(second)}
+        return self._note("merge", first, None, self._say("note one", by, **names))
 
     @writes
     def split(
@@ -450,12 +453,12 @@ class MemoryService(MapCalls):
         furniture, known = self._find_any(place, thing), find_thing(self.memory, thing)
         self.let_time_pass()
         self.memory.split(known, furniture, name or "", by)
-        return self._note("split", known, furniture, f"{by} said that {known} is two things")
+        said = self._say("note two", by, thing=self._asking.translate(known))
+        return self._note("split", known, furniture, said)
 
     def _find_any(self, place: int | str | None, thing: str) -> int | None:
         return None if place is None else find_place(self.memory, place, thing, acts=True)
 
-
-def _join_names(named: Sequence[NamedThing]) -> tuple[str, str]:
-    """Return the names of things in one text, and the verb after it."""
-    return " and ".join(known.thing for known in named), "is" if len(named) == 1 else "are"
+    def _join(self, names: Sequence[str]) -> str:
+        """Return the names of the things of a write in one text, as they stand in the memory."""
+        return self._asking.join(names, "and", most=len(names))

@@ -48,6 +48,7 @@ class WhereCalls:
     def __init__(self, memory: SceneGraphMemory, finder: Finder) -> None:
         self.memory = memory
         self.finder = finder
+        self._asking = make_asking(memory.language)
 
     def where_is(
         self,
@@ -74,7 +75,7 @@ class WhereCalls:
             check_rows(k)
         asked = read_asked(self.memory, self.finder, thing, speaker)
         if asked.span is not None and at is not None:
-            ask = make_asking(self.memory.language).tell_unused((asked.time_words,))
+            ask = self._asking.tell_unused((asked.time_words,))
             asked = asked._replace(span=None, unclear=Unclear("ambiguous", ask, ()))
         answers = [self._locate(asked, name, at, k) for name in asked.things]
         if k is None:
@@ -145,7 +146,8 @@ class WhereCalls:
             was += find_past_places(self.memory, match, begin, end)
         was.sort(key=lambda place: -place.probability)
         if unclear is None and not was:
-            words = make_asking(self.memory.language).say("not known then", thing=thing)
+            name = resolution.matches[0] if len(resolution.matches) == 1 else thing
+            words = self._asking.tell("not known then", name)
             unclear = Unclear("unknown", words, ())
         placed = [place for place in was if place.furniture is not None]
         found = tuple(self._tell_past(place) for place in placed[: k or DEFAULT_PLACES])
@@ -165,10 +167,10 @@ class WhereCalls:
 
     def _tell_past(self, was: WasAt) -> PlaceFound:
         """Tell a place where a thing was, and by what that is known."""
-        asking, when = make_asking(self.memory.language), self.tell_time(was.time, self.memory.time)
+        asking, when = self._asking, self.tell_time(was.time, self.memory.time)
         told = asking.say("seen then", when=when.words)
         if was.by:
-            told = asking.say("said then", who=was.by, when=when.words)
+            told = asking.say("said then", who=asking.tell_who(was.by), when=when.words)
         name = self.tell_name(was.furniture)
         assert was.furniture is not None
         spot = tell_position(self.memory.layout, was.furniture, None)
@@ -199,13 +201,7 @@ class WhereCalls:
 
     def tell_time(self, step: int, now: int) -> Moment:
         """Tell a time step, as it is said at another one."""
-        clock = self.memory.clock
-        moment = Moment.tell(step, now, clock)
-        dates = (None, None) if clock is None else (clock.get_date(step), clock.get_date(now))
-        if dates[0] is None or dates[1] is None:
-            return moment
-        words = make_asking(self.memory.language).tell_time(dates[0], dates[1])
-        return replace(moment, words=words) if words else moment
+        return Moment.tell(step, now, self.memory.clock, self.memory.language)
 
     def tell_any(self, step: int | None, now: int) -> Moment | None:
         """Tell a time step, if there is one."""
@@ -217,6 +213,14 @@ class WhereCalls:
             return "" if place is None else self.memory.describe(place)
         except KeyError:
             return ""
+
+    def _say(self, sentence: str, by: str = "", **values: object) -> str:
+        """Return a sentence of the table of answers; `by` is who said so."""
+        return self._asking.say(sentence, who=self._asking.tell_who(by), **values)
+
+    def _tell_place(self, place: int) -> str:
+        """Return the name of a place as the language has it."""
+        return self._asking.translate(self.tell_name(place))
 
 
 def check_rows(k: int) -> None:

@@ -163,7 +163,9 @@ class WriteCalls(ReadCalls):
         except Unclear as unclear:
             now = self.tell_time(self.memory.time, self.memory.time)
             told = tell_doubt(unclear)
-            return Noted(thing=unclear.thing, place=None, said="nothing was noted", at=now, **told)
+            return Noted(
+                thing=unclear.thing, place=None, said=self._asking.say("not noted"), at=now, **told
+            )
 
     def _find_done(self, key: object, about: int) -> Noted | Searching | None:
         """Return what the write of a key was answered; None of a new key.

@@ -31,7 +31,8 @@ from sgm.messages import warn_caller
 from sgm.names.aliases import AliasTable
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.name_matching import NameIndex, Similarity
+from sgm.names.name_index import NameIndex
+from sgm.names.name_matching import Similarity
 from sgm.names.resolution import Resolution
 from sgm.names.sentence import Sentence
 from sgm.names.vocabulary import Vocabulary

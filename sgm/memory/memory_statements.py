@@ -14,7 +14,7 @@ from sgm.memory.sighting import read_relation
 from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence
 from sgm.messages import shorten
 from sgm.names.name import Name
-from sgm.names.name_matching import NameIndex
+from sgm.names.name_index import NameIndex
 from sgm.names.resolution import Resolution
 from sgm.names.words import read_words
 from sgm.schema import RELATIONS

@@ -29,11 +29,11 @@ from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import SeenAt, Sighting
 from sgm.memory.thing import ROBOT, Statement, ThingName
 from sgm.names.aliases import Aliases, AliasTable
-from sgm.names.language import ENGLISH
 from sgm.names.name import Name
 from sgm.names.name_encoder import Encode, NameEncoder
 from sgm.names.name_matching import Similarity
 from sgm.names.resolution import Resolution
+from sgm.names.sections import ENGLISH
 from sgm.names.sentence import Sentence
 from sgm.prior.prior_graph import PriorGraph
 

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from sgm.messages import shorten
-from sgm.names.language import ENGLISH, load_language
+from sgm.names.language import load_language
+from sgm.names.sections import ENGLISH, read_file
 from sgm.names.words import OWN_PLURALS, compute_singular, make_key, read_words, split_words
 
 # Rows of one's own: a CSV file, or {name: its aliases, or {"kind": ..., "aliases": ...}}.
@@ -340,9 +341,8 @@ def _walk(thing: int, edges: Mapping[int, Sequence[int]]) -> list[int]:
 
 @lru_cache(maxsize=1)
 def _load_household() -> AliasTable:
-    english = load_language()
-    rows = [*_parse(english.read("aliases.csv"), "the shipped aliases")]
-    return AliasTable([*rows, *_list_broad_kinds(english.read("kinds.csv"))])
+    rows = [*_parse(read_file(ENGLISH, "aliases.csv"), "the shipped aliases")]
+    return AliasTable([*rows, *_list_broad_kinds(read_file(ENGLISH, "kinds.csv"))])
 
 
 @lru_cache(maxsize=8)

@@ -7,10 +7,13 @@ from datetime import datetime
 from functools import lru_cache
 
 from sgm.messages import shorten, shorten_text
-from sgm.names.language import ENGLISH, load_answers, load_language
+from sgm.names.language import load_answers, load_language
 from sgm.names.phrase import make_phrase_reader
+from sgm.names.sections import ENGLISH
+from sgm.names.words import POSSESSIVE, normalize
 
 MOST_NAMED = 5  # names in a question
+_ROBOT = "robot"  # as who said or did something
 MOST_NAME = 60  # characters of a name in a question
 
 
@@ -25,16 +28,23 @@ class Asking:
     def __init__(self, code: str) -> None:
         """Write by the tables of a language; raises ValueError if there is none of that code."""
         answers = load_answers(code)
-        self._names, self._ask = answers["names"], answers["ask"]
+        self._names, self._how = answers["names"], answers["how"]
+        self._ask = {
+            name: text
+            for section, sentences in answers.items()
+            if section not in ("names", "how")
+            for name, text in sentences.items()
+        }
         marks = [mark.strip() for mark in self._names["no article"].split("|")]
         self._owned = tuple(mark for mark in marks if mark.startswith("'"))
         self._words = frozenset(marks) - frozenset(self._owned)
         language = load_language(code)
         # The first word of each name, and its gender, by name in the shipped table.
         self._called = {name: (words[0], gender) for name, gender, words in language.names}
+        self._written = {normalize(w): w for _, _, words in language.names for w in words}
         pairs = language.read_pairs("properties")
         self._properties = {english: word for word, english in reversed(pairs.items())}
-        self._times = answers.get("times", {})
+        self._months = _split(self._ask["months"])
         self._articles = load_language(code).list_words("articles")
         self._pronouns = load_language(code).list_words("pronouns")
         self._plural, self._singular = (
@@ -46,6 +56,25 @@ class Asking:
     def say(self, sentence: str, **values: object) -> str:
         """Return a sentence with values filled in."""
         return self._ask[sentence].format(**values)
+
+    def count(self, sentence: str, number: int, **values: object) -> str:
+        """Return a sentence with a number: its first form for one, else its last."""
+        form = _split(self._ask[sentence])[0 if number == 1 else -1]
+        return form.format(number=number, **values)
+
+    def tell_how(self, how: str) -> str:
+        """Say how a question was taken for a description."""
+        return self._how[how]
+
+    def tell_who(self, by: str) -> str:
+        """Say who said something; `by` is "robot" for the robot."""
+        return self.say(_ROBOT) if by == _ROBOT else by
+
+    def tell_steps(self, step: int, now: int) -> str:
+        """Say a time step, as it is said at another one: "now", "3 steps ago"."""
+        if step == now:
+            return self.say("now")
+        return self.count("ago" if step < now else "ahead", abs(now - step))
 
     def say_the(self, name: str) -> str:
         """Return a name as it stands in a sentence: "the red mug", "anna's phone"."""
@@ -74,14 +103,14 @@ class Asking:
             if called is not None:
                 before = self._translate_before(words[:start], called[1] == "p")
                 return name if before is None else " ".join((*before, called[0]))
-        return name
+        return self._written.get(normalize(name), name)
 
     def _find_called(self, name: str) -> tuple[str, str] | None:
         """Return what a language calls the thing of a name, and its gender; None for no such."""
         if not self._called or make_phrase_reader(ENGLISH).read(name).where:
             return None
         words = name.casefold().split()
-        if any(word.endswith("'s") for word in words):
+        if any(word.endswith(POSSESSIVE) for word in words):
             return None
         endings = (" ".join(words[start:]) for start in range(len(words)))
         return next((self._called[ending] for ending in endings if ending in self._called), None)
@@ -96,8 +125,8 @@ class Asking:
         form = self._names["adjectives" if is_plural else "adjective"]
         told = []
         for word in words:
-            if word.endswith("'s"):
-                told.append(f"{word[:-2].capitalize()}s")
+            if word.endswith(POSSESSIVE):
+                told.append(f"{word.removesuffix(POSSESSIVE).capitalize()}s")
             elif word in self._properties:
                 told.append(form.format(word=self._properties[word]))
             else:
@@ -105,17 +134,16 @@ class Asking:
         return told
 
     def tell_time(self, time: datetime, now: datetime) -> str:
-        """Say a time as people do, where the language has sentences for it; else empty."""
-        if not self._times:
-            return ""
-        at_hour = self._times["at"].format(hour=f"{time.hour}:{time.minute:02}")
+        """Say a time as people do: "at 9:10", "yesterday at 21:40", "on 3 November at 8:00"."""
+        at_hour = self.say("at", hour=f"{time.hour}:{time.minute:02}")
         days = (now.date() - time.date()).days
         if days == 0:
             return at_hour
         if abs(days) == 1:
-            return self._times["yesterday" if days > 0 else "tomorrow"].format(at=at_hour)
-        values = {"day": time.day, "month": time.month, "year": time.year, "at": at_hour}
-        return self._times["date"].format(**values)
+            return self.say("yesterday" if days > 0 else "tomorrow", at=at_hour)
+        month = self._months[time.month - 1]
+        sentence = "date" if time.year == now.year else "date of year"
+        return self.say(sentence, day=time.day, month=month, year=time.year, at=at_hour)
 
     def list_names(self, names: Sequence[str], link: str = "or", plain: bool = False) -> str:
         """Return "the red mug, the blue mug or the bowl"; plain, without articles."""
@@ -124,11 +152,17 @@ class Asking:
         ]
         return self.join(told, link)
 
-    def join(self, told: Sequence[str], link: str = "or") -> str:
+    def tell_several(self, sentence: str, names: Sequence[str], **values: object) -> str:
+        """Return a sentence about things, with its verb, and without articles."""
+        told = self.join([self.translate(name) for name in names], "and", most=len(names))
+        verbs = {verb: forms[len(names) > 1] for verb, forms in self._verbs.items()}
+        return self.say(sentence, names=told, **verbs, **values)
+
+    def join(self, told: Sequence[str], link: str = "or", most: int = MOST_NAMED) -> str:
         """Return texts with commas, and "or" before the last one."""
-        if len(told) > MOST_NAMED:
-            more = self._ask["others"].format(number=len(told) - MOST_NAMED)
-            told = [*told[:MOST_NAMED], more]
+        if len(told) > most:
+            more = self._ask["others"].format(number=len(told) - most)
+            told = [*told[:most], more]
         if len(told) < 2:
             return "".join(told)
         return f"{', '.join(told[:-1])} {self._names[link]} {told[-1]}"

@@ -12,7 +12,7 @@ from sgm.names.modifiers import (
     picks,
     says_how,
 )
-from sgm.names.name_grammar import Reading
+from sgm.names.name_grammar import LACKED, Reading
 from sgm.names.spelling import count_mistakes
 
 ALL_SAID, LESS_SAID, OTHER_SAID, DOUBTFUL = 1, 2, 3, 4
@@ -86,11 +86,11 @@ def is_possible(asked: Reading, said: Reading) -> bool:
         return False
     if asked.packages and said.packages and not asked.packages & said.packages:
         return False
-    if is_elsewhere(asked.said, said.said):
+    if is_elsewhere(asked.said, said.said) and not _is_called_otherwise(asked, said):
         return False
-    if not asked.features.isdisjoint(f"no {word}" for word in said.features):
+    if not asked.features.isdisjoint(f"{LACKED}{word}" for word in said.features):
         return False
-    if not said.features.isdisjoint(f"no {word}" for word in asked.features):
+    if not said.features.isdisjoint(f"{LACKED}{word}" for word in asked.features):
         return False
     asked_before, said_before = asked.said - asked.head_words, said.said - said.head_words
     # No "canvas belt" is a "leather belt", but a green bottle may be one of white wine.
@@ -99,6 +99,13 @@ def is_possible(asked: Reading, said: Reading) -> bool:
         or contradict(asked.properties - COLOURS, said.head_before)
         or contradict(asked.head_before, said.properties - COLOURS)
     )
+
+
+def _is_called_otherwise(asked: Reading, said: Reading) -> bool:
+    """Tell whether both are names of one thing, and what stands before these is of one room."""
+    is_same = not set(asked.things).isdisjoint(said.things)
+    before = asked.said - asked.head_words, said.said - said.head_words
+    return is_same and not is_elsewhere(*before)  # an "espresso machine" is a "coffee maker"
 
 
 def is_doubtful(asked: Reading, said: Reading) -> bool:

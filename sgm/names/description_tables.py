@@ -132,6 +132,10 @@ class DescriptionTables:
                 for ending in reading.endings:
                     yield self.endings, ending, entry
 
+    def has_name(self, text: str) -> bool:
+        """Tell whether something is called so, here or in the table of aliases."""
+        return text in self.written or self._reader.has_name(text)
+
     def list_keys(self, name: Name) -> list[tuple[object, str]]:
         """List by what names are exactly the same: one of these is."""
         aliases = self._declared.list_things(name)

@@ -6,46 +6,59 @@ import re
 from collections.abc import Callable
 from functools import lru_cache
 
+from sgm.names.sections import load_grammar
 from sgm.names.words import MOST_NAMES, normalize
+
+_GRAMMAR = load_grammar()
+
+
+def _match_any(*sections: str) -> str:
+    """Return the regular expression of any word of some sections, the longest first."""
+    words = {word for section in sections for word in _GRAMMAR.list_words(section)}
+    return f"(?:{'|'.join(map(re.escape, sorted(words, key=lambda word: (-len(word), word))))})"
+
 
 _SENSE = re.compile(r"\.[nvar]\.\d\d(?!\d)")  # of WordNet: "pizza.n.01"
 _LOCATED = re.compile(r"(?=.*\d)[^|]*[^|\s]\s*\|")  # "Mug|-01.23|+00.95|+01.34"
 _HEX = r"(?:[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}|(?=[0-9a-f]*\d)[0-9a-f]{4,}|[0-9a-f]{8,})"
-_NUMBER = r"(?:no|nr|num|number|id|instance|inst|obj)"
+_NUMBER = _match_any("number signs")
+_TRACK = _match_any("trackers")
+_NUMBERED = _match_any("trackers", "number signs")
 _OPENING = r"(?:\((?=[^()]*\)$)|\[(?=[^\[\]]*\]$)|\{(?=[^{}]*\}$)|<(?=[^<>]*>$))"
 _LAST = re.compile(
-    rf"(?<=[^\s])(?:\s*[\s.#:/@~=,;-]\s*(?:{_NUMBER}\.?\s+|(?:track|object|{_NUMBER})[.:=]?)?#?"
-    rf"|\s*{_OPENING}(?:(?:track|object|{_NUMBER})[.:=]?\s*)?#?)(?P<mark>\d+|{_HEX})[\])}}>]?$"
+    rf"(?<=[^\s])(?:\s*[\s.#:/@~=,;-]\s*(?:{_NUMBER}\.?\s+|{_NUMBERED}[.:=]?)?#?"
+    rf"|\s*{_OPENING}(?:{_NUMBERED}[.:=]?\s*)?#?)(?P<mark>\d+|{_HEX})[\])}}>]?$"
 )
 # Words, the last of which is not read as a part of the mark after them.
-_SPELLED = re.compile(rf"(?:[a-z]+ )*(?!(?:{_NUMBER}|track|[a-f]{{8,}})$)[a-z]+")
+_SPELLED = re.compile(rf"(?:[a-z]+ )*(?!(?:{_NUMBER}|{_TRACK}|[a-f]{{8,}})$)[a-z]+")
 _LISTED = re.compile(  # "006_mustard_bottle", "track_12_bottle", "[3] bottle", "3: bottle"
-    rf"(?P<mark>0\d+|(?:(?:track|object|{_NUMBER})[\s.:#-]*|#)\d+|\[\d+\]|\(\d+\)|\d+:)"
+    rf"(?P<mark>0\d+|(?:{_NUMBERED}[\s.:#-]*|#)\d+|\[\d+\]|\(\d+\)|\d+:)"
     r"[\s.-]+(?=.*[^\W\d_]{2})"
 )
 # As trackers and data sets write them, where "_" parts what spaces do not: no "railway track 3".
-_TRACKED = re.compile(rf"_(?:track|object|{_NUMBER})_(?=\d+$)", re.IGNORECASE)
+_TRACKED = re.compile(rf"_{_NUMBERED}_(?=\d+$)", re.IGNORECASE)
 _BEFORE_NAME = re.compile(
     r"^(?:[a-z]+_0(?=\d)|(?=[1-9]\d*_))(?P<mark>\d+)_(?=[^\W\d_]{2})", re.IGNORECASE
 )
 _WHAT_IT_IS = re.compile(  # "object 12 (cup)"
-    rf"^(?:track|object|item|{_NUMBER})[\s_.#-]*(?P<mark>\d+)\s*\((?P<name>[^()]*[^\W\d_]{{2}}[^()]*)\)$",
+    rf"^{_NUMBERED}[\s_.#-]*(?P<mark>\d+)\s*\((?P<name>[^()]*[^\W\d_]{{2}}[^()]*)\)$",
     re.IGNORECASE,
 )
+_SCORE = re.compile(r"\s*\((?:0?\.\d+|1\.0*|\d{1,3}\s?%)\)\s*$")  # "mug (0.87)"
+_LABEL = re.compile(rf"^\s*{_match_any('labels')}\s*[:=]\s*(?=[^\W\d_]{{2}})", re.IGNORECASE)
 _ON_SIGN = re.compile(r"(?<=[\u3040-\uffff])(?P<mark>\d+)$")  # "杯子1": no spaces
 _WRITTEN_ON = re.compile(r"(?P<word>[^\W\d_]{3,})(?P<mark>\d{1,4})$")  # "mug3"
 _MEASURE = re.compile(
     r"(?<=[^\s])\s+(?P<mark>m?\d+(?:[.,/x]\d+)*\s?"
-    r"(?:mm|cm|m|km|in|inch|inches|ft|ml|cl|dl|l|liters?|litres?|kg|g|mg|lbs?|oz|w|v|volts?|watts?"
-    r"|a|ma|mah|gb|tb|hz|x\d+|\"|%)?)$"
+    rf"(?:{_match_any('units')}|x\d+|\"|%)?)$"
 )
 _LETTER = re.compile(r"(?<=[^\s])[\s-]+(?P<mark>[a-z]|i{2,3}|iv|vi{1,3}|ix|v\d+)$")
-_CLONE = re.compile(r"\s*\((?:clone|copy)\)$")  # of Unity, and of editors
+_CLONE = re.compile(rf"\s*\({_match_any('copies')}\)$")  # of Unity, and of editors
 _NUMBER_WORD = re.compile(
-    r"(?P<word>[^\W\d_]+)\s+(?:number\s+)?"
-    r"(?P<mark>one|two|three|four|five|six|seven|eight|nine|ten|eleven|twelve)$"
+    rf"(?P<word>[^\W\d_]+)\s+(?:{_match_any('said before a number')}\s+)?"
+    rf"(?P<mark>{_match_any('numbers')})$"
 )
-_NUMBERS = "one two three four five six seven eight nine ten eleven twelve".split()
+_NUMBERS = " ".join(_GRAMMAR.list_lines("numbers")).split()
 _CODE = re.compile(r"(?P<rest>.*[^\s])\s+(?P<code>[a-z]{6})$")  # "bottom cabinet nddvba 0"
 _UNSPEAKABLE = re.compile(r"[^aeiouy]{4}|^[^aeiou]+$")
 
@@ -85,6 +98,22 @@ def split_instance(name: str) -> tuple[str, str]:
         marks.append(number.lstrip("0") or "0")
         text = text[listed.end() :]
     return text, " ".join(reversed(marks))
+
+
+def drop_label(name: str) -> str:
+    """Return a name without what a detector writes around it: "class: mug (0.87)"."""
+    if ":" not in name and "(" not in name and "=" not in name:
+        return name
+    return _LABEL.sub("", _SCORE.sub("", name)) or name
+
+
+def drop_track(name: str) -> str:
+    """Return a name without the number of a tracker or data set; empty if it has none such.
+
+    That number is of the tracker's list, and not which of several mugs is meant.
+    """
+    marked = _write_mark_last(name)
+    return "" if marked == name else split_instance(name)[0]
 
 
 def _write_mark_last(name: str) -> str:

@@ -5,21 +5,17 @@ from __future__ import annotations
 from functools import lru_cache
 
 from sgm.names.aliases import AliasTable
-from sgm.names.language import load_language
 from sgm.names.modifiers import PROPERTIES, spell
+from sgm.names.sections import ENGLISH, read_file
 from sgm.text.vectors import load_text
 
 
 @lru_cache(maxsize=1)
 def load_known_words() -> frozenset[str]:
     """Load what the shipped tables and text vectors know, each as `spell` gives it."""
-    english = load_language()
-    words = set(english.read("words.txt").split())
+    words = set(read_file(ENGLISH, "words.txt").split())
     words.update(word for text in load_text().words for word in text.split())
-    known = set(map(spell, words | AliasTable.household().words)) | PROPERTIES
-    for line in english.read("wordnet.txt").splitlines():  # spelled so already
-        known.update(() if line.startswith("#") else line.split())
-    return frozenset(known)
+    return frozenset(map(spell, words | AliasTable.household().words)) | PROPERTIES
 
 
 def is_word(word: str) -> bool:

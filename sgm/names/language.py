@@ -6,22 +6,27 @@ import csv
 import io
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
 from functools import cache, cached_property, lru_cache
-from importlib import resources
 
 from sgm.messages import shorten
+from sgm.names import sections
+from sgm.names.sections import ENGLISH, Sections, read_file
 
-ENGLISH = "en"  # in which the tables of names, of priors and of detectors are written
+_SENTENCES, _ANSWERS = "sentences.txt", "answers.txt"
+# Section of answers: how names stand in a sentence; what a language with genders says.
+_FORMS = "names"
+_FORM_NAMES = "the|no article|or|and|is|was|has|adjective|adjectives|place|called".split("|")
+NEEDED = ("questions", "articles", "at")
 _PART = re.compile(r"[()\[\]|]|<\w+>|\$[\w']+|[^\s()\[\]|<>$]+")
-_HEAD = re.compile(r"\[[^\[\]|]+\]")
 _MARKS = {"(": "(?:", "[": "(?:", "]": ")?", ")": ")", "|": "|"}
 _WORD = r" [^\s,]+"
 _SLOTS = {"word": _WORD, "rest": rf"(?:{_WORD}| ,)+"}
 
 
-class Language:
-    """The tables of one language: `sgm/names/data/CODE/`.
+class Language(Sections):
+    """The tables of one language: `sgm/names/data/CODE/`; its sections are of `sentences.txt`.
+
+    A section that the language does without is empty, but for those of `NEEDED`.
 
     Attributes:
         code: "en", "de".
@@ -31,7 +36,7 @@ class Language:
         """Read the folder of a language.
 
         Raises:
-            ValueError: if there is none.
+            ValueError: if there is none, or a section is missing.
         """
         self.code = code
         if code not in list_languages():
@@ -39,65 +44,17 @@ class Language:
                 f"language must be one of {', '.join(list_languages())}, got {shorten(code)}. "
                 "docs/extend/language.md says how to add one."
             )
-        self._sections = _read_sections(_compare_form(self.read("sentences.txt")))
-        self.list_words = cache(self._list_words)
-        self.read_pairs = cache(self._read_pairs)
+        text, path = read_file(code, _SENTENCES), f"sgm/names/data/{code}/{_SENTENCES}"
+        super().__init__(_compare_form(text), path, NEEDED)
+        # Letters that a keyboard may lack, and what is written instead: "ae".
+        self.spelled_out = Sections(text, path, ()).read_pairs("spelled out")
         self.compile_section = cache(self._compile_section)
-
-    def read(self, name: str) -> str:
-        """Return the text of a file of the folder, empty if there is no such file."""
-        path = resources.files("sgm.names").joinpath("data", self.code, name)
-        return path.read_text(encoding="utf-8") if path.is_file() else ""
-
-    def list_lines(self, section: str) -> Sequence[str]:
-        """Return the lines of a section; none of one that the language does without."""
-        return self._sections.get(section, ())
-
-    def list_phrases(self, section: str) -> list[str]:
-        """Return the phrases of a section, which "|" or lines part."""
-        lines = self.list_lines(section)
-        return [phrase.strip() for line in lines for phrase in _split_alternatives(line)]
-
-    def _list_words(self, section: str) -> frozenset[str]:
-        """Return all words of a section."""
-        return frozenset(" ".join(self.list_lines(section)).replace("|", " ").split())
-
-    def _read_pairs(self, section: str) -> dict[str, str]:
-        """Return the lines "name = value" of a section."""
-        pairs = (line.partition(" = ") for line in self.list_lines(section))
-        return {name.strip(): value.strip() for name, _, value in pairs}
 
     @cached_property
     def names(self) -> list[tuple[str, str, tuple[str, ...]]]:
         """What things are called (`names.csv`): name in the shipped table, gender, words."""
-        rows = csv.DictReader(io.StringIO(self.read("names.csv"), newline=""))
+        rows = csv.DictReader(io.StringIO(read_file(self.code, "names.csv"), newline=""))
         return [(row["name"], row["gender"], tuple(row["words"].split(";"))) for row in rows]
-
-    def translate(self, name: str) -> str:
-        """Return a name with its properties in the words of the shipped table: "red tasse".
-
-        Articles are left out, and the ending of a property makes no difference.
-        """
-        properties = self.read_pairs("properties")
-        if not properties:
-            return name
-        words = _compare_form(name).split()
-        articles, told = self.list_words("articles"), list[str]()
-        for place, word in enumerate(words):
-            is_last = place == len(words) - 1
-            if word in articles and not is_last:
-                continue
-            told.append(self._find_property(word, properties) or word)
-        return " ".join(told)
-
-    def _find_property(self, word: str, properties: dict[str, str]) -> str:
-        """Return a property in the words of the shipped table; empty if it is none."""
-        if word in properties:
-            return properties[word]
-        for ending in self.list_phrases("endings"):
-            if word.endswith(ending) and word[: -len(ending)] in properties:
-                return properties[word[: -len(ending)]]
-        return ""
 
     @cached_property
     def questions(self) -> list[tuple[str, re.Pattern[str]]]:
@@ -137,8 +94,7 @@ class Language:
 @lru_cache(maxsize=1)
 def list_languages() -> tuple[str, ...]:
     """Return the codes of the languages that there are."""
-    folders = resources.files("sgm.names").joinpath("data").iterdir()
-    return tuple(sorted(folder.name for folder in folders if folder.is_dir()))
+    return tuple(sorted(folder.name for folder in sections.DATA.iterdir() if folder.is_dir()))
 
 
 @lru_cache(maxsize=8)
@@ -149,13 +105,23 @@ def load_language(code: str = ENGLISH) -> Language:
 
 @lru_cache(maxsize=8)
 def load_answers(code: str = ENGLISH) -> dict[str, dict[str, str]]:
-    """Return what is answered in a language: by section, sentences by name (`answers.txt`)."""
-    sections = _read_sections(load_language(code).read("answers.txt"))
-    pairs = {name: [line.partition(" = ") for line in lines] for name, lines in sections.items()}
-    return {
-        name: {key.strip(): value.strip() for key, _, value in lines}
-        for name, lines in pairs.items()
-    }
+    """Return what is answered in a language: by section, sentences by name (`answers.txt`).
+
+    Raises:
+        ValueError: if there is no such language, or a sentence that English has is missing.
+    """
+    path = f"sgm/names/data/{load_language(code).code}/{_ANSWERS}"
+    told = Sections(read_file(code, _ANSWERS), path, ())
+    answers = {name: told.read_pairs(name) for name in told.section_names}
+    needed = answers if code == ENGLISH else {**load_answers(), _FORMS: _FORM_NAMES}
+    for section, sentences in needed.items():
+        for name in sentences:
+            if name not in answers.get(section, ()):
+                raise ValueError(
+                    f"{path} must have the sentence {name!r} in [{section}], got none. Translate "
+                    "that of sgm/names/data/de/answers.txt."
+                )
+    return answers
 
 
 def _compare_form(text: str) -> str:
@@ -165,26 +131,3 @@ def _compare_form(text: str) -> str:
     letters = unicodedata.normalize("NFD", text.casefold())
     kept = (letter for letter in letters if not "\u0300" <= letter <= "\u036f")
     return unicodedata.normalize("NFC", "".join(kept))
-
-
-def _read_sections(text: str) -> dict[str, list[str]]:
-    sections: dict[str, list[str]] = {}
-    name = ""
-    for line in map(str.strip, text.splitlines()):
-        if _HEAD.fullmatch(line):
-            name = line[1:-1]
-            sections[name] = []
-        elif line and not line.startswith("#"):
-            sections[name].append(line)
-    return sections
-
-
-def _split_alternatives(line: str) -> Iterator[str]:
-    """Split a line at each "|" that stands in no bracket."""
-    depth, start = 0, 0
-    for place, letter in enumerate(line):
-        depth += (letter in "([") - (letter in ")]")
-        if letter == "|" and not depth:
-            yield line[start:place]
-            start = place + 1
-    yield line[start:]

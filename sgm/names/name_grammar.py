@@ -12,10 +12,14 @@ from sgm.names.instances import split_instance, split_spoken, split_written_on
 from sgm.names.known_words import is_word
 from sgm.names.language import load_language
 from sgm.names.modifiers import COLOURS, MATERIALS, PACKAGES, PROPERTIES, narrows, says_how, spell
+from sgm.names.sections import load_grammar
+from sgm.names.translation import Translation
 from sgm.names.words import (
     BREAKS,
     DETERMINERS,
+    LINKS,
     MOST_READ,
+    OF,
     WITH,
     compute_singular,
     list_plain,
@@ -24,24 +28,18 @@ from sgm.names.words import (
     split_words,
 )
 
+_GRAMMAR = load_grammar()
 # "a pair of scissors" is scissors; "a box of cereal" is cereal, and a box.
-_MEASURES = frozenset(
-    "pair piece slice stack loaf bar ball bunch set pile sheet clove head stick bit lump "
-    "cube kind type sort handful couple lot number amount deck spool skein strip block "
-    "rasher portion load roll row heap group collection selection".split()
-)
-_SORTS = frozenset(("kind", "sort", "type"))
-_CONTAINERS = frozenset(
-    "glass box bottle can tin jar bag carton pack packet package tube cup mug bowl pot "
-    "basket jug pitcher bucket tray crate case sack pouch bin tub canister container "
-    "dispenser sachet plate dish vase pan kettle carafe thermos flask barrel keg punnet".split()
-)
+_MEASURES, _SORTS = _GRAMMAR.list_words("measures"), _GRAMMAR.list_words("kinds of")
+_CONTAINERS = _GRAMMAR.list_words("containers")
 # Containers, and what is said after the thing: "banana bunch", "lego set".
-_AFTER_THING = _CONTAINERS | frozenset(("set", "bunch", "pile", "stack", "pair", "roll", "bar"))
+_AFTER_THING = _CONTAINERS | _GRAMMAR.list_words("after a thing")
 # "men's shoes" are a kind of shoes, and have no owner.
-_NOBODY = frozenset(
-    "man men woman women lady ladies gentleman kid kids child children boy boys girl girls".split()
-)
+_NOBODY = _GRAMMAR.list_words("nobody")
+_NO_REMARK = _GRAMMAR.list_words("remarks")
+_VERB_ENDINGS = _GRAMMAR.read_pairs("verb endings")
+_FOR, _WITHOUT = LINKS["for"], LINKS["without"]
+LACKED = "-"  # before a feature that a thing is without
 
 _REMARK = re.compile(r"\(([^()]*)\)")
 _OR = re.compile(r"\s*/\s*")
@@ -50,42 +48,14 @@ _SHORTEST_VERB = 3  # letters: no "br" of "bring"
 _Word = tuple[str, bool]  # and whether it is a possessive
 
 # What is used up from a package, so that the package is the thing: a "cereal box", a "milk carton".
-_PACKAGES = frozenset(
-    "box bottle can tin bag carton pack packet package tube sachet pouch jug tub "
-    "container jar".split()
-)
-_ALWAYS_PACKAGES = frozenset(("carton", "packet", "sachet"))
-_CONSUMED_KINDS = (
-    "fruit",
-    "vegetable",
-    "meat",
-    "bread",
-    "drink",
-    "medicine",
-    "snack",
-    "pasta",
-    "cake",
-    "makeup",
-    "pet food",
-)
-_CONSUMED = frozenset(
-    "cereal tissue rice flour sugar salt pepper coffee tea milk juice soda beer wine "
-    "water soup cookie biscuit chip crisp candy chocolate nut egg butter cheese yogurt "
-    "spice sauce oil honey jam soap shampoo conditioner detergent powder paint glue cream "
-    "lotion perfume medicine pill vitamin food litter seed soil charcoal match wipe "
-    "napkin noodle pasta bean corn tuna sardine popcorn cracker oatmeal bleach cleaner "
-    "sunscreen ketchup mustard mayonnaise vinegar syrup drink cola coke lemonade gum "
-    "popsicle screw nail deodorant gel ink toothpaste bandage cotton swab diaper stock "
-    "broth whiskey vodka champagne liquor".split()
-)
+_PACKAGES = _GRAMMAR.list_words("packages")
+_ALWAYS_PACKAGES = _GRAMMAR.list_words("always packages")
+_CONSUMED_KINDS = frozenset(_GRAMMAR.list_phrases("used up kinds"))
+_CONSUMED = _GRAMMAR.list_words("used up")
 # "Milk can" and "water can" are vessels, that stand there empty, too.
-_VESSELS_OF = {"can": frozenset(("milk", "water", "oil", "gas")), "bag": frozenset(("tea",))}
+_VESSELS_OF = _GRAMMAR.read_groups("vessels of")
 # What a roll, set or bar is of: a "paper towel roll" is paper towels, an "egg roll" is no egg.
-_COUNTED = {
-    "roll": frozenset("paper towel tissue tape foil film wrap bag".split()),
-    "set": frozenset("lego block knife screwdriver tool cutlery crayon marker pencil".split()),
-    "bar": frozenset("chocolate candy soap".split()),
-}
+_COUNTED = _GRAMMAR.read_groups("counted")
 
 
 _NONE: frozenset[str] = frozenset()
@@ -115,7 +85,8 @@ class Reading(NamedTuple):
         main_words: words of the names that the table has for the things first.
         is_content: whether it is what the thing holds, or a remark: "cereal" of "cereal box".
         head_before: the head without its last word: "leather" of the head "leather belt".
-        features: what is said of it after "with" or "without": "blue stripe", "no lid".
+        features: what is said of it after "with" or "without": "blue stripe"; with `LACKED` before
+            it where it is without it.
         said: all words of the name, as they are compared.
         packages: in what it is packed, or how it is shaped, where that is not its name: "soap
             bottle".
@@ -186,7 +157,8 @@ class NameReader:
     def __init__(self, table: AliasTable) -> None:
         """Read by the names of a table."""
         self._table = table
-        self.translate = load_language(table.language).translate
+        translation = Translation(load_language(table.language), self.has_name)
+        self.translate, self.write = translation.translate, translation.write
         self.read = lru_cache(maxsize=MOST_READ)(self._read)
         self._read_text = lru_cache(maxsize=MOST_READ)(self._read_words_of)
         self.spell = lru_cache(maxsize=20_000)(self._spell_by_table)
@@ -221,6 +193,10 @@ class NameReader:
         if not plain:
             return self._read_text(text)[0].things
         return self._table.find(plain[self._find_start(plain) :])
+
+    def has_name(self, text: str) -> bool:
+        """Tell whether something is called so in the table."""
+        return bool(self._table.find(split_words(text)))
 
     def split_number(self, name: str) -> tuple[str, str]:
         """Split a counter from a name, or else what is written on a thing or spoken for one."""
@@ -299,31 +275,33 @@ class NameReader:
         last = compute_singular(left[-1][0])
         # A measure that is a thing, too: "ball of yarn"; a "set" is none.
         is_thing = bool(self._table.find([word for word, _ in left]))
-        if link == "of" and last in _SORTS and len(left) > 1:  # "sneaker (type of shoe)"
+        if link == OF and last in _SORTS and len(left) > 1:  # "sneaker (type of shoe)"
             remark = [
                 reading._replace(is_content=True) for reading in self._read_phrase(right, True)
             ]
             return [*self._read_phrase(left[:-1], is_content), *remark]
-        if link == "of" and last in _MEASURES and not is_thing:
+        if link == OF and last in _MEASURES and not is_thing:
             return self._read_phrase(right, is_content)
-        if link == "of" and last in _CONTAINERS | _MEASURES:
+        if link == OF and last in _CONTAINERS | _MEASURES:
             return [*self._read_phrase(right, is_content), *self._read_phrase(left, True)]
         readings = self._read_phrase(left, is_content)
-        if link in ("of", "for"):  # "food for the dog" is dog food
-            turned = self._read_phrase([*right, *left], is_content)
-            if len(turned[0].head) > len(readings[0].head):
-                return turned
-        if link == "of":  # "cream of tartar" is no cream
+        if link in (OF, _FOR):  # "food for the dog" is dog food
+            single = compute_singular(right[-1][0]), right[-1][1]
+            for before in (right, [*right[:-1], single]):  # "brush for teeth" is a toothbrush
+                turned = self._read_phrase([*before, *left], is_content)
+                if len(turned[0].head) > len(readings[0].head):
+                    return turned
+        if link == OF:  # "cream of tartar" is no cream
             after_link = frozenset(map(self.spell, (word for word, _ in right))) - DETERMINERS
             readings = [_add_kinds(reading, after_link) for reading in readings]
         if link in WITH:
             features = frozenset(map(self.spell, (word for word, _ in right))) - DETERMINERS - WITH
-            if link == "without":
-                features = frozenset(f"no {word}" for word in features)
+            if link == _WITHOUT:
+                features = frozenset(f"{LACKED}{word}" for word in features)
             readings = [
                 reading._replace(features=reading.features | features) for reading in readings
             ]
-        if link in WITH and link != "without":
+        if link in WITH and link != _WITHOUT:
             readings += [
                 reading._replace(is_content=True) for reading in self._read_phrase(right, True)
             ]
@@ -337,7 +315,8 @@ class NameReader:
         found = [main]
         if len(words) > 1 and compute_singular(plain[-1]) in _AFTER_THING:
             inner = self._read_phrase(words[:-1], True)[0]
-            if inner.things and spell(plain[-2]) not in MATERIALS | COLOURS:
+            is_brand = not inner.things and not is_word(plain[-2])  # "pringles can"
+            if (inner.things or is_brand) and spell(plain[-2]) not in MATERIALS | COLOURS:
                 if not self._is_used_up(inner, compute_singular(plain[-1])):
                     return found
                 if len(main.head) == 1 and not words[-2][1]:  # "cereal box" is both
@@ -349,6 +328,8 @@ class NameReader:
     def _is_used_up(self, inner: Reading, last: str) -> bool:
         """Tell whether a package or number of things is those things: no "guitar case" is."""
         word = spell(inner.head[-1])
+        if not inner.things:
+            return last in _PACKAGES and word.isalpha()
         if last in _COUNTED:
             return word in _COUNTED[last]
         if last in _AFTER_THING - _CONTAINERS or last in _ALWAYS_PACKAGES:
@@ -360,7 +341,8 @@ class NameReader:
             for thing in inner.things
             for n in (thing, *self._table.list_above(thing))
         }
-        return word in _CONSUMED or not kinds.isdisjoint(_CONSUMED_KINDS)
+        words = {word, *(spell(name.split()[-1]) for name in kinds)}  # "pringles" are chips
+        return not (words.isdisjoint(_CONSUMED) and kinds.isdisjoint(_CONSUMED_KINDS))
 
     def _make(
         self, words: list[_Word], length: int, things: tuple[int, ...], is_content: bool
@@ -406,7 +388,9 @@ class NameReader:
         words, last, key = self._spell_all(ending), spell(ending[-1]), make_key(ending)
         names = [split_words(self._table.names[thing]) for thing in things]
         is_sort = False
-        if len(things) == 1 and len(ending) > 1:  # "dress shirt" is a "shirt" by the table
+        if (
+            len(things) == 1 and len(ending) > 1 and BREAKS.isdisjoint(ending)
+        ):  # "dress shirt" is a "shirt" by the table
             name = self._table.names[things[0]]
             is_sort = " " not in name and make_key([name]) == make_key(ending[-1:])
         main_words = frozenset(spell(word) for name in names for word in name)
@@ -456,6 +440,10 @@ class NameReader:
         things = () if spelled in PROPERTIES else self._table.find([word])
         return self._key_phrase([word]) if len(things) == 1 else spelled
 
+    def list_spellings(self, word: str) -> tuple[str, ...]:
+        """List how a word of a name may stand among those that are compared."""
+        return spell(word), self.spell(word), self._spell_before(word)
+
     def _spell_before(self, word: str) -> str:
         """Return a word before a thing as it is compared: "snorkelling" and "snorkel" are one."""
         spelled = self.spell(word)
@@ -479,11 +467,13 @@ def is_measure(word: str) -> bool:
 
 
 def _drop_ing(word: str) -> str:
-    """Return the verb of a word in "ing", itself if there is none."""
-    stem = word.removesuffix("ing")
-    if stem == word or len(stem) < _SHORTEST_VERB:
-        return word
-    return next(filter(is_word, (stem, f"{stem}e", stem[:-1] * (stem[-1] == stem[-2]))), word)
+    """Return the verb of a word, "bake" of "baking"; itself if there is none."""
+    for ending, instead in _VERB_ENDINGS.items():
+        stem = word.removesuffix(ending)
+        if stem != word and len(stem) >= _SHORTEST_VERB:
+            verbs = stem, f"{stem}{instead}", stem[:-1] * (stem[-1] == stem[-2])
+            return next(filter(is_word, verbs), word)
+    return word
 
 
 def _drop_equal(readings: list[Reading]) -> list[Reading]:
@@ -504,4 +494,4 @@ def _add_kinds(reading: Reading, words: frozenset[str]) -> Reading:
 def _is_name(remark: str) -> bool:
     """Tell whether a remark in brackets is a name: no "sticky cloth or paper", "for horses"."""
     words = split_words(remark)
-    return not {"or", "and", "for", "in", "with"} & set(words)
+    return _NO_REMARK.isdisjoint(words)

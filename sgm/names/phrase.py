@@ -7,11 +7,12 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
-from sgm.names.language import ENGLISH, load_language
+from sgm.names.language import load_language
 from sgm.names.modifiers import is_property, spell
 from sgm.names.name_grammar import is_measure
+from sgm.names.sections import ENGLISH
 from sgm.names.sentence import SentenceReader, make_sentence_reader
-from sgm.names.words import MOST_READ
+from sgm.names.words import MOST_READ, POSSESSIVE
 
 IsName = Callable[[str], bool]
 
@@ -66,12 +67,13 @@ class PhraseReader:
             (name, re.compile(f"^{compiled(name)}(?= )")) for name in ("both", "every")
         ]
         that_is, negation, but = compiled("that is"), compiled("not"), compiled("but")
+        articles = compiled("articles")
         x, y = "(?P<x>(?: [^ ]+)+?)", "(?P<y>(?: [^ ]+)+)"
         self._exclusions = [
             re.compile(pattern)
             for pattern in (
                 rf"^{x}(?: ,)?(?:{that_is})(?:{negation}){y}$",
-                rf"^(?P<x>)(?:{but})?(?:{negation}){y}$",
+                rf"^(?P<x>(?:{articles})*)(?:{but})?(?:{negation}){y}$",
                 rf"^{x}(?: ,)?(?:{but})(?:{negation}){y}$",
                 rf"^{x}(?: ,)?(?:{negation}){y}$",
                 rf"^{x}(?: ,)?(?:{but}){y}$",
@@ -156,14 +158,15 @@ class PhraseReader:
 
     def _exclude(self, x: str, y: str) -> Phrase:
         """Read what is one thing, and not another."""
-        phrase = self._read_words(x) if x.strip() else Phrase(name="")
+        x = "" if self._articles.issuperset(x.split()) else x  # "the non-red mug"
+        phrase = self._read_words(x) if x else Phrase(name="")
         place = self._where.match(y)
         if place is not None:  # "the mug that is not on the desk"
             return phrase._replace(where=y.strip(), is_not_there=True)
         head = phrase.name
         others = tuple(self._list_excluded(y))
         is_any = phrase.pronoun in self._any and not phrase.where
-        if not head and (is_any or not x.strip()):  # "not the red mug", "non-red mug"
+        if not head and (is_any or not x):  # "not the red mug", "non-red mug"
             words = [word for word in others[0].split() if word not in self._one]
             head = " ".join(words[1:]) if len(words) > 1 else ""
         if head:
@@ -190,7 +193,7 @@ class PhraseReader:
     def _make_owner(self, padded: str) -> str:
         """Return "anna's" of " anna", and "my" of " me"."""
         words = self._drop_articles(padded).split()
-        return f"{' '.join(words)}'s"
+        return f"{' '.join(words)}{POSSESSIVE}"
 
     def turn_owner(self, text: str, is_person: IsName) -> str:
         """Return "anna's phone" of "the phone of anna", the text itself without such an owner."""
@@ -214,7 +217,7 @@ class PhraseReader:
         """Return "anna's phone" of "my phone" said by Anna."""
         words = self._split_words(thing)
         if speaker and words and words[0] in self._speakers:
-            return " ".join((f"{speaker}'s", *words[1:]))
+            return " ".join((f"{speaker}{POSSESSIVE}", *words[1:]))
         return thing
 
     def list_unused(self, name: str) -> tuple[str, ...]:

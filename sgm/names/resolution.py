@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sgm.names.asking import make_asking
-from sgm.names.language import ENGLISH
+from sgm.names.asking import Asking, make_asking
+from sgm.names.sections import ENGLISH
 
 MOST_ALTERNATIVES = 3
 _UNSURE = (
@@ -123,17 +123,20 @@ class Resolution:
         line = self.question
         if self.how == "exact":
             return line
+        asking = make_asking(self.language)
         if self.matches:
-            line += f" (taken for {list_some(self.matches)}: {self.how})"
+            names, how = list_some(self.matches, asking), asking.tell_how(self.how)
+            line = asking.say("taken for", question=line, names=names, how=how)
         if self.is_ambiguous:
             line += f" ({self.ask_back})"
         if self.alternatives:
-            line += f" (did you mean {list_some(self.alternatives)}?)"
+            names = list_some(self.alternatives, asking)
+            line += f" {asking.say('did you mean', names=names)}"
         return line
 
 
-def list_some(names: Sequence[str]) -> str:
+def list_some(names: Sequence[str], asking: Asking) -> str:
     """List the first names, and say how many more there are."""
-    shown = ", ".join(names[:MOST_ALTERNATIVES])
+    shown = ", ".join(map(asking.translate, names[:MOST_ALTERNATIVES]))
     more = len(names) - MOST_ALTERNATIVES
-    return f"{shown} and {more} more" if more > 0 else shown
+    return asking.say("some names", names=shown, number=more) if more > 0 else shown

@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-from sgm.names.language import ENGLISH, Language, load_language
+from sgm.names.language import Language, load_language
+from sgm.names.sections import ENGLISH
 from sgm.names.time_words import TimeReader, TimeSaid
-from sgm.names.words import MOST_READ, normalize
+from sgm.names.words import MOST_READ, POSSESSIVE, normalize
 
 IsName = Callable[[str], bool]
 _TOKEN = re.compile(r",|[^\s,]+")
@@ -24,8 +25,8 @@ class Sentence(NamedTuple):
 
     Attributes:
         kind: "thing" of a name alone; else of the table of questions: "where", "past", "future",
-            "when", "who", "moved", "history", "changes", "count", "what_at", "is_at", "is_there",
-            "room", "place"; "command" of what is no question.
+            "when", "who", "moved", "history", "changes", "count", "what_at", "which", "is_at",
+            "is_there", "room", "place"; "command" of what is no question.
         things: what is asked for, each in words of its own ("red mug", "blue mug").
         where: of `what_at` and `count`, "in the fridge".
         time: when, if that is said.
@@ -72,7 +73,12 @@ class SentenceReader:
         self._joins = language.list_words("and") | {"/", ","}
         self._negations = language.list_words("not") | language.list_words("but")
         self._bare = language.list_words("articles") | language.list_words("speaker's")
-        self._one, self._both = (language.list_words(name) for name in ("one", "both"))
+        self._one = language.list_words("one")
+        self._both = language.list_words("both") | language.list_words("either")
+        self._that_is = re.compile(language.compile_section("that is"))
+        self._chat = re.compile(f"^(?:{first}|{last}| ,)+$")
+        self._pronouns = language.list_words("pronouns")
+        self._in = language.list_phrases("at")[0]
         self.signals = self._list_signals()
         self.read = lru_cache(maxsize=MOST_READ)(self._read)
 
@@ -93,7 +99,7 @@ class SentenceReader:
 
     def _read(self, text: str) -> Sentence:
         words = self.split_words(text)
-        if self.signals.isdisjoint(words) and "," not in words and "/" not in words:
+        if self.signals.isdisjoint(words) and self._joins.isdisjoint(words):
             return Sentence(kind="thing", things=(text,), text=text)
         tense = self._find_tense(words)
         padded = self._strip(_pad(words), self._first, self._last)
@@ -102,9 +108,9 @@ class SentenceReader:
             return Sentence(kind="thing", things=(text,), text=text)
         padded = self._strip(_pad(words), self._first, self._last)
         kind, asked, where = self._match(padded)
-        if kind == "thing" and any(pattern.match(padded) for pattern in self._commands):
+        if kind == "thing" and self._is_command(padded):
             return Sentence(kind="command", things=(), time=time, tense=tense, text=padded.strip())
-        if kind == "is_at":  # "is the remote still on the sofa?"
+        if kind in ("is_at", "which"):  # "is the remote still on the sofa?"
             asked, where = asked + where, ""
         if asked and kind != "thing":
             asked = self._strip(asked, self._first, self._after)
@@ -136,6 +142,16 @@ class SentenceReader:
                     words.append(",")
         return words[:-1] if words[-1:] == [","] else words
 
+    def is_chat(self, text: str) -> bool:
+        """Tell whether a text says nothing: "thanks!"; "where is it?" does."""
+        words = self.split_words(text)
+        return self._pronouns.isdisjoint(words) and bool(self._chat.match(_pad(words)))
+
+    def _is_command(self, padded: str) -> bool:
+        """Tell whether a person tells what was done; no "mug that is in the sink"."""
+        is_told = any(pattern.match(padded) for pattern in self._commands)
+        return is_told and not self._that_is.search(padded)
+
     def _find_tense(self, words: Sequence[str]) -> str:
         if not self._future.isdisjoint(words):
             return "future"
@@ -157,7 +173,12 @@ class SentenceReader:
             found = pattern.match(padded)
             if found:
                 slots = found.groupdict("")
-                return kind, slots.get("thing", ""), slots.get("where", "")
+                thing, where = slots.get("thing", ""), slots.get("where", "")
+                if "owner" in slots:  # "how many keys does Tom have?"
+                    thing = f"{slots['owner']}{POSSESSIVE}{thing}"
+                if "place" in slots:  # "the contents of the fridge"
+                    where = f" {self._in}{slots['place']}"
+                return kind, thing, where
         return "thing", padded, ""
 
     def part(self, text: str, is_name: IsName, is_property: IsName) -> tuple[str, ...]:
@@ -226,7 +247,7 @@ class SentenceReader:
         place = 0
         while place < len(words) and (
             words[place] in self._bare
-            or words[place].endswith(("'s", "s'"))
+            or words[place].endswith((POSSESSIVE, POSSESSIVE[::-1]))
             or is_property(words[place])
         ):
             place += 1

@@ -9,7 +9,7 @@ from sgm.arrays.table import clone
 from sgm.names.aliases import AliasTable
 from sgm.names.name import Name
 from sgm.names.name_grammar import make_reader
-from sgm.names.words import MOST_NAMES, read_words
+from sgm.names.words import BREAKS, MOST_NAMES, read_words
 from sgm.prior.prior_graph import PriorGraph
 
 
@@ -105,7 +105,7 @@ class _TypeNames:
         words = name.words.split()
         start = self._find_start(words)
         # A type of several words says more than its parts: a "large bottle of soap" is no soap.
-        is_named = len(words) - start > 1 and not {"of", "with", "in"} & set(words[:start])
+        is_named = len(words) - start > 1 and BREAKS.isdisjoint(words[:start])
         if self._table is None or is_named or name.words in self._objects:
             return self.spell(" ".join(words[start:]))
         reader = make_reader(self._table)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from sgm.messages import shorten
+from sgm.names.sections import load_grammar
 
 MOST_NAMES = 10_000  # whose words are kept as they were read: 15 MB
 MOST_READ = 2000  # whose sentences, phrases and readings are kept: 15 MB
@@ -25,111 +26,30 @@ _CAMEL = re.compile(r"(?<=[a-z]{2})(?=[A-Z][a-z])|(?<=[A-Z]{2})(?=[A-Z][a-z])")
 _PLAIN = re.compile(r"[a-z0-9]+(?: [a-z0-9]+)*")
 _APOSTROPHES = "'\u2019"
 _WORD = re.compile(rf"[^\W_]+(?:[{_APOSTROPHES}][^\W_]+)*[{_APOSTROPHES}]?")
-_POSSESSIVE = re.compile(rf"(?:[{_APOSTROPHES}]s|(?<=s)[{_APOSTROPHES}])$")
-_ARTICLES = frozenset("a an the my your its our this that these those some any".split())
+_GRAMMAR = load_grammar()
+(POSSESSIVE,) = _GRAMMAR.list_lines("possessive")  # as names of owners are written: "anna's"
+_MARK, _ENDING = POSSESSIVE[0], POSSESSIVE[1:]
+_POSSESSIVE = re.compile(rf"(?:[{_APOSTROPHES}]{_ENDING}|(?<={_ENDING})[{_APOSTROPHES}])$")
+_ARTICLES = _GRAMMAR.list_words("articles")
 # Whose it is, as "dad's" says it: "his pillow" is not "her pillow". Who says "my" is not known.
-_OWNERS = frozenset(("his", "her", "their"))
-DETERMINERS = _ARTICLES | {"one", "another", "all", "both", "of"}
-SKIPPED = _ARTICLES | {"where", "is", "are"}  # at the beginning
-OF = "of"
-WITH = frozenset(("with", "without", "containing", "having", "w"))
+_OWNERS = _GRAMMAR.list_words("owners")
+DETERMINERS = _ARTICLES | _GRAMMAR.list_words("determiners")
+SKIPPED = _ARTICLES | _GRAMMAR.list_words("asked before")  # at the beginning
+LINKS = _GRAMMAR.read_pairs("links")
+OF = LINKS["of"]
+WITH = _GRAMMAR.list_words("with")
 # Words between two parts of a name: "bottle of milk", "key with red tag".
-BREAKS = WITH | frozenset(
-    "of for to in from made like by on under near beside behind next at inside above "
-    "below off".split()
-)
-# One word in two spellings, each as a singular.
-_VARIANTS = {
-    "aluminium": "aluminum",
-    "armour": "armor",
-    "ax": "axe",
-    "calliper": "caliper",
-    "carburettor": "carburetor",
-    "catalogue": "catalog",
-    "centre": "center",
-    "chequered": "checkered",
-    "cheque": "check",
-    "chilli": "chili",
-    "chile": "chili",
-    "colour": "color",
-    "coloured": "colored",
-    "colouring": "coloring",
-    "cosy": "cozy",
-    "disc": "disk",
-    "doughnut": "donut",
-    "draught": "draft",
-    "favourite": "favorite",
-    "fibre": "fiber",
-    "flavour": "flavor",
-    "grey": "gray",
-    "greyish": "grayish",
-    "jewellery": "jewelry",
-    "judgement": "judgment",
-    "kerb": "curb",
-    "licence": "license",
-    "litre": "liter",
-    "metre": "meter",
-    "mould": "mold",
-    "moustache": "mustache",
-    "odour": "odor",
-    "omelette": "omelet",
-    "paediatric": "pediatric",
-    "plough": "plow",
-    "programme": "program",
-    "pyjama": "pajama",
-    "pyjamas": "pajamas",
-    "racquet": "racket",
-    "sceptre": "scepter",
-    "sulphur": "sulfur",
-    "theatre": "theater",
-    "travelling": "traveling",
-    "tyre": "tire",
-    "vapour": "vapor",
-    "whisky": "whiskey",
-    "woollen": "woolen",
-    "yoghurt": "yogurt",
-}
-_IRREGULAR = {
-    "atlas": "atlas",
-    "buses": "bus",
-    "cacti": "cactus",
-    "canvas": "canvas",
-    "canvases": "canvas",
-    "children": "child",
-    "christmas": "christmas",
-    "dominoes": "domino",
-    "dwarves": "dwarf",
-    "elves": "elf",
-    "feet": "foot",
-    "geese": "goose",
-    "halves": "half",
-    "hooves": "hoof",
-    "knives": "knife",
-    "leaves": "leaf",
-    "lens": "lens",
-    "lenses": "lens",
-    "lives": "life",
-    "loaves": "loaf",
-    "mangoes": "mango",
-    "men": "man",
-    "mice": "mouse",
-    "potatoes": "potato",
-    "quizzes": "quiz",
-    "scarves": "scarf",
-    "series": "series",
-    "shelves": "shelf",
-    "snowmen": "snowman",
-    "teeth": "tooth",
-    "thieves": "thief",
-    "tomatoes": "tomato",
-    "wives": "wife",
-    "wolves": "wolf",
-    "women": "woman",
-}
+BREAKS = WITH | _GRAMMAR.list_words("breaks")
+_VARIANTS = _GRAMMAR.read_spellings("spellings")  # each as a singular
+_IRREGULAR = _GRAMMAR.read_spellings("irregular plurals")
 # Plurals that name another thing than their singular.
-OWN_PLURALS = frozenset(
-    "glasses shades shorts briefs trunks tights braces boxers goods arms greens irons".split()
+OWN_PLURALS = _GRAMMAR.list_words("own plurals")
+_PLURALS = tuple(
+    (ending, singular, int(least))
+    for ending, value in _GRAMMAR.read_pairs("plural endings").items()
+    for singular, least in [map(str.strip, value.split(","))]
 )
+_NO_PLURALS = tuple(_GRAMMAR.list_words("no plural endings"))
 
 
 def read_words(field: str, text: str) -> str:
@@ -336,19 +256,14 @@ def make_key(words: Sequence[str]) -> str:
 
 @lru_cache(maxsize=10_000)
 def compute_singular(word: str) -> str:
-    """Return an English word without the ending of its plural; both sides are compared by it.
+    """Return a word without the ending of its plural; both sides are compared by it.
 
     Words that end in "ie" and in "y" are compared as one, since their plurals are spelled alike.
     """
     if word in _IRREGULAR:
         return _IRREGULAR[word]
-    for ending, instead in (("ies", "y"), ("sses", "ss"), ("xes", "x"), ("zzes", "z")):
-        if word.endswith(ending) and len(word) > len(ending) + 1:
-            return word[: -len(ending)] + instead
-    if word.endswith("ie") and len(word) > 4:
-        return word[:-2] + "y"
-    if word.endswith(("ches", "shes")):
-        return word[:-2]
-    if word.endswith("s") and not word.endswith(("ss", "us", "is")) and len(word) > 3:
-        return word[:-1]
+    for ending, singular, least in _PLURALS:
+        if len(word) >= least and word.endswith(ending):
+            is_plural = singular or not word.endswith(_NO_PLURALS)
+            return word[: -len(ending)] + singular if is_plural else word
     return word

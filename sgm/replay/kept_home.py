@@ -18,7 +18,7 @@ from sgm.memory.memory_files import load_content
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import warn_caller
 from sgm.names.aliases import Aliases
-from sgm.names.language import ENGLISH
+from sgm.names.sections import ENGLISH
 from sgm.replay.replay import Replayer
 
 LOG_ENDING = ".log"  # of the log beside a snapshot; those before it have a number behind that

@@ -12,11 +12,13 @@ from sgm.eyes.built_look import BuiltLook
 from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import LookBuilder
+from sgm.finder.evidence import tell_point
 from sgm.finder.finder import Finder
-from sgm.finder.ranking import Place, Ranking, tell_point
+from sgm.finder.ranking import Place, Ranking
 from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import warn_caller
+from sgm.names.asking import make_asking
 from sgm.names.words import read_name
 from sgm.ros.camera_feed import CameraFeed
 from sgm.ros.graph_furniture import GraphFurniture
@@ -169,16 +171,20 @@ class LiveMemory:
             return NextPose(-1, "", (0.0, 0.0), 0.0, 0.0, search.outcome)
         place = _mark(look.place, search.ranking, looks)
         target = place.position
-        where = "" if target is None else f", at {tell_point(target)}"
         (x, y), yaw = self.find_stand(place.furniture, target)
-        in_view = ", in view now" if place.evidence.is_in_view else ""
+        asking, chance = make_asking(memory.language), f"{place.probability:.0%}"
+        told = asking.say("look at", place=asking.translate(place.name), percent=chance)
+        if place.evidence.is_in_view:
+            told = asking.say("look in view", look=told)
+        if target is not None:
+            told = asking.say("look toward", look=told, point=tell_point(target))
         return NextPose(
             place.furniture,
             place.name,
             (x, y),
             yaw,
             place.probability,
-            f"look at {place.name}, {place.probability:.0%}{in_view}{where}",
+            told,
             target,
         )
 

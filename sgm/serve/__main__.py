@@ -14,7 +14,8 @@ from pathlib import Path
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
 from sgm.messages import shorten
-from sgm.names.language import ENGLISH, list_languages
+from sgm.names.language import list_languages
+from sgm.names.sections import ENGLISH
 from sgm.replay.kept_home import KeptHome
 from sgm.serve.caller import DEFAULT_TIMEOUT, Caller
 from sgm.serve.finders import make_finder, warm_up

@@ -17,7 +17,7 @@ from sgm.finder.answers import write_json
 from sgm.finder.read_calls import ReadCalls
 from sgm.memory.log_reader import read_line
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.names.language import ENGLISH
+from sgm.names.sections import ENGLISH
 from sgm.replay.replay import Replayer
 from sgm.serve.caller import NUM_READERS, Turns
 from sgm.serve.calls import BY_NAME

@@ -20,7 +20,8 @@ import numpy as np
 from sgm.files import write_whole
 from sgm.names.aliases import AliasTable
 from sgm.names.name_encoder import NameEncoder
-from sgm.names.name_matching import SYNONYM, NameIndex, Similarity
+from sgm.names.name_index import NameIndex
+from sgm.names.name_matching import SYNONYM, Similarity
 from sgm.names.resolution import Resolution
 from sgm.text.vectors import compare
 from tools.names.label_lists import ASKED_LAST, load_lists

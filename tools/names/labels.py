@@ -11,7 +11,7 @@ from pathlib import Path
 
 from sgm.names.aliases import AliasTable
 from sgm.names.name import Name
-from sgm.names.name_matching import NameIndex
+from sgm.names.name_index import NameIndex
 from sgm.names.resolution import Resolution
 from sgm.prior.prior_graph import load_prior
 from tools.names.label_lists import LabelList

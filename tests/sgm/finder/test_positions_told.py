@@ -10,7 +10,7 @@ from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
 from sgm.eyes import Box
 from sgm.finder import answers
 from sgm.finder.answers import MOST_BYTES, AnswerList, PlaceFound, to_json, write_json
-from sgm.finder.ranking import tell_point
+from sgm.finder.evidence import tell_point
 from sgm.finder.service import MemoryService
 from sgm.finder.written import Happened
 from sgm.ros.live_memory import LiveMemory

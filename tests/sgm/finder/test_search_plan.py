@@ -6,7 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sgm.finder.ranking import Evidence, Place
+from sgm.finder.evidence import Evidence
+from sgm.finder.ranking import Place
 from sgm.finder.search_plan import EXACT_PLACES, plan_search
 from sgm.finder.travel_costs import find_distance
 from sgm.memory.scene_graph_memory import SceneGraphMemory

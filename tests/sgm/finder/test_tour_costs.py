@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sgm.finder.ranking import Evidence, Place
+from sgm.finder.evidence import Evidence
+from sgm.finder.ranking import Place
 from sgm.finder.search_plan import MOST_PLANNED, plan_search
 from sgm.finder.travel_costs import TravelCosts
 

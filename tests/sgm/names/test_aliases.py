@@ -9,7 +9,7 @@ import pytest
 import sgm.names
 from sgm import PriorGraph, SceneGraphMemory, Sighting
 from sgm.names.aliases import AliasTable, read_rows
-from sgm.names.name_matching import NameIndex
+from sgm.names.name_index import NameIndex
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import split_words
 

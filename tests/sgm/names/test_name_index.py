@@ -5,7 +5,8 @@ import numpy as np
 from sgm.names import name_matching
 from sgm.names.aliases import AliasTable
 from sgm.names.comparison import ALL_SAID, compare
-from sgm.names.name_matching import RELATED, SYNONYM, NameIndex
+from sgm.names.name_index import NameIndex
+from sgm.names.name_matching import RELATED, SYNONYM
 
 WORDS = "red blue mug cup box of soap bottle piano bench dad's phone glasses keys zorb 1 2".split()
 TABLES = "descriptions readings written words things contents endings same spelled texts".split()
@@ -74,8 +75,8 @@ def test_similar_names_are_those_that_each_name_alone_is_compared_for(monkeypatc
     words = [*WORDS, "zork", "bozr", "gumz", "zorbs 3"]
     index.update(list(dict.fromkeys(" ".join(rng.choice(words, 2)) for _ in range(200))))
     for text in (*words, "red zorg", "zorg 1", "zorg 2", "dad's zorg", "blue mugz of soap"):
-        readings = index._read_main(text)
-        synonyms, related = index._find_similar(readings, rate)
+        readings = index._matcher.read_main(text)
+        synonyms, related = index._matcher.find_similar(readings, rate)
         for found, least in ((synonyms, 0.6), (related, 0.3)):
             expected = find_similar(index, readings, least)
             assert list(map(sorted, found)) == list(map(sorted, expected)), text

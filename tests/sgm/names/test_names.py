@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sgm.names.name_matching import NameIndex
+from sgm.names.name_index import NameIndex
 from sgm.names.spelling import count_mistakes
 from sgm.names.words import compute_singular, read_name
 

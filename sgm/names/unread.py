@@ -1,0 +1,60 @@
+"""The words of a question that what was found does not say, and no table knows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from sgm.names.aliases import AliasTable
+from sgm.names.description_tables import DescriptionTables
+from sgm.names.known_words import is_word
+from sgm.names.modifiers import PROPERTIES, is_property, spell
+from sgm.names.name_grammar import NameReader, Reading, is_measure
+from sgm.names.spelling import count_mistakes
+from sgm.names.words import BREAKS, DETERMINERS, OF, WITH, split_words
+
+
+class UnreadWords:
+    """Lists the words of a question that say something, and that nothing was made of."""
+
+    def __init__(self, tables: DescriptionTables, reader: NameReader, aliases: AliasTable) -> None:
+        """Judge by the descriptions of tables."""
+        self._tables, self._reader, self._aliases = tables, reader, aliases
+
+    def list_words(
+        self, name: str, readings: Sequence[Reading], found: Sequence[int], how: str
+    ) -> tuple[str, ...]:
+        """List the words of a question that what was found does not say, and no table knows.
+
+        What comes after "of", "for" and the like, and what is before a thing and no English word.
+        """
+        if how in ("exact", "same words", "typo", "similar meaning") or self._tables.has_name(name):
+            return ()
+        unread: dict[str, None] = {}
+        for reading in readings:
+            said = [other for number in found for other in self._tables.readings[number]]
+            known = frozenset().union(*(other.said for other in said))
+            written = {ending for other in said for ending in other.endings}  # "olive oil" bottle
+            missing = reading.properties - known - PROPERTIES - written
+            for word in missing - reading.head_words:
+                slip = any(count_mistakes(word, other, 1) == 1 for other in known)
+                if not slip and not is_word(word) and not is_property(word):
+                    unread[word] = None
+            unread |= dict.fromkeys(self._list_after_link(name, reading, known))
+        return tuple(unread)
+
+    def _list_after_link(self, name: str, reading: Reading, known: frozenset[str]) -> Iterable[str]:
+        """List the words after "of", "for" and the like that no name found says, nor the head."""
+        words = split_words(name)
+        links = [place for place, word in enumerate(words) if word in BREAKS and place > 0]
+        if not links or words[links[0]] in WITH:
+            return ()
+        if words[links[0]] == OF and is_measure(words[links[0] - 1]):
+            return ()
+        after = [word for word in words[links[0] + 1 :] if word not in DETERMINERS | BREAKS]
+        things = self._aliases.find(after) if after else ()
+        names = [split_words(self._aliases.names[thing]) for thing in things]
+        if any(known.issuperset(map(spell, other)) for other in names):  # "for the air con"
+            return ()
+        used = known | reading.head_words | frozenset(map(spell, reading.owner.split()))
+        used |= frozenset(map(spell, reading.words))  # turned, "toothbrush" of "brush for teeth"
+        return [word for word in after if used.isdisjoint(self._reader.list_spellings(word))]
