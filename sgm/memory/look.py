@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from numbers import Real
 from typing import Any, TypeAlias
 
+from sgm.layout.turns import turn_flat
 from sgm.memory.look_weights import SURE
-from sgm.memory.sighting import Sighting, read_relation
+from sgm.memory.sighting import Point, Sighting, read_relation
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import read_words
@@ -39,6 +40,27 @@ class StepLook:
     coverage: Coverage = 1.0
     hidden: tuple[Name, ...] = ()
     sought: str = ""
+
+    def turn(self, angle: float, shift: tuple[float, float]) -> StepLook:
+        """Return the look in a map that was turned around its origin, and moved then."""
+        seen = []
+        for sighting in self.seen:
+            if sighting.position is not None:
+                x, y, z = sighting.position
+                x, y = (float(value) for value in turn_flat(x, y, angle, shift))
+                sighting = replace(sighting, position=(x, y, z))
+            seen.append(sighting)
+        return replace(self, seen=tuple(seen))
+
+    def keep_at(self, is_there: Callable[[Point], bool]) -> StepLook:
+        """Return the look at furniture that was moved: what lies elsewhere has no position."""
+        seen = [
+            sighting
+            if sighting.position is None or is_there(sighting.position)
+            else replace(sighting, position=None, position_sd=None)
+            for sighting in self.seen
+        ]
+        return replace(self, seen=tuple(seen))
 
     def to_json(self) -> list[Any]:
         """Return JSON values, from which `from_json` makes the same look."""
@@ -82,7 +104,9 @@ class StepLog:
         views: of each furniture id, which relations looks since the last statement had in view.
         num_until_seen: looks up to the latest one that showed it, by object row and furniture id.
         last_shown: number of the look that showed it last, and where, by object row.
-        queries: what was asked for since, each with the number of looks before it.
+        left: where each object is no more by what was said since it was seen there, by object row.
+        between: what was asked for or said since, each with the number of looks before it.
+        num_before_said: looks before the last statement.
         looks_by_relation: whether a look had other shares of other relations in view.
         is_plain: whether no look had, nor something hidden.
     """
@@ -97,7 +121,9 @@ class StepLog:
     views: dict[int, list[tuple[bool, ...]]] = field(default_factory=dict)
     num_until_seen: dict[int, dict[int, int]] = field(default_factory=dict)
     last_shown: dict[int, tuple[int, int]] = field(default_factory=dict)
-    queries: list[tuple[int, str]] = field(default_factory=list)
+    left: dict[int, set[int]] = field(default_factory=dict)
+    between: list[tuple[int, Any]] = field(default_factory=list)  # a text, or a `SaidOf`
+    num_before_said: int = 0
     looks_by_relation: bool = False
     is_plain: bool = True
 
@@ -106,11 +132,6 @@ class StepLog:
         return replace(
             self, **{each.name: _copy(getattr(self, each.name)) for each in fields(self)}
         )
-
-    @property
-    def has_positions(self) -> bool:
-        """Whether a look showed where in the map a thing lies."""
-        return any(seen.position is not None for look in self.looks for seen in look.seen)
 
     def add(self, look: StepLook, seen: Mapping[int, int]) -> None:
         """Note a look; `seen` counts the things seen by object row."""
@@ -137,6 +158,22 @@ class StepLog:
             self.at_once[object_row] = max(self.at_once.get(object_row, 0), count)
             self.num_until_seen.setdefault(object_row, {})[furniture] = number + 1
             self.last_shown[object_row] = number, furniture
+            self.left.get(object_row, set()).discard(furniture)
+
+    def say(self, object_row: int, furniture: int | None, left: Iterable[int]) -> None:
+        """Note that an object was said to be at furniture, or held, and no more where it has left.
+
+        It counts as a look that showed the object there; looks that follow say something new.
+        """
+        self.num_before_said = len(self.looks)
+        self.views.clear()
+        self.left.setdefault(object_row, set()).update(left)
+        for place in left:
+            self.shown.get(place, {}).pop(object_row, None)
+        if furniture is not None:
+            self.num_until_seen.setdefault(object_row, {})[furniture] = len(self.looks)
+            self.last_shown[object_row] = len(self.looks), furniture
+            self.left[object_row].discard(furniture)
 
     def is_repeated(self, look: StepLook, since: int = 0) -> bool:
         """Tell whether the last looks there showed the same, and had as much in view ten times.
@@ -147,6 +184,7 @@ class StepLog:
         if look.sought:
             words = read_words("description", look.sought)
             numbers = self.of_thing.get(words, {}).get(look.furniture, [])
+        since = max(since, self.num_before_said)
         if len(numbers) < MOST_LOOKS:
             return False
         shown, hidden = _count_seen(look), {name.key for name in look.hidden}

@@ -17,7 +17,7 @@ from sgm.memory.look import StepLook
 from sgm.memory.look_log import write_line
 from sgm.memory.same_furniture import merge_places
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.thing import Thing, read_things, write_things
+from sgm.memory.thing import SaidOf, Thing, read_things, write_things
 from sgm.memory.week_hours import WeekHours
 from sgm.memory.written_tables import (
     Tables,
@@ -53,8 +53,8 @@ class MemoryContent:
         asked: position of the object asked for since the last step, None without one.
         clock: what time it is at every time step; None if it is unknown.
         looks: of the present time step, in order; all else is as it was before them.
-        queries: what was asked for after the first of these looks, in order: how many looks came
-            before it, and its description.
+        between: what was asked for or said after the first of these looks, in order: how many looks
+            came before it, and its description, or what was said.
         sought: by words of a description that no thing has, and furniture id, looks for this alone
             that did not find it there.
         score_calibration: what the scores of further looks mean; None if they are probabilities.
@@ -71,7 +71,7 @@ class MemoryContent:
     asked: int | None
     clock: Clock | None = None
     looks: tuple[StepLook, ...] = ()
-    queries: tuple[tuple[int, str], ...] = ()
+    between: tuple[tuple[int, str | SaidOf], ...] = ()
     sought: Mapping[tuple[str, int], SoughtLooks] = field(default_factory=dict)
     score_calibration: ScoreCalibration | None = None
     renamed: Mapping[tuple[str, int], str] = field(default_factory=dict)
@@ -124,7 +124,7 @@ class MemoryContent:
             history=self.history.take(keep_furniture, keep_edge, keep_object),
             asked=None,
             looks=(),
-            queries=(),
+            between=(),
             sought={key: value for key, value in self.sought.items() if key[1] in kept},
             renamed={
                 key: name
@@ -175,7 +175,10 @@ class MemoryContent:
             "asked": self.asked,
             "clock": None if self.clock is None else self.clock.to_json(),
             "looks": [look.to_json() for look in self.looks],
-            "queries": [list(query) for query in self.queries],
+            "between": [
+                [number, event if isinstance(event, str) else event.to_json()]
+                for number, event in self.between
+            ],
             "score_calibration": None if scores is None else scores.to_json(),
             "sought": [[*key, list(looks)] for key, looks in self.sought.items()],
             "renamed": [[*key, name] for key, name in self.renamed.items()],
@@ -195,11 +198,12 @@ class MemoryContent:
             num_edges = len(tables["edges"]["object"])
             history = HomeHistory.from_json(data["history"], num_furniture, num_edges, data["time"])
             history.week = WeekHours.from_json(data["week"], num_furniture, num_objects)
+            layout = Layout.from_json(data, data["num_rooms_ever"], data["num_furniture_ever"])
             content = cls(
                 time=data["time"],
                 prior=data["prior"],
                 labels=tuple(data["labels"]),
-                layout=Layout.from_json(data, data["num_rooms_ever"], data["num_furniture_ever"]),
+                layout=layout,
                 things=read_things(data),
                 tables=tables,
                 history=history,
@@ -207,7 +211,10 @@ class MemoryContent:
                 clock=None if clock is None else Clock.from_json(clock),
                 score_calibration=None if scores is None else ScoreCalibration.from_json(scores),
                 looks=tuple(StepLook.from_json(look) for look in data["looks"]),
-                queries=tuple((number, words) for number, words in data["queries"]),
+                between=tuple(
+                    (number, _read_event(event, layout.furniture, data["time"]))
+                    for number, event in data["between"]
+                ),
                 sought={
                     (str(words), furniture): tuple((time, float(count)) for time, count in looks)
                     for words, furniture, looks in data["sought"]
@@ -237,9 +244,7 @@ class MemoryContent:
         for look in self.looks:
             if look.furniture not in layout.furniture:
                 raise ValueError(f"there is no furniture {look.furniture}")
-        _check_between("queries", [number for number, _ in self.queries], 1, len(self.looks))
-        for _, description in self.queries:
-            read_words("description", description)
+        _check_between("between", [number for number, _ in self.between], 1, len(self.looks))
         for (name, furniture), looks in self.sought.items():
             read_words("description", name)
             _check_between("time of a look", [time for time, _ in looks], 0, self.time)
@@ -279,6 +284,14 @@ def write_start(content: MemoryContent, *, is_new: bool = False, file: str = "")
         **({"file": file} if file else {}),
     }
     return write_line("start", content.time, clock, values)
+
+
+def _read_event(event: Any, furniture: Collection[int], time: int) -> str | SaidOf:
+    """Read what was asked for, or said; raises TypeError, KeyError or ValueError."""
+    if isinstance(event, str):
+        read_words("description", event)
+        return event
+    return SaidOf.from_json(event, furniture, time)
 
 
 def _check_between(field: str, values: Any, low: int, high: int) -> None:

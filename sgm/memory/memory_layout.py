@@ -10,8 +10,8 @@ from sgm.layout.box import Box, read_box
 from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
 from sgm.layout.layout import Layout, RoomId, read_map_id
 from sgm.memory.memory_state import MemoryState
-from sgm.memory.seen_positions import keep_positions_at, turn_positions
-from sgm.memory.sighting import read_point
+from sgm.memory.seen_positions import is_beside, keep_positions_at, turn_positions
+from sgm.memory.sighting import Point, read_point
 from sgm.names.name import Name
 from sgm.names.words import read_words
 
@@ -133,11 +133,18 @@ class MemoryLayout:
             place: dict[str, Any] = {"position": node.position, "box": node.box}
             self._state.write("move", furniture=furniture, room=node.room, **place)
             has_moved = node.box != layout.furniture[furniture].box
-            layout.furniture[furniture] = node
+            number = int(furniture)
+            layout.furniture[number] = node
             if has_moved:
-                index = list(layout.furniture).index(furniture)
-                for batch in self._state.list_changed(moves=True):
-                    keep_positions_at(batch.positions, index, node.box)
+                index, new_box = list(layout.furniture).index(number), node.box
+
+                def is_there(point: Point) -> bool:
+                    return new_box is not None and bool(is_beside(new_box, point)[0])
+
+                keep_positions_at(self._state.open_looks().positions, index, new_box)
+                self._state.close_looks(
+                    lambda look: look.keep_at(is_there) if look.furniture == number else look
+                )
             self._state.note_new()
 
     def name_furniture(self, furniture: int, label: str, description: str | None = None) -> None:
@@ -164,8 +171,7 @@ class MemoryLayout:
                     f"furniture to merge must be two, got {furniture} twice. Give another id."
                 )
             self._state.write("merge_furniture", furniture=int(furniture), other=int(other))
-            content = self._state.get_content().merge_furniture(int(furniture), int(other))
-            self._state.take(content)
+            self._state.merge_furniture(int(furniture), int(other))
 
     def transform(
         self,
@@ -182,11 +188,11 @@ class MemoryLayout:
             layout = self._state.layout.transform(turn, offset, read_map_id(map_id))
             turn_positions(self._state.batch.positions, turn, offset)  # or it is refused
             self._state.write("transform", angle=turn, shift=offset, map_id=map_id)
-            for batch in self._state.list_changed(moves=True):
-                turned = turn_positions(batch.positions, turn, offset)
-                for name, values in turned.items():
-                    batch.positions[name][:] = values
+            batch = self._state.open_looks()
+            for name, values in turn_positions(batch.positions, turn, offset).items():
+                batch.positions[name][:] = values
             self._state.layout = layout
+            self._state.close_looks(lambda look: look.turn(turn, offset))
             self._state.note_new()
 
     def get_position(self, furniture: int) -> tuple[float, float] | None:
@@ -222,7 +228,7 @@ class MemoryLayout:
         with self._state.lock:
             self._state.layout.check_room(room)
             self._state.write("remove_room", room=room)
-            self._state.take(self._state.get_content().remove(rooms=[room]))
+            self._state.remove(rooms=[room])
 
     def forget_furniture(self, furniture: int, by: str) -> None:
         """Remove a furniture node that a person says is gone."""
@@ -234,7 +240,7 @@ class MemoryLayout:
         with self._state.lock:
             self._state.layout.check_furniture(furniture)
             self._state.write("remove_furniture", furniture=furniture, by=by)
-            self._state.take(self._state.get_content().remove(furniture=[furniture]))
+            self._state.remove(furniture=[int(furniture)])
 
     def describe(self, furniture: int) -> str:
         """Return the description and room of a furniture node, "white fridge in kitchen"."""

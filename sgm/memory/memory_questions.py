@@ -384,16 +384,18 @@ def _list_seen(state: MemoryState, things: _AskedThings) -> np.ndarray:
     is_shown = edges["is_true"][things.edge]  # or else missed since, which looks of the step say
     place = edges["furniture"][things.edge]
     for number, (object_row, members) in enumerate(zip(things.rows, things.members, strict=True)):
-        statement = things.said[number]
-        if statement is not None and statement.time == now:
-            last[number] = -1 if statement.furniture is None else position[statement.furniture]
-        elif object_row >= 0 and things.memory.objects["num_at_once"][object_row] <= 1:
+        if object_row >= 0 and things.memory.objects["num_at_once"][object_row] <= 1:
             shown = [step.last_shown[member] for member in members if member in step.last_shown]
             last[number] = things.memory.objects["last_furniture"][object_row]
             if shown:
                 last[number] = position[max(shown)[1]]
         for member in members:
-            shown_at = [position[found] for found in step.num_until_seen.get(member, ())]
+            left = step.left.get(member, ())
+            shown_at = [
+                position[found]
+                for found in step.num_until_seen.get(member, ())
+                if found not in left
+            ]
             is_shown |= (things.thing == number) & np.isin(place, shown_at)
     is_now = (edges["last_true"][things.edge] == now) & is_shown
     is_now &= (last[things.thing] == _ANYWHERE) | (last[things.thing] == place)

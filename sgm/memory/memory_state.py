@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock, RLock
@@ -23,9 +23,9 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_content import HOME_LABELS, MemoryContent, write_start
 from sgm.memory.merged_things import find_roots
 from sgm.memory.queries import Queries
-from sgm.memory.seen_positions import note_positions
+from sgm.memory.seen_positions import forget_positions, note_positions
 from sgm.memory.sighting import SeenAt, Sighting
-from sgm.memory.thing import Pictured, Said, Thing, ThingName, ThingRows
+from sgm.memory.thing import Pictured, Said, SaidOf, Thing, ThingName, ThingRows
 from sgm.memory.written_tables import fill_tables, view_tables
 from sgm.messages import warn_caller
 from sgm.names.aliases import AliasTable
@@ -251,11 +251,16 @@ class MemoryState:
         batch.count_history(content.history)  # now: to ask again is no new question
         self.sought, self.renamed = dict(content.sought), dict(content.renamed)
         self.begin_anew()
-        queries = deque(content.queries)
-        for number, look in enumerate(content.looks):
-            self.look(look)
-            while queries and queries[0][0] == number + 1:
-                self.query(queries.popleft()[1])
+        between = deque(content.between)
+        for number in range(len(content.looks) + 1):
+            if number:
+                self.look(content.looks[number - 1])
+            while between and between[0][0] == number:
+                _, event = between.popleft()
+                if isinstance(event, str):
+                    self.query(event)
+                else:
+                    self.say(event)
 
     def get_content(self, batch: MemoryBatch | None = None) -> MemoryContent:
         """Return a view of what the memory holds, or held when a copy of its batch was made."""
@@ -278,14 +283,24 @@ class MemoryState:
     def get_content_to_save(self) -> MemoryContent:
         """Return the content before the looks of this step, and these looks."""
         content, step, before = self.get_content(), self.step, self.before
-        if before is None:
+        if before is None:  # now that a new layout was taken over
             return content
+        content = self.get_content(before.batch)
+        things, said = list(content.things), Counter[int]()
+        for _, event in step.between:
+            if isinstance(event, SaidOf):
+                said[self.things.get_row(Name.read(event.name.description), event.name.id)] += 1
+        for object_row, number in said.items():
+            if object_row < len(things):  # it was not said yet
+                statements = things[object_row].statements[:-number]
+                things[object_row] = replace(things[object_row], statements=statements)
         return replace(
-            self.get_content(before.batch),
+            content,
+            things=tuple(things),
             asked=before.asked,
             sought=before.sought,
             looks=tuple(step.looks),
-            queries=tuple(step.queries),
+            between=tuple(step.between),
         )
 
     @property
@@ -473,6 +488,46 @@ class MemoryState:
             self.sought[words, look.furniture] = add_sought(looks, batch.time, coverage)
         step.add(look, {})
 
+    def say(self, said: SaidOf) -> None:
+        """Take over what was said of a thing, or what the robot did with it.
+
+        Of several things of one description, it is no longer at `was_at`; None for all its places.
+        """
+        statement, ids = said.statement, self.furniture.ids
+        if self.before is not None:
+            self.step.between.append((len(self.step.looks), said))
+        self.version = object()
+        object_row = self.ensure_object(Name.read(said.name.description), said.name.id)
+        batch, members = self.batch, self.list_members(object_row)
+        edges = batch.edges
+        is_left = np.isin(edges["object"], members) & edges["is_true"]
+        if said.was_at is not None:
+            is_left &= edges["furniture"] == ids.index(said.was_at)
+        elif batch.objects["num_at_once"][object_row] > 1:
+            is_left[:] = False
+        place = relation = NEVER
+        if statement.furniture is not None and statement.relation is not None:
+            place = ids.index(statement.furniture)
+            relation = RELATIONS.index(statement.relation)
+            is_left &= (edges["furniture"] != place) | (edges["relation"] != relation)
+        left = np.flatnonzero(is_left)
+        places = sorted({ids[index] for index in edges["furniture"][left] if index != place})
+        batch.note_left(left, statement.confidence)
+        forget_positions(batch.positions, members, {place, *edges["furniture"][left].tolist()})
+        if place < 0:
+            batch.note_carried(object_row)
+        else:
+            batch.note_place(object_row, place, relation, statement.confidence)
+        num_observed = int(batch.objects["num_observed"][object_row])
+        statement = replace(statement, was_at=tuple(places), num_observed=num_observed)
+        self.things[object_row] = self.things[object_row].add(statement)
+        if self.before is None:
+            self.begin_anew()
+        else:
+            for member in members:
+                said_at = statement.furniture if member == object_row else None
+                self.step.say(member, said_at, places)
+
     def let_pass(self, num_steps: int) -> None:
         """Let time steps pass; questions end with the first of them."""
         self.forget_questions()
@@ -520,14 +575,14 @@ class MemoryState:
     def _ensure_rows(self, first: int) -> None:
         """Let the batch have the nodes of all things from a row on."""
         rows = np.arange(first, len(self.things))
-        kinds = [
-            self.vocabulary.find_type(self.things[object_row].description)
-            for object_row in rows.tolist()
-        ]
-        labels, types = np.array(kinds, dtype=np.int64).reshape(-1, 2).T
-        self.batch.ensure_objects(np.zeros_like(rows), rows, labels, types)
+        self.batch.ensure_objects(np.zeros_like(rows), rows, *self._find_kinds(rows.tolist()))
         if self.sought:
             self._take_sought(rows.tolist())
+
+    def _find_kinds(self, rows: Sequence[int]) -> np.ndarray:
+        """Return the labels and types of objects, int64 (2, n)."""
+        kinds = [self.vocabulary.find_type(self.things[row].description) for row in rows]
+        return np.array(kinds, dtype=np.int64).reshape(-1, 2).T
 
     def _take_sought(self, rows: Sequence[int]) -> None:
         """Let objects that are new have the looks for what had their names."""
@@ -547,6 +602,7 @@ class MemoryState:
         """Call an object otherwise, in looks of this step, too; of the others nothing changes."""
         kind, looks = self.vocabulary.find_type(name), tuple(self.step.looks)
         called = [self._list_called(look) for look in looks]
+        before_name = self.things[object_row].name
         batches = self.list_changed()
         self._note_renamed(object_row, name)
         self.things.rename(object_row, name)
@@ -557,10 +613,23 @@ class MemoryState:
         if self.before is not None:
             if object_row < self.before.batch.objects.num_rows:
                 self._move_sought(self.before.sought, self.before.batch, [object_row])
-            content = self.get_content_to_save()
-            pairs = zip(looks, called, strict=True)
-            looks = tuple(self._rename_in(look, rows, object_row, name) for look, rows in pairs)
-            self.take(replace(content, looks=looks))
+            called_by = dict(zip(looks, called, strict=True))
+            self.rename_said(before_name, self.things[object_row].name)
+            self.close_looks(lambda look: self._rename_in(look, called_by[look], object_row, name))
+
+    def rename_said(
+        self, before: ThingName, after: ThingName, furniture: int | None = None
+    ) -> None:
+        """Let what was said of a node be of another name: of all, or that it is at furniture."""
+        between = self.step.between
+        for index, (number, event) in enumerate(between):
+            is_said = isinstance(event, SaidOf) and event.name.is_same(before)
+            if is_said and furniture in (None, event.statement.furniture):
+                between[index] = number, replace(event, name=after)
+
+    def list_seen_rows(self, look: StepLook) -> list[int]:
+        """Return the rows of what a look of this step shows."""
+        return self._list_called(look)[0]
 
     def _list_called(self, look: StepLook) -> tuple[list[int], list[list[int]]]:
         """Return the rows of what a look shows, and of each that it had hidden, or was for."""
@@ -714,7 +783,7 @@ class MemoryState:
     def query(self, description: str) -> Queries:
         """Open the hypothetical edges of an object until the next step."""
         if self.before is not None:  # what it opens is a part of what later looks do
-            self.step.queries.append((len(self.step.looks), description))
+            self.step.between.append((len(self.step.looks), description))
         self.version = object()
         object_row = self.asked = self.ensure_object(Name.read(description))
         return self.query_row(object_row)
@@ -737,35 +806,152 @@ class MemoryState:
         self._furniture = self._called = None
         self._keep_looks()
 
-    def list_changed(self, rows: Collection[int] = (), *, moves: bool = False) -> list[MemoryBatch]:
+    def list_changed(self, rows: Collection[int] = ()) -> list[MemoryBatch]:
         """Return the batches in which to make a change that is no look: now and before the looks.
 
-        Of that before the looks of this step it is a copy. It is left out where the looks cannot
-        stay apart from the change, and are of what was known before: where it does not know objects
-        of these `rows`, where positions of these looks would be other ones (`moves`), and where an
-        object was asked for.
+        Of that before the looks of this step it is a copy, which knows objects of these `rows`. It
+        is left out where an object was asked for, which further looks are about: then the looks
+        so far are of what was known before.
         """
         batch = self.batch
-        if self._keep_looks(rows, moves=moves):
-            return [batch, self._copy_before()]
-        return [batch]
+        if not self._keep_looks():
+            return [batch]
+        before = self._copy_before()
+        if max(rows, default=-1) >= before.objects.num_rows:
+            self._add_to(before)
+        return [batch, before]
 
-    def _keep_looks(self, rows: Collection[int] = (), *, moves: bool = False) -> bool:
+    def open_looks(self, *, knows_all: bool = False) -> MemoryBatch:
+        """Return the batch in which to make a change before `close_looks` sees these looks again.
+
+        That is the memory before the looks of this step, which `knows_all` objects of these, if so
+        said; or the memory itself, where there are none, or as `list_changed` says.
+        """
+        if not self._keep_looks():
+            return self.batch
+        before = self._copy_before()
+        if knows_all:
+            self._add_to(before)
+        return before
+
+    def close_looks(
+        self,
+        change: Callable[[StepLook], StepLook | None],
+        change_content: Callable[[MemoryContent], MemoryContent] | None = None,
+        change_said: Callable[[SaidOf], SaidOf | None] = lambda said: said,
+    ) -> None:
+        """Look again, after what was known before was changed, with changed looks of this step.
+
+        So are statements between them; what becomes None is left out.
+        """
+        if self.before is None and change_content is None:
+            return
+        saved = self.get_content_to_save()
+        looks: list[StepLook] = []
+        between: list[tuple[int, str | SaidOf]] = []
+        events = deque(saved.between)
+        for number in range(len(saved.looks) + 1):
+            changed = change(saved.looks[number - 1]) if number else None
+            if changed is not None:
+                looks.append(changed)
+            while events and events[0][0] == number:
+                _, event = events.popleft()
+                kept = event if isinstance(event, str) else change_said(event)
+                if kept is not None:
+                    between.append((len(looks), kept))
+        content = replace(saved, looks=(), between=())
+        if change_content is not None:
+            content = change_content(content)
+        self.take(replace(content, looks=tuple(looks), between=tuple(between)))
+
+    def remove(
+        self,
+        rooms: Collection[int] = (),
+        furniture: Collection[int] = (),
+        objects: Collection[int] = (),
+    ) -> None:
+        """Leave out rooms and furniture by id and objects by row, with all their edges.
+
+        Looks of this step show the others as before. What was seen at furniture that goes is known.
+        """
+        nodes = self.layout.furniture
+        gone = {*furniture, *(number for number, node in nodes.items() if node.room in rooms)}
+        names = {self.things[row].description for row in objects if not self.things[row].id}
+        forgotten = {self.things[row].name for row in objects}
+        rows_of = {look: self._list_called(look) for look in self.step.looks}
+        seen_there = {row for look in rows_of if look.furniture in gone for row in rows_of[look][0]}
+        batch = self.open_looks(knows_all=bool(seen_there))
+        if batch is not self.batch:
+            for column, values in batch.objects.items():
+                if column not in ("home", "key", "label", "type"):
+                    values[[*seen_there]] = self.batch.objects[column][[*seen_there]]
+
+        def leave_out(look: StepLook) -> StepLook | None:
+            seen_rows, named = rows_of[look]
+            if look.furniture in gone or (look.sought and named[-1] and {*named[-1]} <= {*objects}):
+                return None
+            pairs = zip(look.seen, seen_rows, strict=True)
+            return replace(look, seen=tuple(seen for seen, row in pairs if row not in objects))
+
+        def change(content: MemoryContent) -> MemoryContent:
+            known = [row for row in objects if row < len(content.things)]
+            content = content.remove(rooms, furniture, known)
+            renamed = {key: name for key, name in content.renamed.items() if name not in names}
+            return replace(content, renamed=renamed)
+
+        def leave_out_said(said: SaidOf) -> SaidOf | None:
+            statement = said.statement.leave_out(gone)
+            if statement is None or said.name in forgotten:
+                return None
+            was_at = None if said.was_at in gone else said.was_at
+            return replace(said, statement=statement, was_at=was_at)
+
+        self.close_looks(leave_out, change, leave_out_said)
+
+    def merge_furniture(self, kept: int, other: int) -> None:
+        """Let furniture be one with another, by id, and looks at this be looks at that one.
+
+        A look at either one had not in view what the other one showed.
+        """
+        shown: dict[int, dict[str, Name]] = {kept: {}, other: {}}
+        for look in self.step.looks:
+            for seen in look.seen if look.furniture in shown else ():
+                name = Name.read(seen.id) if seen.id else seen.name
+                shown[look.furniture][name.text] = name
+        self.open_looks()
+
+        def change(look: StepLook) -> StepLook:
+            if look.furniture not in shown or look.sought:
+                return replace(look, furniture=kept) if look.furniture == other else look
+            hidden = shown[other if look.furniture == kept else kept]
+            names = {**{name.text: name for name in look.hidden}, **hidden}
+            return replace(look, furniture=kept, hidden=tuple(names.values()))
+
+        def redirect(said: SaidOf) -> SaidOf:
+            was_at = kept if said.was_at == other else said.was_at
+            return replace(said, statement=said.statement.redirect(other, kept), was_at=was_at)
+
+        self.close_looks(change, lambda content: content.merge_furniture(kept, other), redirect)
+
+    def _keep_looks(self) -> bool:
         """Tell whether there are looks of this step that stay apart from a change; see above."""
-        before, step = self.before, self.step
-        is_asked = self.asked is not None or bool(step.queries)
+        before, is_asked = self.before, self.asked is not None
+        is_asked |= any(isinstance(event, str) for _, event in self.step.between)
         self.version, self.asked = object(), None
-        if before is not None and (
-            is_asked
-            or before.asked is not None
-            or max(rows, default=-1) >= before.batch.objects.num_rows
-            or (
-                moves
-                and any(seen.position is not None for look in step.looks for seen in look.seen)
-            )
-        ):
+        if before is not None and (is_asked or before.asked is not None):
             self.begin_anew()
         return self.before is not None
+
+    def _add_to(self, before: MemoryBatch) -> None:
+        """Let the memory before the looks of this step know all objects; it has not seen them."""
+        assert self.before is not None
+        rows = np.arange(before.objects.num_rows, len(self.things))
+        if not len(rows):
+            return
+        before.ensure_objects(np.zeros_like(rows), rows, *self._find_kinds(rows.tolist()))
+        sought = dict(self.before.sought)
+        self._move_sought(sought, before, rows.tolist())
+        self.before = replace(self.before, sought=sought)
 
     def _copy_before(self) -> MemoryBatch:
         """Return the memory before the looks of this step, to be changed."""

@@ -7,17 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from sgm.memory.look import StepLook
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.merged_things import split_counts
-from sgm.memory.seen_positions import forget_positions
 from sgm.memory.sighting import read_relation
-from sgm.memory.thing import ROBOT, Statement, ThingName, read_confidence
+from sgm.memory.thing import ROBOT, SaidOf, Statement, ThingName, read_confidence
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.name_index import NameIndex
 from sgm.names.resolution import Resolution
 from sgm.names.words import read_words
-from sgm.schema import RELATIONS
 
 _MOST_NAMED = 5  # things that may be meant, in an error
 
@@ -216,7 +215,7 @@ class MemoryStatements:
                 confidence=statement.confidence,
                 was_at=was_at,
             )
-            _take_statement(self._state, name, statement, was_at)
+            self._state.say(SaidOf(name, statement, was_at))
 
     def remove_object(self, description: str, id: str = "", by: str | None = None) -> None:
         """Log that a node is forgotten, and forget it."""
@@ -224,7 +223,7 @@ class MemoryStatements:
             name, state = ThingName(description, id), self._state
             object_row = self._get_row(name)
             self._state.write("remove_object", **name.to_json(), by=by)
-            state.take(state.get_content().remove(objects=state.list_members(object_row)))
+            state.remove(objects=state.list_members(object_row))
 
     def _split_off(
         self, node: ThingName, object_row: int, place: int, name: str, speaker: str
@@ -233,7 +232,7 @@ class MemoryStatements:
         state = self._state
         state.layout.check_furniture(place)
         place, batch, position = int(place), state.batch, state.furniture.ids.index(place)
-        edges, objects = batch.edges, batch.objects
+        edges = batch.edges
         is_there = (
             edges["furniture"][(edges["object"] == object_row) & (edges["num_true"] > 0)]
             == position
@@ -249,12 +248,8 @@ class MemoryStatements:
                 f"name must be of no other thing, got {shorten(name)}. Choose another one."
             )
         self._state.write("split_off", **node.to_json(), furniture=place, name=name, by=speaker)
+        before = {look: state.list_seen_rows(look) for look in state.step.looks}
         other = state.ensure_object(Name.read(name))
-        for table in (edges, batch.positions):
-            table["object"][(table["object"] == object_row) & (table["furniture"] == position)] = (
-                other
-            )
-        split_counts(objects, edges, object_row, other)
         thing = state.things[object_row]
         for row, is_split in ((other, True), (object_row, False)):
             state.things[row] = replace(
@@ -266,8 +261,26 @@ class MemoryStatements:
                     shown for shown in thing.pictures if (shown.furniture == place) == is_split
                 ),
             )
+        batch = state.open_looks(knows_all=True)
+        for table in (batch.edges, batch.positions):
+            is_split_off = (table["object"] == object_row) & (table["furniture"] == position)
+            table["object"][is_split_off] = other
+        split_counts(batch.objects, batch.edges, object_row, other)
         batch.look_up_prior()  # of the new thing
-        state.begin_anew()
+
+        def rename_in(look: StepLook) -> StepLook:
+            if look.furniture != place:
+                return look
+            seen = tuple(
+                replace(sighting, description=name, owner=None, id=None)
+                if row == object_row
+                else sighting
+                for sighting, row in zip(look.seen, before[look], strict=True)
+            )
+            return replace(look, seen=seen)
+
+        state.rename_said(node, ThingName(name), place)
+        state.close_looks(rename_in)
 
     def _choose(
         self, thing: str, matches: Sequence[str], only: Sequence[int] | None = None
@@ -314,39 +327,3 @@ def _check_no_doubt(found: Resolution) -> None:
             f"thing must be named exactly, got {shorten(found.question)}, which may be {names}. "
             "Say its whole name, or give its id."
         )
-
-
-def _take_statement(
-    state: MemoryState, name: ThingName, statement: Statement, was_at: int | None
-) -> None:
-    """Take over what was said of a thing, or what the robot did with it.
-
-    Of several things of one description, it is no longer at `was_at`; None for all its places.
-    """
-    object_row = state.ensure_object(Name.read(name.description), name.id)
-    batch, ids = state.batch, state.furniture.ids
-    edges = batch.edges
-    is_left = np.isin(edges["object"], state.list_members(object_row)) & edges["is_true"]
-    if was_at is not None:
-        is_left &= edges["furniture"] == ids.index(was_at)
-    elif batch.objects["num_at_once"][object_row] > 1:
-        is_left[:] = False
-    place = relation = -1
-    if statement.furniture is not None and statement.relation is not None:
-        place = ids.index(statement.furniture)
-        relation = RELATIONS.index(statement.relation)
-        is_left &= (edges["furniture"] != place) | (edges["relation"] != relation)
-    left = np.flatnonzero(is_left)
-    places = sorted({ids[index] for index in edges["furniture"][left] if index != place})
-    batch.note_left(left, statement.confidence)
-    forget_positions(
-        batch.positions, state.list_members(object_row), {place, *edges["furniture"][left].tolist()}
-    )
-    if place < 0:
-        batch.note_carried(object_row)
-    else:
-        batch.note_place(object_row, place, relation, statement.confidence)
-    num_observed = int(batch.objects["num_observed"][object_row])
-    statement = replace(statement, was_at=tuple(places), num_observed=num_observed)
-    state.things[object_row] = state.things[object_row].add(statement)
-    state.begin_anew()

@@ -56,7 +56,17 @@ def fuse_edges(
 
 
 def split_counts(objects: Table, edges: Table, object_row: int, other: int) -> None:
-    """Share what is counted of an object with another, which was split off with some edges."""
+    """Share what is counted of an object with another, which was split off with some edges.
+
+    Where one of the two was never seen then, the other one has all.
+    """
+    is_seen = np.isin([object_row, other], edges["object"][edges["num_true"] > 0])
+    if not is_seen.all():
+        for column in OBJECTS if is_seen[1] else ():
+            if column.splits:
+                values = objects[column.name]
+                values[other], values[object_row] = values[object_row], column.default
+        return
     names = {column.name for column in EDGES}
     counted = [column for column in OBJECTS if column.splits in names]
     for column in OBJECTS:

@@ -372,7 +372,7 @@ def sum_negative(
         places = found
     for furniture in places:
         first = found.get(furniture, 0)
-        for number in step.of_place[furniture]:
+        for number in step.of_place.get(furniture, ()):
             look = step.looks[number]
             if number < first or name.key in {hidden.key for hidden in look.hidden}:
                 continue

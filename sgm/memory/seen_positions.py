@@ -113,10 +113,16 @@ def keep_positions_at(table: Table, furniture: int, box: Box | None) -> None:
     """Forget what is at furniture no longer, which was moved; None where it stands is unknown."""
     rows_there = np.flatnonzero(table["furniture"] == furniture)
     points = np.column_stack([table[name][rows_there] for name in _XYZ])
-    away = np.full(len(rows_there), np.inf)
+    is_away = np.ones(len(rows_there), dtype=bool)
     if box is not None and len(rows_there):
-        away = box.compute_reach(points)
-    table["time"][rows_there[away > _BESIDE]] = NEVER
+        is_away = ~is_beside(box, points)
+    table["time"][rows_there[is_away]] = NEVER
+
+
+def is_beside(box: Box, points: np.ndarray | Point) -> np.ndarray:
+    """Tell whether points, (n, 3) or one, are at furniture with a box, bool (n,)."""
+    beside: np.ndarray = box.compute_reach(np.atleast_2d(points)) <= _BESIDE
+    return beside
 
 
 def turn_positions(

@@ -109,6 +109,12 @@ class ThingName:
     description: str
     id: str = ""
 
+    def is_same(self, other: ThingName) -> bool:
+        """Whether another name is of the same node."""
+        if self.id or other.id:
+            return self.id == other.id
+        return Name.read(self.description).key == Name.read(other.description).key
+
     def __str__(self) -> str:
         return f"{self.description} (id {self.id})" if self.id else self.description
 
@@ -120,6 +126,35 @@ class ThingName:
     def from_json(cls, data: Mapping[str, Any]) -> ThingName:
         """Read JSON values of a log."""
         return cls(str(data["description"]), str(data.get("id", "")))
+
+
+@dataclass(frozen=True, slots=True)
+class SaidOf:
+    """What was said of a thing, or done with it, between looks of a time step.
+
+    Attributes:
+        name: of the node.
+        statement: what was said.
+        was_at: id of furniture from which one of several was taken; None for all its places.
+    """
+
+    name: ThingName
+    statement: Statement
+    was_at: int | None = None
+
+    def to_json(self) -> list[Any]:
+        """Return JSON values, from which `from_json` makes the same."""
+        return [self.name.to_json(), self.statement.to_json(), self.was_at]
+
+    @classmethod
+    def from_json(cls, data: Any, furniture: Collection[int], time: int) -> SaidOf:
+        """Read JSON values of a memory with this furniture; raises TypeError or ValueError."""
+        name, statement, was_at = data
+        if was_at is not None and was_at not in furniture:
+            raise ValueError(f"there is no furniture {shorten(was_at)}")
+        read_words("description", name["description"])
+        read = Statement.from_json(statement, furniture, time)
+        return cls(ThingName.from_json(name), read, was_at)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
+from sgm.layout.box import Box
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies import Adaptive, Bayesian, Frequentist
-from tests.sgm.memory.sessions import dump
+from tests.sgm.memory.sessions import CALLS, dump
 
-TABLE, SHELF, DESK = range(3)
+TABLE, SHELF, DESK, BENCH, STOOL = range(5)
 POLICIES = pytest.mark.parametrize("policy", [Frequentist, Bayesian, Adaptive])
 CHANGES = {
     "furniture": lambda memory: memory.add_furniture("bathtub", 1),
@@ -22,26 +23,69 @@ CHANGES = {
     "thing of this step": lambda memory: memory.rename("pen", "pencil"),
     "thing with an id": lambda memory: memory.rename("7", "book"),
     "one thing": lambda memory: memory.merge("fork", "plate"),
+    "one thing of this step": lambda memory: memory.merge("fork", "pen"),
+    "two things again": lambda memory: (memory.merge("cap", "pen"), memory.split("cap")),
+    "said": lambda memory: memory.note_moved("fork", DESK, "anna"),
+    "said of a new thing": lambda memory: memory.note_moved("zebra", DESK, "anna"),
+    "said of a thing of this step": lambda memory: memory.note_moved("cap", DESK, "anna"),
+    "said where it is": lambda memory: memory.note_moved("pen", TABLE, "anna", "onTop"),
+    "picked up": lambda memory: memory.picked_up("plate"),
+    "carried elsewhere": lambda memory: (memory.picked_up("cap"), memory.put_down("cap", DESK)),
+    "not found": lambda memory: memory.note_absent(DESK, "plate"),
+    "forgotten": lambda memory: memory.forget("fork"),
+    "forgotten of this step": lambda memory: memory.forget("cap"),
+    "removed": lambda memory: memory.remove_object("plate"),
+    "place forgotten": lambda memory: memory.forget(BENCH),
+    "looked at and forgotten": lambda memory: memory.forget(STOOL),
+    "place removed": lambda memory: memory.remove_furniture(BENCH),
+    "room removed": lambda memory: memory.remove_room(2),
+    "one place": lambda memory: memory.merge_furniture(DESK, BENCH),
+    "one place of looks": lambda memory: memory.merge_furniture(TABLE, STOOL),
+    "split": lambda memory: memory.split("vase", SHELF, "urn"),
+    "split before": lambda memory: memory.split("vase", TABLE, "urn"),
+    "split within the step": lambda memory: memory.split("comb", STOOL, "brush"),
+    "box": lambda memory: memory.move_furniture(TABLE, box=Box((1, 2, 0.5), (1, 1, 1))),
+    "other room": lambda memory: memory.move_furniture(BENCH, 1),
+    "question": lambda memory: memory.query("fork"),
+    "said, then gone": lambda memory: (
+        memory.note_moved("cap", STOOL, "anna"),
+        memory.forget(STOOL),
+    ),
+    "said, then renamed": lambda memory: (
+        memory.note_moved("cap", DESK, "anna"),
+        memory.rename("cap", "hat"),
+    ),
+    "said, then split": lambda memory: (
+        memory.note_moved("comb", DESK, "anna"),
+        memory.split("comb", DESK, "brush"),
+    ),
 }
+# Every call that writes changes something here; those of time end the step.
+TRIED_ELSEWHERE = {"observe", "step", "step_to", "start_clock"}
 
 
 def make_memory(policy_seen: int, num_now: int) -> SceneGraphMemory:
     memory = SceneGraphMemory()
-    rooms = [memory.add_room(label) for label in ("kitchen", "bathroom")]
-    for label in ("table", "shelf", "desk"):
+    rooms = [memory.add_room(label) for label in ("kitchen", "bathroom", "hall")]
+    for label in ("table", "shelf", "desk", "bench"):
         memory.add_furniture(label, rooms[0])
-    memory.observe(TABLE, [*[Sighting("lamp")] * policy_seen, Sighting("fork"), Sighting("plate")])
+    memory.add_furniture("stool", rooms[2])
+    things = [Sighting(name) for name in ("fork", "plate", "vase")]
+    memory.observe(TABLE, [*[Sighting("lamp")] * policy_seen, *things])
     memory.step()
-    memory.observe(SHELF, [Sighting("lamp")] * num_now)
-    memory.observe(TABLE, [Sighting("pen"), Sighting("paper", id="7")])
+    memory.observe(SHELF, [Sighting("lamp")] * num_now + [Sighting("vase"), Sighting("comb")])
+    memory.observe(STOOL, [Sighting("comb")])
+    memory.observe(TABLE, [Sighting("pen", position=(1, 2, 1)), Sighting("paper", id="7")])
     memory.note_absent(DESK, "pen")
+    memory.observe(TABLE, [Sighting("pen", position=(1, 2, 1)), Sighting("paper", id="7")])
+    memory.observe(SHELF, [Sighting("lamp")] * num_now + [Sighting("vase"), Sighting("cap")])
     return memory
 
 
 def rank(memory, policy):
     ranking = Finder(policy()).rank(memory, "lamp")
     places = {place.furniture: place.probability for place in ranking}
-    return np.array([places[n] for n in (TABLE, SHELF, DESK)])
+    return np.array([*(places[n] for n in (TABLE, SHELF, DESK)), ranking.elsewhere])
 
 
 @POLICIES
@@ -58,6 +102,47 @@ def test_no_other_thing_changes(policy, change, num_before, num_now):
     assert memory.ask(["lamp"]).num_instances.tolist() == [max(num_before, num_now)]
 
 
+def test_all_calls_that_write_are_tried():
+    import inspect
+
+    source = inspect.getsource(inspect.getmodule(make_memory))
+    tried = {name for name in CALLS if f"memory.{name}(" in source}
+    assert tried | TRIED_ELSEWHERE == {*CALLS}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_what_was_seen_and_missed_in_this_step_still_was(change):
+    memory = make_memory(1, 1)
+    before, missed = memory.last_seen("lamp"), memory.ask(["lamp"]).looks.negative[0, :3]
+    CHANGES[change](memory)
+    assert memory.last_seen("lamp") == before
+    missed[0] += change == "one place of looks"  # whose look is one more at the table
+    assert memory.ask(["lamp"]).looks.negative[0, :3].tolist() == missed.tolist()
+    pen = memory.last_seen("pencil" if change == "thing of this step" else "pen")
+    assert (pen.furniture, pen.steps_ago, pen.is_there) == (TABLE, 0, True)
+    if memory.num_furniture > BENCH and change != "looked at and forgotten":
+        memory.observe(SHELF, [])
+        assert not memory.last_seen("lamp").is_there
+
+
+@pytest.mark.filterwarnings("ignore::sgm.memory.memory_looks.LookPerFrameWarning")
+def test_what_was_said_is_news_for_the_looks_of_this_step():
+    """Ten looks had missed it before, or shown it elsewhere."""
+    memory = make_memory(1, 1)
+    for _ in range(10):
+        memory.observe(DESK, [])
+    memory.note_moved("fork", DESK, "anna")
+    places = {place.furniture: place for place in Finder(Adaptive()).rank(memory, "fork")}
+    assert places[DESK].probability == pytest.approx(0.9, abs=0.02)
+    for _ in range(2):
+        memory.observe(DESK, [])
+    later = {place.furniture: place for place in Finder(Adaptive()).rank(memory, "fork")}
+    assert later[DESK].probability < 0.6
+    memory.note_moved("cap", DESK, "anna")
+    memory.observe(SHELF, [Sighting("cap")])
+    assert memory.last_seen("cap").furniture == SHELF
+
+
 @pytest.mark.parametrize("change", CHANGES)
 def test_it_is_saved_as_it_is(change, tmp_path):
     memory = make_memory(1, 2)
@@ -67,6 +152,13 @@ def test_it_is_saved_as_it_is(change, tmp_path):
         assert dump(other) == dump(memory)
         assert other.to_dict() == memory.to_dict()
         np.testing.assert_array_equal(rank(other, Adaptive), rank(memory, Adaptive))
+        assert other.list_statements() == memory.list_statements()
+        other.step()
+        other.observe(TABLE, [Sighting("pen")])
+        again = memory.copy()
+        again.step()
+        again.observe(TABLE, [Sighting("pen")])
+        assert dump(other) == dump(again)
 
 
 def test_what_was_renamed_has_been_seen_and_missed_under_its_new_name():
@@ -75,5 +167,5 @@ def test_what_was_renamed_has_been_seen_and_missed_under_its_new_name():
     memory.rename("7", "book")
     assert [memory.last_seen(thing).steps_ago for thing in ("pencil", "7")] == [0, 0]
     assert memory.last_seen("pencil").times_looked == 1
-    assert memory.ask(["pencil"]).looks.negative[0].tolist() == [0, 1, 1]
+    assert memory.ask(["pencil"]).looks.negative[0].tolist() == [0, 2, 1, 0, 1]
     assert not {"pen", "paper"} & set(memory.descriptions)

@@ -202,6 +202,7 @@ def test_furniture_that_is_merged_hands_its_positions_on(memory):
     see(memory, 1, AT, name="cup")
     memory.step()
     see(memory, 1, (5.0, 3.0, 0.85))
+    memory.step()
     memory.merge_furniture(0, 1)
     (seen,) = memory.places_of("mug")
     assert seen.position == (5.0, 3.0, 0.85)
