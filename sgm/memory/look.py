@@ -223,10 +223,10 @@ class StepLog:
 
 
 def _copy(value: Any) -> Any:
-    """Copy lists, and mappings with what they hold."""
+    """Copy lists and sets, and mappings with what they hold."""
     if isinstance(value, dict):
         return {key: _copy(held) for key, held in value.items()}
-    return list(value) if isinstance(value, list) else value
+    return value.copy() if isinstance(value, (list, set)) else value
 
 
 def _list_in_view(coverage: Coverage) -> tuple[bool, ...]:

@@ -762,6 +762,7 @@ class MemoryState:
         for batch in self.list_changed([*rows, root]):
             batch.objects["same_as"][list(rows)] = root
         self.has_merged = bool((self.batch.objects["same_as"] >= 0).any())
+        self.close_looks(lambda look: look)  # looks for one of them alone are for all
 
     def forget_questions(self) -> None:
         """Leave out objects that were asked for in this step and neither seen nor looked for.
