@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from importlib import import_module
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import torch
 from torch import Tensor
 
-from datamodules.heterograph import EdgeType, make_dgl, number_types
-from datamodules.pyg_graph import make_pyg
 from sgm.schema import EDGE_TYPES, NODE_TYPES
 from simulator.snapshots.graph import ENTERING, FURNITURE, OBJECT_UP
 
@@ -94,7 +93,8 @@ class Batch:
             ModuleNotFoundError: if DGL is not installed, which has no wheels beyond Python 3.11;
                 `to_pyg` makes the same graph.
         """
-        return make_dgl(self)
+        made: dgl.DGLGraph = import_module("datamodules.heterograph").make_dgl(self)
+        return made
 
     @cached_property
     def homogeneous(self) -> dgl.DGLGraph:
@@ -131,18 +131,20 @@ class Batch:
         Raises:
             ModuleNotFoundError: if torch_geometric is not installed.
         """
-        return make_pyg(self)
+        made: HeteroData = import_module("datamodules.pyg_graph").make_pyg(self)
+        return made
 
     @property
     def first_node(self) -> dict[str, int]:
         """Id of the first node of each node type."""
-        return number_types(NODE_TYPES, self.node_counts)
+        starts = accumulate(self.node_counts, initial=0)
+        return dict(zip(NODE_TYPES, starts, strict=False))
 
     def split_nodes(self, values: Tensor) -> dict[str, Tensor]:
         """Share rows of nodes out to their types: (N, ...) -> (n, ...) each."""
         return dict(zip(NODE_TYPES, values.split(self.node_counts), strict=True))
 
-    def split_edges(self, values: Tensor) -> dict[EdgeType, Tensor]:
+    def split_edges(self, values: Tensor) -> dict[tuple[str, str, str], Tensor]:
         """Share rows of edges out to their types: (E, ...) -> (n, ...) each."""
         return dict(zip(EDGE_TYPES, values.split(self.edge_counts), strict=True))
 

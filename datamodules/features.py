@@ -10,9 +10,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
 
-from datamodules.feature import TABLES, Feature
 from datamodules.more_features import MORE_FEATURES
-from datamodules.paper_features import PAPER_FEATURES
+from datamodules.paper_features import PAPER_FEATURES, TABLES, Feature
 from sgm.evidence.columns import (
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,

@@ -8,8 +8,8 @@ import numpy as np
 import torch
 
 from datamodules.batch import Batch
-from datamodules.feature import TABLES, Of
 from datamodules.features import TEXT_DIM, FeatureConfig, count_columns, list_columns
+from datamodules.paper_features import TABLES, Of
 from sgm.arrays.grouped import choose_relations
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.queries import propose_rows, sample_places

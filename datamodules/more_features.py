@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from datamodules.feature import Feature
+from datamodules.paper_features import Feature
 from sgm.arrays.week import DAY_SECONDS, compute_week_seconds
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.schema import NEVER

@@ -2,18 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from nep.paper import wide_attention
 from sgm.checks import check_at_least, check_shares
 
 # Slots of a row, where no snapshot has more query edges. Wider rows waste fewer slots and make more
 # pairs of query edges that never attend to each other; 48 and 64 took longer in training.
 _ROW_SLOTS = 32
+
+# Query edges that one attends to: all of them, up to here; of more, those that stand out and a
+# sample of the others, so that time and memory grow with the number of places, not its square.
+MOST_KEYS = 1024
+_STAND_OUT = MOST_KEYS // 4
+
+
+def choose_keys(query: Tensor) -> tuple[Tensor, Tensor]:
+    """Choose which of many query edges the others attend to, `MOST_KEYS` of them.
+
+    A quarter are those furthest from the mean, such as places where the object was seen. The others
+    are evenly spread over the rest, and each counts for as many as it stands for.
+
+    (Q, D), with Q above `MOST_KEYS`, -> rows and for how many each counts, (MOST_KEYS,) each.
+    """
+    distance = (query - query.mean(dim=0)).square().sum(dim=1).float()
+    order = torch.sort(distance, descending=True, stable=True).indices
+    ordinary = order[_STAND_OUT:].sort().values
+    step = len(ordinary) / (MOST_KEYS - _STAND_OUT)
+    spread = (torch.arange(MOST_KEYS - _STAND_OUT, device=query.device) * step).long()
+    weight = torch.ones(MOST_KEYS, dtype=query.dtype, device=query.device)
+    weight[_STAND_OUT:] = step
+    return torch.cat([order[:_STAND_OUT], ordinary[spread]]), weight
 
 
 @dataclass(frozen=True)
@@ -145,12 +168,38 @@ class ByteDropout(nn.Module):
         return values * factor.mul_(256.0 / (256 - self.threshold)).view(values.shape)
 
 
+def choose(query: Tensor, keys: Tensor, values: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Take the keys and values of the chosen query edges, and what is added to each one's logits.
+
+    (Q, D), (1, K, Q, d), (1, K, Q, d) -> (1, K, `MOST_KEYS`, d) twice, and (Q, `MOST_KEYS`).
+    """
+    rows, weight = choose_keys(query)
+    bias = weight.to(keys.dtype).log().expand(len(query), -1)
+    return keys.index_select(2, rows), values.index_select(2, rows), bias
+
+
+def attend_apart(
+    attend: Callable[[Tensor, Tensor, int], Tensor],
+    query: Tensor,
+    query_snapshot: Tensor,
+    is_wide: Tensor,
+) -> Tensor:
+    """Attend in each wide snapshot (B,) by itself, and in all others together: (Q, D) -> (Q, D)."""
+    group = torch.where(is_wide[query_snapshot], query_snapshot, -1)
+    parts = [(group == number).nonzero().squeeze(1) for number in group.unique().tolist()]
+    found = []
+    for rows in parts:
+        names, snapshot = query_snapshot[rows].unique(return_inverse=True)
+        found.append(attend(query[rows], snapshot, len(names)))
+    return torch.cat(found)[torch.cat(parts).argsort()]
+
+
 class QueryAttentionLayer(nn.Module):
     """One transformer encoder layer (post-norm, ReLU), equal to `torch.nn.TransformerEncoderLayer`.
 
     Only the attention itself works on the padded table. The projections and the feed-forward
     network, where nearly all the arithmetic is, run on the Q rows that exist. A single snapshot has
-    no table, and attends to at most `MOST_KEYS` of its query edges (`nep.paper.wide_attention`).
+    no table, and attends to at most `MOST_KEYS` of its query edges (`choose_keys`).
 
     Args:
         units: width D.
@@ -191,8 +240,8 @@ class QueryAttentionLayer(nn.Module):
         parts = self.project_in(query).view(1, len(query), 3, self.heads, -1)
         q, k, v = parts.permute(2, 0, 3, 1, 4)  # (1, K, Q, head_units) each
         bias = None
-        if len(query) > wide_attention.MOST_KEYS:
-            k, v, bias = wide_attention.choose(query, k, v)
+        if len(query) > MOST_KEYS:
+            k, v, bias = choose(query, k, v)
         dropout = self.dropout.threshold / 256 if self.training else 0.0
         attended = functional.scaled_dot_product_attention(q, k, v, bias, dropout_p=dropout)
         return self.project_out(attended.transpose(1, 2).reshape(len(query), -1))
@@ -233,9 +282,9 @@ class QueryAttention(nn.Module):
         if len(query) == 0:
             return query
         if num_snapshots > 1:
-            is_wide = torch.bincount(query_snapshot) > wide_attention.MOST_KEYS
+            is_wide = torch.bincount(query_snapshot) > MOST_KEYS
             if is_wide.any():  # in one table, its pairs would be those of all others, too
-                return wide_attention.attend_apart(self, query, query_snapshot, is_wide)
+                return attend_apart(self, query, query_snapshot, is_wide)
         padding = None
         if num_snapshots > 1:
             padding = QueryPadding.from_snapshots(query_snapshot, num_snapshots, query.dtype)

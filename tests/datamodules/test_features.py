@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from datamodules import features
-from datamodules.feature import TABLES, Feature
 from datamodules.features import (
     EDGE_FEATURE_DIM,
     FEATURES,
@@ -19,6 +18,7 @@ from datamodules.features import (
     list_recorded,
 )
 from datamodules.graph import GraphBuilder
+from datamodules.paper_features import TABLES, Feature
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.paper.encoders import MLP

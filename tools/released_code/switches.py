@@ -14,9 +14,8 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from datamodules import features
-from datamodules.feature import Feature
 from datamodules.message_passing import ETYPE, NTYPE, make_graph
-from datamodules.paper_features import EDGE_SCALE
+from datamodules.paper_features import EDGE_SCALE, Feature
 from nep.paper import embedding
 from nep.paper.encoders import heat
 from sgm.schema import EDGE_TYPES, NEVER, NODE_TYPES

@@ -4,9 +4,8 @@ import pytest
 import torch
 from torch.nn import functional
 
-from nep.paper import query_attention, wide_attention
-from nep.paper.query_attention import AttentionConfig, QueryAttention
-from nep.paper.wide_attention import MOST_KEYS, choose_keys
+from nep.paper import query_attention
+from nep.paper.query_attention import MOST_KEYS, AttentionConfig, QueryAttention, choose_keys
 
 NUM_WIDE = 3 * MOST_KEYS
 
@@ -42,7 +41,7 @@ def test_it_comes_close_to_what_all_would_say(attention, places, monkeypatch):
     no_snapshot = torch.zeros(NUM_WIDE, dtype=torch.int64)
     with torch.inference_mode():
         found = attention(places, no_snapshot, 1)
-        monkeypatch.setattr(wide_attention, "MOST_KEYS", NUM_WIDE)
+        monkeypatch.setattr(query_attention, "MOST_KEYS", NUM_WIDE)
         exact = attention(places, no_snapshot, 1)
     assert not torch.equal(found, exact)
     assert (found - exact).abs().mean() < 0.03  # of layer norms: numbers of about 1
