@@ -145,7 +145,7 @@ class Finder:
 
         Raises:
             ValueError: if the description is no name (`read_words`), there is no furniture yet,
-                `k` is below 1, or the time has passed.
+                `k` is below 1, or the time has passed or is more than a year ahead.
         """
         if k is not None and (not isinstance(k, (int, np.integer)) or k < 1):
             raise ValueError(

@@ -19,6 +19,8 @@ DEFAULT_STEP_SECONDS = HOUR_SECONDS
 # A wall clock that is wrong is wrong by weeks or years (an empty battery, day and month exchanged);
 # a robot that was switched off comes back within a month.
 MAX_JUMP = timedelta(days=31)
+# Farther ahead nobody asks where a thing is, nor counts steps: it was a count of seconds, or a slip.
+MOST_AHEAD = timedelta(days=366)
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +112,20 @@ def make_clock_rows(clocks: Sequence[Clock | None]) -> np.ndarray | None:
         return None
     unknown = (math.nan, math.nan)
     return np.array([unknown if clock is None else clock.row for clock in clocks])
+
+
+def check_ahead(num_steps: int, now: int, clock: Clock | None, name: str, remedy: str) -> None:
+    """Check that a time is at most `MOST_AHEAD` after the present step, by a clock if there is one.
+
+    Raises:
+        ValueError: if it is farther ahead.
+    """
+    if clock is not None and num_steps * clock.step_seconds > MOST_AHEAD.total_seconds():
+        days = num_steps * clock.step_seconds / DAY_SECONDS
+        raise ValueError(
+            f"{name} must be at most {MOST_AHEAD.days} days ahead, got {days:.0f} days at "
+            f"{clock.get_time(now)}. {remedy}"
+        )
 
 
 def count_steps(time: datetime | int, now: int, clock: Clock | None, name: str = "time") -> int:

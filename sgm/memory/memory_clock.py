@@ -6,7 +6,7 @@ from datetime import datetime
 
 import numpy as np
 
-from sgm.memory.clock import MAX_JUMP, Clock, count_steps
+from sgm.memory.clock import MAX_JUMP, Clock, check_ahead, count_steps
 from sgm.memory.memory_state import MemoryState
 from sgm.messages import shorten
 from sgm.schema import MAX_TIME
@@ -31,13 +31,14 @@ class MemoryClock:
         with self._state.lock:
             return self._state.time
 
-    def step(self, num_steps: int = 1) -> None:
+    def step(self, num_steps: int = 1, *, accept_jump: bool = False) -> None:
         """Let time pass."""
         if not isinstance(num_steps, (int, np.integer)) or num_steps < 0:
             raise ValueError(
                 f"num_steps must be a whole number, 0 or more, got {shorten(num_steps)}. Time only "
                 "goes forward."
             )
+        num_steps = int(num_steps)
         with self._state.lock:
             now, clock = self._state.time, self._state.clock
             if now + num_steps > MAX_TIME:
@@ -45,11 +46,14 @@ class MemoryClock:
                     f"time must be at most {MAX_TIME}, got {num_steps} steps at time {now}. "
                     "Choose a longer time step."
                 )
+            if not accept_jump:
+                remedy = "A step is of step_seconds; if so much has passed, say accept_jump=True."
+                check_ahead(num_steps, now, clock, "num_steps", remedy)
             if clock is not None:
-                clock.get_time(now + int(num_steps))
+                clock.get_time(now + num_steps)
             if num_steps:
-                self._state.write("step", now + int(num_steps), num_steps=int(num_steps))
-                self._state.let_pass(int(num_steps))
+                self._state.write("step", now + num_steps, num_steps=num_steps)
+                self._state.let_pass(num_steps)
 
     def step_to(self, time: datetime, *, accept_jump: bool = False) -> None:
         """Let time pass until a date and time: the last step that has begun by then."""
@@ -63,4 +67,4 @@ class MemoryClock:
                     f"{clock.get_time(now + num_steps)} at {clock.get_time(now)}. Check the clock "
                     "of the robot; if it is right, say accept_jump=True."
                 )
-            self.step(num_steps)
+            self.step(num_steps, accept_jump=True)

@@ -14,7 +14,7 @@ import numpy as np
 
 from sgm.arrays.grouped import join_groups
 from sgm.layout.furniture import Furniture
-from sgm.memory.clock import Clock, count_steps
+from sgm.memory.clock import Clock, check_ahead, count_steps
 from sgm.memory.look import average_coverage
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
@@ -201,6 +201,7 @@ class MemoryQuestions:
             state = self._state
             _check_furniture(state)
             later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
+            check_ahead(later, state.time, state.clock, "at", "Ask about a time in the next year.")
             shared = state.share(before_looks, later)
             if miss_rate is not None:
                 shared[1].history.given_miss_rate = miss_rate

@@ -514,18 +514,19 @@ class SceneGraphMemory:
         """Steps since the start."""
         return self._clock.time
 
-    def step(self, num_steps: int = 1) -> None:
+    def step(self, num_steps: int = 1, *, accept_jump: bool = False) -> None:
         """Let time pass.
 
         Args:
             num_steps: time steps, 0 or more. The shipped network was trained on homes where one
                 object in twenty moves in a step.
+            accept_jump: whether so many have passed, though it is more than `MOST_AHEAD`.
 
         Raises:
-            ValueError: if it is negative, no whole number, or time would exceed `MAX_TIME` or the
-                dates that the clock can tell.
+            ValueError: if it is negative, no whole number, more than `MOST_AHEAD` by the clock and
+                not accepted, or time would exceed `MAX_TIME` or the dates that the clock can tell.
         """
-        self._clock.step(num_steps)
+        self._clock.step(num_steps, accept_jump=accept_jump)
 
     def step_to(self, time: datetime, *, accept_jump: bool = False) -> None:
         """Let time pass until a date and time: the last step that has begun by then.
@@ -653,7 +654,7 @@ class SceneGraphMemory:
             before_looks: whether policies are asked of the memory before the looks of this step,
                 which then say for themselves what they say.
             at: when: a time step, or a date and time by the clock; not before the present step,
-                None for it.
+                nor more than `MOST_AHEAD` after it, None for it.
             question: what they were asked for as: looks for that which did not find it count, too.
             miss_rate: of the detector, which policies then read; None for what the memory counted.
 

@@ -148,7 +148,7 @@ class Replayer:
         elif kind == "query":
             memory.query(values["description"])
         else:
-            memory.step(values["num_steps"])
+            memory.step(values["num_steps"], accept_jump=True)
 
     def _find(self, number: int | None) -> Any:
         """Return the furniture here that a log means by a number; None where it names none."""

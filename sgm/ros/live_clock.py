@@ -78,7 +78,7 @@ class LiveClock:
             self._zero, steps = stamp - present, 0
         self._latest = stamp
         if steps > 0:
-            memory.step(steps)
+            memory.step(steps, accept_jump=True)
 
     def go_to_wall_time(self, now: float) -> None:
         """Let time pass before any stamp has come, as after a start, where that makes sense.
@@ -90,7 +90,8 @@ class LiveClock:
             return
         ahead = (date - clock.start).total_seconds() - self._memory.time * clock.step_seconds
         if ahead >= clock.step_seconds and (self._accept_jump or ahead <= MAX_JUMP.total_seconds()):
-            self._memory.step(math.floor(ahead / clock.step_seconds + 1e-9))
+            steps = math.floor(ahead / clock.step_seconds + 1e-9)
+            self._memory.step(steps, accept_jump=True)
 
     def _get_step_seconds(self) -> float:
         clock = self._memory.clock

@@ -223,7 +223,7 @@ def _find_furniture(line: LogLine, number: int | None, player: Replayer) -> int 
 
 def _go_to(memory: SceneGraphMemory, step: int) -> None:
     """Let time pass; a log may say it in one line for many steps."""
-    memory.step(step - memory.time)
+    memory.step(step - memory.time, accept_jump=True)
 
 
 def _follow_time(lines: Sequence[LogLine]) -> Iterator[LogLine]:

@@ -122,7 +122,7 @@ def read_frigate(
     for change in changes:
         step = int((change.time - changes[0].time) // options.step_seconds)
         if step > memory.time:
-            memory.step(step - memory.time)
+            memory.step(step - memory.time, accept_jump=True)
         looks.take(change)
     return ImportedLooks(memory, looks.num_looks, counts)
 

@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sgm.arrays.week import compute_week_seconds
+from sgm.finder.finder import Finder
 from sgm.memory.clock import make_clock_rows
 from sgm.memory.memory_files import write_file
+from sgm.policies import Adaptive
 from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
 from simulator.snapshots.snapshots import forget
 from simulator.snapshots.taken import take_snapshots
@@ -145,3 +147,20 @@ def test_a_clock_that_jumps_far_ahead_is_asked_about(memory):
     other = SceneGraphMemory()
     other.step_to(10**6)  # steps of no known length
     assert other.time == 10**6
+
+
+def test_a_time_that_is_years_ahead_is_refused(memory):
+    """Seconds for steps, or a year mistyped: nothing is asked of then, and no time passes."""
+    before, now = memory.time, memory.clock.get_time(memory.time)
+    steps = 366 * 86_400 // memory.clock.step_seconds
+    for at in (before + int(steps) + 1, now + timedelta(days=367), now.replace(year=9999)):
+        with pytest.raises(ValueError, match="at must be at most 366 days ahead, got"):
+            memory.ask(["mug"], at=at)
+        with pytest.raises(ValueError, match="at must be at most 366 days ahead, got"):
+            Finder(Adaptive()).rank(memory, "mug", at=at)
+    with pytest.raises(ValueError, match="num_steps must be at most 366 days ahead, got"):
+        memory.step(int(steps) + 1)
+    assert memory.time == before
+    memory.ask(["mug"], at=now + timedelta(days=365))
+    memory.step(int(steps) + 1, accept_jump=True)
+    assert memory.time == before + int(steps) + 1
