@@ -1,4 +1,4 @@
-"""What a memory holds for and against a place where a thing may be, and how that is told."""
+"""What a memory holds for and against a place where a thing may be, and how it says that."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Evidence:
         ended_on: date and time of it; None without one, or without a clock.
         was_missed: whether a look here, after that sighting and statement, did not show it.
         is_in_view: whether a camera shows it here now (`sgm.ros.LiveMemory`).
-        language: in which it is told.
+        language: of its sentences.
     """
 
     seen: SeenAt | None

@@ -198,7 +198,7 @@ def gather_evidence(
         cosines: of the text vectors of every pair of labels of `asked.batch`, (L, L); None to
             leave similar objects out.
         furniture: positions in `asked.furniture_ids`, (n,).
-        language: in which it is told.
+        language: of its sentences.
 
     Returns:
         One entry per furniture node, n of them.

@@ -183,20 +183,21 @@ class ObjectSearch:
         asking, ranking = self._asking, self._finder.rank(self.memory, self.description)
         if ranking.asked_for != "thing":
             names = ", ".join(asking.translate(place.name) for place in ranking)
-            self._ended = _Ended(f"but a {ranking.asked_for}", {"names": names})
+            self._ended = _Ended(how=f"but a {ranking.asked_for}", values={"names": names})
             return None
         places, cut_off = self._split(ranking)
         if ranking.with_robot > 0.5:
-            self._ended = _Ended("carried", {"percent": f"{ranking.with_robot:.0%}"})
+            percent = f"{ranking.with_robot:.0%}"
+            self._ended = _Ended(how="carried", values={"percent": percent})
             return None
         if not places:
-            self._ended = _Ended("no way")
+            self._ended = _Ended(how="no way")
             return None
         if self._compute_prospect(places) <= 1 - self._rules.give_up_at:
             reason = self._tell_elsewhere(ranking.elsewhere, cut_off)
             if self.num_looks and places[0].probability > ranking.elsewhere:
                 reason = self._tell_beside("hidden", reason, places[0])
-            self._ended = _Ended(_GIVEN_UP, reason=reason)
+            self._ended = _Ended(how=_GIVEN_UP, reason=reason)
             return None
         within = self._list_affordable(places)
         if within and self._compute_prospect(within) <= 1 - self._rules.give_up_at:
@@ -209,7 +210,7 @@ class ObjectSearch:
                 how = "budget spent" if self.cost else "budget too small"
             values = {} if budget is None else {"budget": f"{budget:g}"}
             reason = self._tell_elsewhere(ranking.elsewhere, cut_off)
-            self._ended = _Ended(how, values, reason)
+            self._ended = _Ended(how=how, values=values, reason=reason)
             return None
         self.going, self._ended = look, None
         return look
@@ -382,7 +383,7 @@ class ObjectSearch:
             "left": f"{budget - self.cost:.1f}",
             "chance": f"{self._compute_prospect(within):.1%}",
         }
-        return _Ended("too small for", values)
+        return _Ended(how="too small for", values=values)
 
     def _compute_prospect(self, places: Sequence[Place]) -> float:
         """Return how likely looks at places find it, if there are as many as one likes.

@@ -87,7 +87,7 @@ class Look:
             return asking.say("open", place=name)
         is_told = self.place.relation in RELATION_TABLE  # not where the place was asked for
         relation = self.place.relation if is_told else USUAL_RELATION
-        look = asking.say(f"look {relation}", place=name)
+        look = asking.say_look(relation, name)
         if self.place.position is None:
             return look
         return asking.say("look toward", look=look, point=tell_point(self.place.position))

@@ -19,7 +19,7 @@ DEFAULT_STEP_SECONDS = HOUR_SECONDS
 # A wall clock that is wrong is wrong by weeks or years (an empty battery, day and month exchanged);
 # a robot that was switched off comes back within a month.
 MAX_JUMP = timedelta(days=31)
-# Farther ahead nobody asks where a thing is: it was seconds for steps, or a slip.
+# Farther ahead no question makes sense: it was seconds for steps, or a slip.
 MOST_AHEAD = timedelta(days=366)
 
 

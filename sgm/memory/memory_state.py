@@ -759,10 +759,18 @@ class MemoryState:
 
     def link(self, rows: Collection[int], root: int) -> None:
         """Let objects be one with another from now on, or, with -1, things of their own."""
+        roots = {*find_roots(self.batch.objects["same_as"])[list(rows)].tolist()}
+        is_parted = root < 0 and any(
+            look.sought and not roots.isdisjoint(self.find_rows(look.sought))
+            for look in self.step.looks
+        )
         for batch in self.list_changed([*rows, root]):
             batch.objects["same_as"][list(rows)] = root
         self.has_merged = bool((self.batch.objects["same_as"] >= 0).any())
-        self.close_looks(lambda look: look)  # looks for one of them alone are for all
+        if is_parted:  # a look for them as one was for each
+            self.begin_anew()
+        else:
+            self.close_looks(lambda look: look)  # looks for one of them alone are for all
 
     def forget_questions(self) -> None:
         """Leave out objects that were asked for in this step and neither seen nor looked for.

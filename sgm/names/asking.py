@@ -11,6 +11,7 @@ from sgm.names.language import load_answers, load_language
 from sgm.names.phrase import make_phrase_reader
 from sgm.names.sections import ENGLISH
 from sgm.names.words import POSSESSIVE, normalize
+from sgm.schema import RELATION_TABLE
 
 MOST_NAMED = 5  # names in a question
 _ROBOT = "robot"  # as who said or did something
@@ -56,6 +57,13 @@ class Asking:
     def say(self, sentence: str, **values: object) -> str:
         """Return a sentence with values filled in."""
         return self._ask[sentence].format(**values)
+
+    def say_look(self, relation: str, place: str) -> str:
+        """Say where to look; of a relation that the language has no words for, by the schema's."""
+        sentence = f"look {relation}"
+        if sentence in self._ask:
+            return self.say(sentence, place=place)
+        return self.say("look by", relation=RELATION_TABLE[relation].preposition, place=place)
 
     def count(self, sentence: str, number: int, **values: object) -> str:
         """Return a sentence with a number: its first form for one, else its last."""

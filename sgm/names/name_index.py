@@ -34,7 +34,7 @@ class NameIndex:
     """Says which descriptions a question names.
 
     What people say around a name is taken off ("where is my ...?", articles, case, punctuation),
-    the rest is matched by rules (`NameMatcher`), and words that nothing was made of are told
+    the rest is matched by rules (`NameMatcher`), and words that nothing was made of are listed
     (`UnreadWords`). What acts is stricter: `resolve_exact`.
     """
 

@@ -71,7 +71,7 @@ class NameMatcher:
     ) -> None:
         """Find descriptions of tables, which are read by a reader of a table of aliases.
 
-        `nobodys` are owners that nobody is named by: "their". Without an encoder the similarity
+        `nobodys` are owners that name no person: "their". Without an encoder the similarity
         that `find_similar` is given is used.
         """
         self._tables, self._reader, self._aliases = tables, reader, aliases

@@ -99,6 +99,7 @@ def test_what_lies_on_nothing_known_lies_on_a_spot_and_goes_over():
     assert memory.layout.furniture[spot].label == "spot"
     assert mapper.counts["spots"] == 1
     walk.time += 100
+    memory.step()
     walk.see(look_around(TABLE.center, num=20), [("table", TABLE)], [("mug", mug)])
     walk.tell(memory)
     seen = memory.last_seen("mug")

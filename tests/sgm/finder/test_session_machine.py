@@ -7,6 +7,7 @@ from tests.sgm.finder.session_machine import MACHINES, play
 # Some sightings of a session are doubtful ones, and its clock goes back, which is said.
 pytestmark = [
     pytest.mark.filterwarnings("ignore:.* confidences of a look are below"),
+    pytest.mark.filterwarnings("ignore::sgm.memory.memory_looks.LookPerFrameWarning"),
     pytest.mark.filterwarnings("ignore:the clock of the machine went back"),
 ]
 

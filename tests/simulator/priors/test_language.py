@@ -153,7 +153,8 @@ def test_the_prompt_offers_every_place_and_thing():
 def test_the_example_of_the_page_is_a_prior(tmp_path, capsys):
     """What stands in docs/priors.md, with the household prior's own places."""
     assert "written by hand for this page, by no language model" in PAGE
-    (tmp_path / "table.csv").write_text(re.search(r"```csv\n(.*?)```", PAGE, re.DOTALL).group(1))
+    table = re.search(r"Save this as `table.csv`:\n\n```csv\n(.*?)```", PAGE, re.DOTALL).group(1)
+    (tmp_path / "table.csv").write_text(table)
     out = tmp_path / "filled.json"
     assert main(["filled", str(tmp_path / "table.csv"), "--out", str(out)]) == 0
     assert "filled.json" in capsys.readouterr().out
