@@ -759,18 +759,18 @@ class MemoryState:
 
     def link(self, rows: Collection[int], root: int) -> None:
         """Let objects be one with another from now on, or, with -1, things of their own."""
-        roots = {*find_roots(self.batch.objects["same_as"])[list(rows)].tolist()}
-        is_parted = root < 0 and any(
-            look.sought and not roots.isdisjoint(self.find_rows(look.sought))
+        # Of what was one until now, each was looked for when one of them was.
+        parted = {*rows, *find_roots(self.batch.objects["same_as"])[list(rows)].tolist()}
+        names = [self.things[row].id or self.things[row].description for row in sorted(parted)]
+        of_all = {
+            look: [look, *(replace(look, sought=name) for name in names if name != look.sought)]
             for look in self.step.looks
-        )
+            if root < 0 and look.sought and not parted.isdisjoint(self.find_rows(look.sought))
+        }
         for batch in self.list_changed([*rows, root]):
             batch.objects["same_as"][list(rows)] = root
         self.has_merged = bool((self.batch.objects["same_as"] >= 0).any())
-        if is_parted:  # a look for them as one was for each
-            self.begin_anew()
-        else:
-            self.close_looks(lambda look: look)  # looks for one of them alone are for all
+        self.close_looks(lambda look: of_all.get(look, [look]))
 
     def forget_questions(self) -> None:
         """Leave out objects that were asked for in this step and neither seen nor looked for.
@@ -845,13 +845,13 @@ class MemoryState:
 
     def close_looks(
         self,
-        change: Callable[[StepLook], StepLook | None],
+        change: Callable[[StepLook], StepLook | list[StepLook] | None],
         change_content: Callable[[MemoryContent], MemoryContent] | None = None,
         change_said: Callable[[SaidOf], SaidOf | None] = lambda said: said,
     ) -> None:
         """Look again, after what was known before was changed, with changed looks of this step.
 
-        So are statements between them; what becomes None is left out.
+        So are statements between them; what becomes None is left out, and one may become several.
         """
         if self.before is None and change_content is None:
             return
@@ -862,7 +862,7 @@ class MemoryState:
         for number in range(len(saved.looks) + 1):
             changed = change(saved.looks[number - 1]) if number else None
             if changed is not None:
-                looks.append(changed)
+                looks += changed if isinstance(changed, list) else [changed]
             while events and events[0][0] == number:
                 _, event = events.popleft()
                 kept = event if isinstance(event, str) else change_said(event)

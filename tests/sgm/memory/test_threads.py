@@ -103,7 +103,7 @@ READERS = {
 }
 FINDER_READERS = {
     "rank": lambda memory, n: rank(memory),
-    "rank later": lambda memory, n: rank(memory, at=memory.time + 10**6),
+    "rank later": lambda memory, n: rank(memory, at=memory.time + 5_000),
     "resolve": lambda memory, n: FINDER.resolve(memory, "mug"),
     "search": lambda memory, n: search(memory),
     "search_plan": lambda memory, n: FINDER.search_plan(memory, "cup", start=(0.0, 0.0), k=6),
