@@ -15,6 +15,7 @@ from nep.report.tables import (
 )
 from sgm.messages import shorten
 from simulator.command_line import make_parser, one_line_errors, parse
+from simulator.policies.registry import ORACLES
 from simulator.process import run_main
 from simulator.tasks.metrics import STEP_METRICS
 
@@ -29,8 +30,9 @@ def compare(first: Results, second: Results) -> str:
     """Return a Markdown table for every task that both have played.
 
     A policy that both have is compared with itself; every other one of the second run with the
-    best of the first. All differences are second minus first, paired over homes, with 95 %
-    intervals; detectable is the smallest true difference that would be found with 80 % power.
+    best of the first that is no oracle. All differences are second minus first, paired over homes,
+    with 95 % intervals. Detectable is the smallest true difference that would be found with 80 %
+    power.
 
     Raises:
         ValueError: if the runs were played in other homes, by other rules, or share no task.
@@ -102,7 +104,8 @@ def _compare_task(task: str, first: Results, second: Results) -> str:
             "edited? Make it again."
         )
     mean = {name: float(summary.home_values.mean()) for name, summary in ours.items()}
-    best = (max if metric.is_higher_better else min)(mean, key=lambda name: mean[name])
+    players = [name for name in mean if name not in ORACLES] or list(mean)
+    best = (max if metric.is_higher_better else min)(players, key=lambda name: mean[name])
     lines = []
     for name, summary in theirs.items():
         other = name if name in ours else best

@@ -213,7 +213,7 @@ def gather_evidence(
     np.add.at(num_true, edges["furniture"][asked_edges], edges["num_true"][asked_edges])
     # What was never seen at a place was missed by every look at it, and by every search for it.
     negative, sought = np.ceil(asked.looks.negative), asked.looks.sought.sum(axis=2)
-    num_sought = np.ceil(asked.looks.negative + sought).max(axis=0).tolist()
+    num_sought = _count_sought(asked, np.ceil(asked.looks.negative + sought))
     lone = asked.batch.find_lone_looks(asked.queries.object)
     alone = np.ceil(sought) + (0 if lone is None else lone.num_looks)
     num_missed = asked.batch.furniture["num_observed"][0] + (negative + alone).max(axis=0)
@@ -249,6 +249,25 @@ def gather_evidence(
             )
         )
     return found
+
+
+def _count_sought(asked: Asked, num_missed: np.ndarray) -> list[float]:
+    """Return how many looks missed what is at each place, of those that missed each thing (K, F).
+
+    A look that showed one of several things missed the others, which are not there: that says
+    nothing of what is.
+    """
+    if len(num_missed) == 1:
+        one: list[float] = num_missed[0].tolist()
+        return one
+    edges = asked.current.edges
+    is_there = asked.edges[edges["is_true"][asked.edges]]
+    query, edge = np.nonzero(asked.rows[:, None] == edges["object"][is_there])
+    is_held = np.zeros(num_missed.shape, dtype=bool)
+    is_held[query, edges["furniture"][is_there[edge]]] = True
+    least = np.where(is_held, num_missed, np.inf).min(axis=0)
+    counts: list[float] = np.where(is_held.any(axis=0), least, num_missed.max(axis=0)).tolist()
+    return counts
 
 
 def _get_date(clock: Clock | None, time: int) -> datetime | None:

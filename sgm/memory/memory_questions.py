@@ -200,8 +200,11 @@ class MemoryQuestions:
         with self._state.lock:
             state = self._state
             _check_furniture(state)
-            later = 0 if at is None else count_steps(at, state.time, state.clock, "at")
-            check_ahead(later, state.time, state.clock, "at", "Ask about a time in the next year.")
+            later = 0
+            if at is not None:
+                now, clock = state.time, state.clock
+                later = count_steps(at, now, clock, "at")
+                check_ahead(later, now, clock, "at", "Ask about a time in the next year.")
             shared = state.share(before_looks, later)
             if miss_rate is not None:
                 shared[1].history.given_miss_rate = miss_rate

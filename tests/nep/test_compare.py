@@ -33,6 +33,15 @@ def test_differences_by_hand():
     assert lines[5] == "| c | b | 3.50 | 4.00 | -0.50 [-6.85, +5.85] | 7.04 |"
 
 
+def test_what_is_new_is_compared_with_no_oracle():
+    """An oracle reads the true home: to be behind it says nothing of a policy."""
+    first = make_results(CONFIG, oracle=(1, 1), ceiling=(1, 2), a=(4, 6))
+    second = make_results(CONFIG | {"policies": ["c"]}, c=(2, 5))
+    assert compare(first, second).splitlines()[4].startswith("| c | a | 3.50 | 5.00 |")
+    alone = make_results(CONFIG, oracle=(1, 1))
+    assert compare(alone, second).splitlines()[4].startswith("| c | oracle | 3.50 | 1.00 |")
+
+
 def test_replays_of_a_recording_are_one_unit():
     # Replays of home a differ by -1 and -3, of b by -2 and -4: means -2 and -3, error .5.
     units = ("a", "a", "b", "b")

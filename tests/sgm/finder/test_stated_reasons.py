@@ -183,3 +183,16 @@ def test_where_it_was_seen_in_parts_of_looks(memory):
         memory, "seen here 1 step ago, then gone", "seen here at 20:00; not there at 20:10"
     )
     assert tell(memory, "keys", TABLE) == told
+
+
+def test_a_look_that_shows_one_of_a_kind_is_no_search_that_failed():
+    """It missed the other one, which is elsewhere; a look for them after it did miss it."""
+    memory = SceneGraphMemory()
+    room = memory.add_room("kitchen")
+    counter, sofa = memory.add_furniture("counter", room), memory.add_furniture("sofa", room)
+    memory.observe(counter, [Sighting("large red mug")])
+    memory.step(3)
+    memory.observe(sofa, [Sighting("red mug")])
+    assert tell(memory, "red mug", sofa) == "seen here in this step"
+    memory.note_absent(sofa, "red mug")
+    assert tell(memory, "red mug", sofa) == "seen here in this step, not in the latest look"
