@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
 from typing import Any, BinaryIO, TypeVar, cast
-from weakref import ReferenceType, WeakSet, WeakValueDictionary, ref
+from weakref import ReferenceType, WeakSet, WeakValueDictionary, finalize, ref
 
 from sgm.files import find_target, lock_file, open_file, take_lock
 
@@ -109,6 +109,9 @@ class _ProcessLock:
     def __init__(self) -> None:
         self._process = os.getpid()
         self._held = _Held()
+        # Unlocks before the next one opens it; as `__del__` would, but where the collector finds a
+        # circle the files are closed first of all.
+        finalize(self, self._held.close).atexit = False
 
     @classmethod
     def _find(cls: type[AnyLock], key: str, *args: Any) -> AnyLock:
@@ -124,11 +127,6 @@ class _ProcessLock:
     def _close(self) -> None:
         """Let go of the file, where it is this object that holds it."""
         self._held.close()
-
-    def __del__(self) -> None:
-        """Unlock the file, before the next one opens it."""
-        if hasattr(self, "_held"):  # not where it could not be made
-            self._close()
 
 
 _OPENING = Lock()
