@@ -257,9 +257,6 @@ def _count_sought(asked: Asked, num_missed: np.ndarray) -> list[float]:
     A look that showed one of several things missed the others, which are not there: that says
     nothing of what is.
     """
-    if len(num_missed) == 1:
-        one: list[float] = num_missed[0].tolist()
-        return one
     edges = asked.current.edges
     is_there = asked.edges[edges["is_true"][asked.edges]]
     query, edge = np.nonzero(asked.rows[:, None] == edges["object"][is_there])

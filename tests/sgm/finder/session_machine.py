@@ -59,6 +59,17 @@ positions = st.sampled_from((None, (1.0, 2.0), (-3.5, 4)))
 boxes = st.sampled_from((None, Box((1, 2, 0.5), (0.6, 1.2, 1.0), 0.3, "door")))
 
 
+def list_told(name: str, thing: str, other: str, place: int | str) -> tuple:
+    """List the arguments of a call by which something is said of a thing."""
+    return {
+        "note_moved": (thing, place, "anna"),
+        "put_down": (thing, place),
+        "rename": (thing, other),
+        "merge": (thing, other),
+        "split": (thing, place, other),
+    }.get(name, (thing,))
+
+
 @cache
 def load_network() -> ObjectFinder:
     return ObjectFinder.load()
@@ -273,14 +284,7 @@ class MemoryMachine(RuleBasedStateMachine):
     )
     def tell(self, data, thing, other, name):
         place = data.draw(st.sampled_from(self.places))
-        arguments = {
-            "note_moved": (thing, place, "anna"),
-            "put_down": (thing, place),
-            "rename": (thing, other),
-            "merge": (thing, other),
-            "split": (thing, place, other),
-        }
-        self._change(name, *arguments.get(name, (thing,)))
+        self._change(name, *list_told(name, thing, other, place))
 
     @precondition(_has_places)
     @rule(thing=things, later=st.sampled_from((0, 0, 3, 900)))
@@ -459,14 +463,7 @@ class ServiceMachine(RuleBasedStateMachine):
         place=st.sampled_from((*LABELS, 0, 1)),
     )
     def tell(self, name, thing, other, place):
-        arguments = {
-            "note_moved": (thing, place, "anna"),
-            "put_down": (thing, place),
-            "rename": (thing, other),
-            "merge": (thing, other),
-            "split": (thing, place, other),
-        }
-        self._call(name, *arguments.get(name, (thing,)))
+        self._call(name, *list_told(name, thing, other, place))
 
     @rule(
         label=st.sampled_from(LABELS),
