@@ -131,7 +131,7 @@ $(STAMP): setup.cfg core/setup.cfg pyproject.toml constraints.txt $(OTHER)
 	  $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 12))' 2>/dev/null && \
 	    echo "DGL has no wheels beyond Python 3.11: our encoders run on a stand-in; batch.graph and encoders that import dgl are not there" || true; \
 	fi
-	@echo "Step 1 of 2: installing the packages of constraints.txt into $(VENV): 2.4 GB on disk, of which torch has 0.7"
+	@echo "Step 1 of 2: installing the packages of constraints.txt into $(VENV): 2.8 GB on disk, of which torch has 0.7"
 	@$(PY) tools/install.py --constraint constraints.txt --editable ./core --editable '.[dev,igridson,priors]'
 	@echo "Step 2 of 2: compiling the inner loops of the simulator, once: a minute or two"
 	@$(PY) -m simulator.compile
