@@ -111,6 +111,7 @@ class Shell:
                 esac
             }}
             stay() {{
+                : > stays.log  # here: what runs in the background empties it later
                 {self._python} "$@" > stays.log 2>&1 & echo $! >> stays.pids
                 for try in $(seq 600); do
                     if [ -s stays.log ] || [ -s out.mcap ]; then return 0; fi
@@ -120,7 +121,7 @@ class Shell:
             }}
             pip() {{ :; }}
             make() {{ command make --dry-run -C {ROOT} "$@" > make.log; }}
-            curl() {{ command curl --fail --silent --max-time 3 "$@" || [ $? = 28 ]; }}
+            curl() {{ command curl --fail --silent --show-error --max-time 3 "$@" || [ $? = 28 ]; }}
         """  # 28: a stream that goes on
 
     def put_port(self, text: str) -> str:
@@ -153,6 +154,6 @@ class Shell:
         if pids.exists():
             self.run(
                 "kill $(cat stays.pids); for pid in $(cat stays.pids); do "
-                "while kill -0 $pid 2> stays.log; do sleep 0.05; done; done"
+                "while kill -0 $pid 2> /dev/null; do sleep 0.05; done; done"
             )
             pids.unlink()
