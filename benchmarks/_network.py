@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from nep.paper.encoders import HEAT
 from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
@@ -11,4 +11,4 @@ from nep.players.policy import NEPPolicy
 
 def make_policy() -> NEPPolicy:
     """Make the policy, ready to answer."""
-    return NEPPolicy(NEPModule(HEAT()).eval(), GraphBuilder(FeatureConfig(), num_hops=1))
+    return NEPPolicy(NEPModule(HEAT()).eval(), BatchBuilder(FeatureConfig(), num_hops=1))

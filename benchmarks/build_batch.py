@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 from _measure import Benchmark, Measure, run
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
@@ -32,7 +32,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     batch_size, num_batches = (5, 1) if tiny else (100, 20)
     with tempfile.TemporaryDirectory() as folder:
         collect(config, Path(folder), progress=False)
-        dataset = SnapshotDataset(Path(folder), GraphBuilder(FeatureConfig(), num_hops=1))
+        dataset = SnapshotDataset(Path(folder), BatchBuilder(FeatureConfig(), num_hops=1))
     order = np.random.default_rng(0).integers(0, len(dataset), (num_batches, batch_size))
     dataset.__getitems__(order[0].tolist())
 

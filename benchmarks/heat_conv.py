@@ -33,8 +33,8 @@ from _measure import Benchmark, Measure, run
 from torch import Tensor, nn
 
 from datamodules.batch import Batch
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.message_passing import make_graph
 from datamodules.snapshot_dataset import SnapshotDataset
 from datamodules.stand_in import GraphStandIn
@@ -58,7 +58,7 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     config = CollectConfig(num_homes=2, steps=5) if tiny else CollectConfig(num_homes=20, steps=100)
     with tempfile.TemporaryDirectory() as folder:
         collect(config, Path(folder), progress=False)
-        dataset = SnapshotDataset(Path(folder), GraphBuilder(FeatureConfig(), num_hops=1))
+        dataset = SnapshotDataset(Path(folder), BatchBuilder(FeatureConfig(), num_hops=1))
     order = np.random.default_rng(0).permutation(len(dataset))
     batch = dataset.__getitems__(order[: 5 if tiny else 100].tolist())
     torch.manual_seed(0)

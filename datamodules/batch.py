@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from sgm.schema import EDGE_TYPES, NODE_TYPES
-from simulator.snapshots.graph import ENTERING, FURNITURE, OBJECT_UP
+from simulator.snapshots.nodes_and_edges import ENTERING, FURNITURE, OBJECT_UP
 
 if TYPE_CHECKING:
     import dgl

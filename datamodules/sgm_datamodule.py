@@ -15,8 +15,8 @@ import torch
 from torch.utils.data import DataLoader, Dataset, Subset
 
 from datamodules.batch import Batch
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig, list_recorded
-from datamodules.graph import GraphBuilder
 from datamodules.settings import make_sources, plan_collections
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.checks import check_at_least
@@ -156,7 +156,7 @@ class SGMDataModule(pl.LightningDataModule):
         self._train_snapshots, self._val_snapshots = train_snapshots, val_snapshots
         self._order: torch.Generator | None = None  # of the training batches
         self._order_state: torch.Tensor | None = None  # that a checkpoint has kept
-        self.builder = GraphBuilder(features, num_hops, seed)
+        self.builder = BatchBuilder(features, num_hops, seed)
         # What a checkpoint needs to be used without this data module, what a model card says, and
         # what loggers show beside the settings of the model.
         self.save_hyperparameters(

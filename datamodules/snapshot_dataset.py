@@ -9,7 +9,7 @@ import numpy as np
 from torch.utils.data import Dataset
 
 from datamodules.batch import Batch
-from datamodules.graph import GraphBuilder
+from datamodules.batch_builder import BatchBuilder
 from simulator.snapshots.stored import StoredSnapshots
 
 
@@ -20,7 +20,7 @@ class SnapshotDataset(Dataset[Batch]):
         snapshots: what the batches are built of.
     """
 
-    def __init__(self, folder: Path, builder: GraphBuilder, *more: Path) -> None:
+    def __init__(self, folder: Path, builder: BatchBuilder, *more: Path) -> None:
         """Read collections, which `builder` turns into batches; see `StoredSnapshots.open`."""
         self.snapshots = StoredSnapshots.open(folder, *more)
         self._builder = builder

@@ -42,7 +42,7 @@ from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
 from sgm.finder.search_plan import plan_search
 from sgm.memory.log_reader import read_log
 from sgm.replay.replay import replay
-from simulator.snapshots.graph import Pairs, join_nodes, propose_edges
+from simulator.snapshots.nodes_and_edges import Pairs, join_nodes, propose_edges
 from simulator.snapshots.taken import take_snapshots
 
 folder = Path(sys.argv[1])
@@ -131,7 +131,7 @@ print(EDGE_COLUMNS)
 """
 BATCHES = """
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
+from datamodules.batch_builder import BatchBuilder
 from nep.paper.encoders import MLP
 from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
@@ -142,7 +142,7 @@ memory = SceneGraphMemory()
 kitchen = memory.add_room("kitchen")
 fridge, table = (memory.add_furniture(label, kitchen) for label in ("fridge", "table"))
 memory.observe(fridge, [Sighting("cup", "next to")])
-builder = GraphBuilder(FeatureConfig(candidates="all"))
+builder = BatchBuilder(FeatureConfig(candidates="all"))
 for name in ("cup", "milk"):
     queries = memory.query(name)
     batch = builder.build(take_snapshots(memory.batch, queries))

@@ -161,7 +161,9 @@ def walk_step() -> CallWalk:
         rollout.memory, queries, truth
     )
     features = importlib.import_module("datamodules.features").FeatureConfig()
-    builder = importlib.import_module("datamodules.graph").GraphBuilder(features, module.num_hops)
+    builder = importlib.import_module("datamodules.batch_builder").BatchBuilder(
+        features, module.num_hops
+    )
     walk = CallWalk(0, (), 0)
     for _ in range(2):  # the second time, nothing is loaded
         batch = builder.build(snapshots)

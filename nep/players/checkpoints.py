@@ -14,6 +14,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load as load_tensors
 from safetensors.torch import save as save_tensors
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import (
     EDGE_FEATURE_DIM,
     FEATURE_SCHEMA_VERSION,
@@ -21,7 +22,6 @@ from datamodules.features import (
     TEXT_DIM,
     FeatureConfig,
 )
-from datamodules.graph import GraphBuilder
 from nep.any_home.onnx_export import is_exportable, make_onnx
 from nep.players.stored_network import (
     build_network,
@@ -75,7 +75,7 @@ class TrainedModel:
     """
 
     module: TrainingModule
-    builder: GraphBuilder
+    builder: BatchBuilder
     training: dict[str, Any] | None = None
 
 
@@ -310,7 +310,7 @@ def load_config(folder: Path) -> dict[str, Any]:
     return config
 
 
-def make_schema(builder: GraphBuilder | None = None) -> dict[str, Any]:
+def make_schema(builder: BatchBuilder | None = None) -> dict[str, Any]:
     """Return what a network takes for granted about its input, as JSON values.
 
     Without a builder its text vectors are not named.
@@ -366,8 +366,8 @@ def _load_content(path: Path) -> Any:
 
 def _make_builder(
     features: FeatureConfig, module: TrainingModule, text: str, where: Path
-) -> GraphBuilder:
-    builder = GraphBuilder(features, module.num_hops)
+) -> BatchBuilder:
+    builder = BatchBuilder(features, module.num_hops)
     if builder.text_name != text:
         raise ValueError(
             f"text vectors must be {shorten(text)}, got {builder.text_name} for {where}. "

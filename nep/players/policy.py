@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from datamodules.graph import GraphBuilder
+from datamodules.batch_builder import BatchBuilder
 from nep.players.checkpoints import checksum_trained, load_trained
 from nep.training.module import Predictor, TrainingModule
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
@@ -40,7 +40,7 @@ class NEPPolicy(StepPolicy):
     def __init__(
         self,
         module: TrainingModule,
-        builder: GraphBuilder,
+        builder: BatchBuilder,
         belief_filter: HomeFilter | None = None,
         asks_moved: float = TASKS_ASK_MOVED,
     ) -> None:

@@ -9,7 +9,7 @@ from sgm.arrays.grouped import compute_starts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries, propose_rows
 from sgm.schema import NEVER, Columns, PlaceCode
-from simulator.snapshots.graph import FURNITURE, OBJECT, Pairs, join_nodes, propose_edges
+from simulator.snapshots.nodes_and_edges import FURNITURE, OBJECT, Pairs, join_nodes, propose_edges
 from simulator.snapshots.snapshots import Selection, Snapshots
 from simulator.snapshots.taken import take_snapshots
 

@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from datamodules.batch import Batch
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.graph_reading import read_batch
 from sgm.policies.heuristics import Bayesian
 from sgm.schema import EDGE_TYPES, NODE_TYPES
@@ -39,7 +39,7 @@ def snapshots():
 def test_a_batch_is_read_back_from_its_graph(snapshots, num_hops, has_answers, library):
     if not has_answers:
         snapshots = replace(snapshots, answers=None, extras={})
-    batch = GraphBuilder(FeatureConfig(), num_hops).build(snapshots)
+    batch = BatchBuilder(FeatureConfig(), num_hops).build(snapshots)
     graph = batch.graph if library == "dgl" else batch.to_pyg()
     again = read_batch(graph, batch.text, batch.num_snapshots)
     assert (again.__dict__.get("graph") is graph) == (library == "dgl")
@@ -55,7 +55,7 @@ def test_a_batch_is_read_back_from_its_graph(snapshots, num_hops, has_answers, l
 
 def test_without_dgl_the_graph_says_what_to_do(snapshots, monkeypatch):
     monkeypatch.setitem(sys.modules, "dgl", None)
-    batch = GraphBuilder(FeatureConfig()).build(snapshots)
+    batch = BatchBuilder(FeatureConfig()).build(snapshots)
     with pytest.raises(ModuleNotFoundError, match=r"batch\.graph must have DGL.*batch\.to_pyg\(\)"):
         batch.graph  # noqa: B018
     assert batch.to_pyg()["object"].num_nodes == batch.node_counts[-1]
@@ -63,7 +63,7 @@ def test_without_dgl_the_graph_says_what_to_do(snapshots, monkeypatch):
 
 def test_the_graph_has_every_edge_of_the_arrays(snapshots):
     """Type by type, ids and data, against a loop over the flat arrays."""
-    batch = GraphBuilder(FeatureConfig(), 1).build(snapshots)
+    batch = BatchBuilder(FeatureConfig(), 1).build(snapshots)
     graph = batch.to_pyg()
     starts = torch.tensor([0, *batch.node_counts[:-1]]).cumsum(0)
     first_node = dict(zip(NODE_TYPES, starts, strict=True))
@@ -80,7 +80,7 @@ def test_the_graph_has_every_edge_of_the_arrays(snapshots):
 
 
 def test_query_edges_say_where_they_lead(snapshots):
-    batch = GraphBuilder(FeatureConfig(), 1).build(snapshots)
+    batch = BatchBuilder(FeatureConfig(), 1).build(snapshots)
     furniture = batch.edge_dst[batch.query_edge] - batch.furniture.start
     assert batch.furniture_index[furniture].equal(batch.query_furniture)
     first = snapshots.find_first("furniture")[batch.query_snapshot]
@@ -100,14 +100,14 @@ def test_a_graph_is_made_when_it_is_asked_for(snapshots, monkeypatch):
     monkeypatch.setattr(
         dgl, "heterograph", lambda *args, **kwargs: made.append(1) or heterograph(*args, **kwargs)
     )
-    batch = GraphBuilder(FeatureConfig()).build(snapshots)
+    batch = BatchBuilder(FeatureConfig()).build(snapshots)
     assert not made
     assert batch.graph is batch.graph
     assert len(made) == 1
 
 
 def test_a_batch_stays_itself_on_its_own_device(snapshots):
-    batch = GraphBuilder(FeatureConfig()).build(snapshots)
+    batch = BatchBuilder(FeatureConfig()).build(snapshots)
     assert batch.to(torch.device("cpu")) is batch
     assert batch.to(torch.device("cpu"), torch.float64).degrees.dtype == torch.float64
     moved = batch.to(torch.device("meta"))
@@ -117,6 +117,6 @@ def test_a_batch_stays_itself_on_its_own_device(snapshots):
 
 @pytest.mark.dgl
 def test_a_graph_that_was_made_stays_where_it_is(snapshots):
-    batch = GraphBuilder(FeatureConfig()).build(snapshots)
+    batch = BatchBuilder(FeatureConfig()).build(snapshots)
     graph = batch.graph
     assert batch.to(torch.device("meta")).graph is graph

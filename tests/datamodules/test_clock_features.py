@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.more_features import compute_clock_features
 from datamodules.sgm_datamodule import SGMDataModule
 from sgm.schema import EDGE_TYPES
@@ -39,13 +39,13 @@ def test_features_by_hand():
 def test_they_stand_on_the_edges_of_objects_alone(hand_written):
     """Time 10 of steps of an hour from Monday 20:00: Tuesday 06:00; last seen at 6, 02:00."""
     snapshots = dataclasses.replace(hand_written, clock=np.array([[20.0 * HOUR, HOUR]]))
-    graph = GraphBuilder(FeatureConfig(clock=True)).build(snapshots).to_pyg()
+    graph = BatchBuilder(FeatureConfig(clock=True)).build(snapshots).to_pyg()
     now = [1, 0, *TUESDAY]
     seen = [0.5, 0.866025, *TUESDAY]  # 30 degrees
     for etype in EDGE_TYPES:
         feature = graph[etype]["feature"].numpy()
         assert feature.shape[1] == 17
-        plain = GraphBuilder(FeatureConfig()).build(hand_written).to_pyg()[etype]
+        plain = BatchBuilder(FeatureConfig()).build(hand_written).to_pyg()[etype]
         np.testing.assert_array_equal(feature[:, :9], plain["feature"])
         if "object" not in etype:
             assert not feature[:, 9:].any()
@@ -62,13 +62,13 @@ def test_they_come_after_the_belief_and_survive_forgetting(hand_written):
         extras={"belief": np.full((2, 4), 0.5, dtype=np.float32)},
     )
     config = FeatureConfig(memory=False, belief=True, clock=True)
-    graph = GraphBuilder(config).build(snapshots).to_pyg()
+    graph = BatchBuilder(config).build(snapshots).to_pyg()
     feature = graph["object", "in", "furniture"]["feature"].numpy()
     np.testing.assert_allclose(feature[:, 14:], [[1, 0, *TUESDAY, 0, 0, 0, 0]], atol=1e-6)
 
 
 def test_no_clock_is_an_error(hand_written):
-    builder = GraphBuilder(FeatureConfig(clock=True))
+    builder = BatchBuilder(FeatureConfig(clock=True))
     for clock in (None, np.full((1, 2), np.nan)):
         snapshots = dataclasses.replace(hand_written, clock=clock)
         with pytest.raises(ValueError, match=r"must have a clock for features.clock, got one with"):

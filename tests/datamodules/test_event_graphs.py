@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.event_graphs import to_temporal_data, to_tgm
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.events import collect_events
 from simulator.world.config import HomeConfig
@@ -52,7 +52,7 @@ def test_tgm_reads_the_same_graph(table):
 
 @pytest.mark.dgl
 def test_a_batch_is_a_hetero_graph_of_pyg(collection):
-    builder = GraphBuilder(FeatureConfig())
+    builder = BatchBuilder(FeatureConfig())
     batch = SnapshotDataset(collection, builder).__getitems__([0, 5])
     data = batch.to_pyg()
     assert sorted(data.node_types) == sorted(batch.graph.ntypes)

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.more_features import compute_belief_features
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.schema import EDGE_TYPES, QUERY_EDGE_TYPES
@@ -37,7 +37,7 @@ def test_a_collected_belief_is_what_a_live_filter_believes(task, policy, tmp_pat
         num_homes=2, steps=6, task=task, policy=policy, homes=SampledSource(home=HOUSE), belief=True
     )
     collect(config, tmp_path, progress=False)
-    dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(belief=True)))
+    dataset = SnapshotDataset(tmp_path, BatchBuilder(FeatureConfig(belief=True)))
     homes = SampledSource(home=HOUSE).make(Streams(0, "train", range(2)))
     game = TASKS[task](homes, make_policy(policy, homes))
     filters = make_policy("home_filter", homes)
@@ -63,12 +63,12 @@ def test_a_collection_without_belief_is_what_it_was(tmp_path):
         config = CollectConfig(num_homes=1, steps=5, homes=SampledSource(home=HOUSE), belief=belief)
         collect(config, tmp_path / name, progress=False)
     with_belief, without = (
-        SnapshotDataset(tmp_path / name, GraphBuilder(FeatureConfig())).snapshots.take(np.arange(5))
+        SnapshotDataset(tmp_path / name, BatchBuilder(FeatureConfig())).snapshots.take(np.arange(5))
         for name in ("with", "without")
     )
     assert (list(with_belief.extras), list(without.extras)) == (["belief"], [])
     assert_equal_snapshots(dataclasses.replace(with_belief, extras={}), without)
-    builder = GraphBuilder(FeatureConfig(belief=True))
+    builder = BatchBuilder(FeatureConfig(belief=True))
     with pytest.raises(ValueError, match=r"must hold belief .* got none. .*`--belief true`"):
         builder.build(without)
 
@@ -84,7 +84,7 @@ def test_belief_stands_on_its_query_edge_alone():
         # the same number at no two places: query q, furniture f -> (12 q + f + 1) / 100
         belief[..., 3] = np.arange(1, 12 * len(belief) + 1).reshape(-1, 12) / 100
         snapshots = take_snapshots(game.rollout.memory, queries, extras={"belief": belief})
-        batches.append(GraphBuilder(FeatureConfig(belief=True), 1).build(snapshots))
+        batches.append(BatchBuilder(FeatureConfig(belief=True), 1).build(snapshots))
 
     game.on_answer = keep
     for _ in game.run(5):
@@ -112,7 +112,7 @@ def test_relevance_is_the_true_rows_of_t(tmp_path):
         relevance=True,
     )
     collect(config, tmp_path, progress=False)
-    dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig(), 0))
+    dataset = SnapshotDataset(tmp_path, BatchBuilder(FeatureConfig(), 0))
     homes = SampledSource(home=HOUSE).make(Streams(0, "train", range(2)))
     game = TASKS["relative_likelihood"](homes, make_policy("bayesian", homes))
     rows, home = [], []
@@ -143,6 +143,6 @@ def test_relevance_is_the_true_rows_of_t(tmp_path):
 def test_a_task_without_relevance_has_none(tmp_path):
     config = CollectConfig(num_homes=1, steps=3, homes=SampledSource(home=HOUSE), relevance=True)
     collect(config, tmp_path, progress=False)
-    dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
+    dataset = SnapshotDataset(tmp_path, BatchBuilder(FeatureConfig()))
     assert not dataset.snapshots.take(np.arange(3)).extras
     assert "relevance" not in dataset[0].to_pyg()[QUERY_EDGE_TYPES[0]]

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from datamodules import features
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import (
     EDGE_FEATURE_DIM,
     FEATURES,
@@ -17,7 +18,6 @@ from datamodules.features import (
     list_columns,
     list_recorded,
 )
-from datamodules.graph import GraphBuilder
 from datamodules.paper_features import TABLES, Feature
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
@@ -99,8 +99,8 @@ def own_features(monkeypatch):
 
 def test_an_entry_is_all_that_a_feature_takes(own_features, collection):
     """It is computed for the rows that it is of, zero elsewhere, and a network reads it."""
-    batch = SnapshotDataset(collection, GraphBuilder(own_features)).__getitems__(range(6))
-    plain = SnapshotDataset(collection, GraphBuilder(OffConfig())).__getitems__(range(6))
+    batch = SnapshotDataset(collection, BatchBuilder(own_features)).__getitems__(range(6))
+    plain = SnapshotDataset(collection, BatchBuilder(OffConfig())).__getitems__(range(6))
     assert batch.node_feature[:, :4].equal(plain.node_feature)
     assert batch.edge_feature[:, :9].equal(plain.edge_feature)
     one = batch.node_feature[:, 4]
@@ -126,6 +126,6 @@ def test_an_entry_is_all_that_a_feature_takes(own_features, collection):
 
 
 def test_without_convolutions_others_are_left_out_if_no_feature_reads_them():
-    assert not GraphBuilder(FeatureConfig(), 0).reads_asked_alone
-    assert GraphBuilder(FeatureConfig(temporal=False), 0).reads_asked_alone
-    assert not GraphBuilder(FeatureConfig(temporal=False), 1).reads_asked_alone
+    assert not BatchBuilder(FeatureConfig(), 0).reads_asked_alone
+    assert BatchBuilder(FeatureConfig(temporal=False), 0).reads_asked_alone
+    assert not BatchBuilder(FeatureConfig(temporal=False), 1).reads_asked_alone

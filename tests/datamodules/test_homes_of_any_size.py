@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from datamodules.batch import ENTERING
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
@@ -136,7 +136,7 @@ def test_a_home_is_recorded_as_if_it_were_alone(together, alone):
 
 def test_they_are_read_back_as_they_were(together, collection):
     """In any order, with homes of other sizes between them."""
-    dataset = SnapshotDataset(collection, GraphBuilder(FeatureConfig()))
+    dataset = SnapshotDataset(collection, BatchBuilder(FeatureConfig()))
     assert len(dataset) == len(SIZES) * STEPS
     for number, live in enumerate(together[0]):
         read = dataset.snapshots.take(np.arange(len(SIZES)) * STEPS + number)
@@ -149,7 +149,7 @@ def test_a_batch_falls_apart_into_its_homes(together, alone, num_hops):
     """`dgl.unbatch` gives the graphs that the homes give alone, with all their data."""
     import dgl
 
-    builder = GraphBuilder(FeatureConfig(), num_hops)
+    builder = BatchBuilder(FeatureConfig(), num_hops)
     batch = builder.build(together[0][-1])
     parts = dgl.unbatch(batch.graph)
     assert len(parts) == len(SIZES)
@@ -176,7 +176,7 @@ def test_a_batch_falls_apart_into_its_homes(together, alone, num_hops):
 def test_readouts_are_those_of_each_home(together):
     import dgl
 
-    graph = GraphBuilder(FeatureConfig()).build(together[0][-1]).graph
+    graph = BatchBuilder(FeatureConfig()).build(together[0][-1]).graph
     for ntype in NODE_TYPES:
         data = graph.nodes[ntype].data
         mean = dgl.mean_nodes(graph, "degree", ntype=ntype)
@@ -185,8 +185,8 @@ def test_readouts_are_those_of_each_home(together):
 
 
 def test_degrees_before_pruning_by_edge_type(together):
-    full = GraphBuilder(FeatureConfig()).build(together[0][-1]).to_pyg()
-    pruned = GraphBuilder(FeatureConfig(), 1).build(together[0][-1]).to_pyg()
+    full = BatchBuilder(FeatureConfig()).build(together[0][-1]).to_pyg()
+    pruned = BatchBuilder(FeatureConfig(), 1).build(together[0][-1]).to_pyg()
     for ntype, etypes in ENTERING.items():
         degrees = full[ntype].degrees
         for column, etype in enumerate(etypes):
@@ -199,7 +199,7 @@ def test_degrees_before_pruning_by_edge_type(together):
 
 
 def test_without_convolutions_there_are_no_degrees(together):
-    graph = GraphBuilder(FeatureConfig(), 0).build(together[0][-1]).to_pyg()
+    graph = BatchBuilder(FeatureConfig(), 0).build(together[0][-1]).to_pyg()
     for ntype in NODE_TYPES:
         assert not graph[ntype].degree.any()
         assert not graph[ntype].degrees.any()

@@ -6,8 +6,8 @@ import shutil
 import numpy as np
 import pytest
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
@@ -22,8 +22,8 @@ from tests.snapshot_columns import assert_equal_snapshots
 
 
 @pytest.fixture(scope="module")
-def builder() -> GraphBuilder:
-    return GraphBuilder(FeatureConfig())
+def builder() -> BatchBuilder:
+    return BatchBuilder(FeatureConfig())
 
 
 def test_snapshots_on_disk_equal_the_live_memories(collection, builder):

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from simulator.snapshots import stored
 from simulator.snapshots.mapped_table import MappedTable
@@ -75,7 +75,7 @@ def test_releasing_memory_changes_nothing(collection, monkeypatch):
     found = []
     for most in (1 << 28, 0):
         monkeypatch.setattr(stored, "_MAX_MAPPED", most)
-        dataset = SnapshotDataset(collection, GraphBuilder(FeatureConfig()))
+        dataset = SnapshotDataset(collection, BatchBuilder(FeatureConfig()))
         batches = [dataset.__getitems__(order.tolist()) for order in orders]
         found.append([batch.to_pyg()["object"]["temporal"] for batch in batches])
     for kept, released in zip(*found, strict=True):
@@ -114,7 +114,7 @@ def test_a_folder_that_cannot_be_written_to(collection, tmp_path):
 
 def test_nothing_is_left_behind(collection):
     before = sorted(collection.iterdir())
-    dataset = SnapshotDataset(collection, GraphBuilder(FeatureConfig()))
+    dataset = SnapshotDataset(collection, BatchBuilder(FeatureConfig()))
     assert sorted(collection.iterdir()) == before
     assert len(dataset) == 36
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.schema import QUERY_EDGE_TYPES
 from simulator.collect.folder import collect
@@ -26,7 +26,7 @@ def test_snapshots_on_disk_equal_the_live_memories(task, tmp_path):
     home = HomeConfig(furniture_per_room=3, objects_per_furniture=4)
     config = CollectConfig(num_homes=3, steps=8, task=task, homes=SampledSource(home=home))
     collect(config, tmp_path, progress=False)
-    dataset = SnapshotDataset(tmp_path, GraphBuilder(FeatureConfig()))
+    dataset = SnapshotDataset(tmp_path, BatchBuilder(FeatureConfig()))
     homes = config.homes.make(Streams(0, "train", range(3)))
     game = TASKS[task](homes, make_policy(config.policy, homes))
     live, home_rows = [], []

@@ -15,8 +15,8 @@ import mutate
 import numpy as np
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep import ObjectFinder
 from nep.compare import compare
@@ -156,7 +156,7 @@ def change_collection(folder: Path, rng: Rng) -> None:
 
 
 def use_collection(folder: Path) -> None:
-    dataset = SnapshotDataset(folder, GraphBuilder(FeatureConfig()))
+    dataset = SnapshotDataset(folder, BatchBuilder(FeatureConfig()))
     if len(dataset):
         dataset.__getitems__(list(range(min(len(dataset), 3))))
 
@@ -164,7 +164,7 @@ def use_collection(folder: Path) -> None:
 def make_network() -> TrainedModel:
     """Return a small network, as good as its first random numbers."""
     torch.manual_seed(0)
-    return TrainedModel(NEPModule(MLP(units=8)), GraphBuilder(FeatureConfig()))
+    return TrainedModel(NEPModule(MLP(units=8)), BatchBuilder(FeatureConfig()))
 
 
 def make_exported(folder: Path) -> None:
@@ -189,7 +189,7 @@ def use_exported(folder: Path) -> None:
 
 def make_checkpoint(folder: Path) -> None:
     torch.manual_seed(0)
-    builder, module = GraphBuilder(FeatureConfig()), NEPModule(MLP(units=8))
+    builder, module = BatchBuilder(FeatureConfig()), NEPModule(MLP(units=8))
     content = {
         "state_dict": module.state_dict(),
         "hyper_parameters": dict(module.hparams),

@@ -15,8 +15,8 @@ import numpy as np
 import targets
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from nep import ObjectFinder
 from nep.callbacks.resume import WholeCheckpoints
 from nep.paper.encoders import MLP
@@ -109,7 +109,7 @@ def _read_traces(folder: Path) -> object:
 
 
 def _save_network(folder: Path) -> None:
-    model = TrainedModel(NEPModule(MLP(units=8)), GraphBuilder(FeatureConfig()))
+    model = TrainedModel(NEPModule(MLP(units=8)), BatchBuilder(FeatureConfig()))
     save_exported(folder / "net", model, {})
 
 

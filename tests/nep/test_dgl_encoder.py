@@ -3,8 +3,8 @@
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from nep.fit import main
 from nep.paper.encoders import HeteroEncoder
 from nep.paper.loss import balanced_bce
@@ -54,7 +54,7 @@ def test_an_encoder_of_dgl_modules_plays_as_it_trains():
     for _ in predict_locations(rollout, 6):
         pass
     _, queries = rollout.ask()
-    module, builder = NEPModule(MeanOfNeighbours()).eval(), GraphBuilder(FeatureConfig(), 1)
+    module, builder = NEPModule(MeanOfNeighbours()).eval(), BatchBuilder(FeatureConfig(), 1)
     batch = builder.build(take_snapshots(rollout.memory, queries))
     logits = module(batch)
     assert "x" not in batch.graph.nodes["furniture"].data

@@ -8,8 +8,8 @@ from datetime import datetime, timezone
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from nep.export import main as export
 from nep.fit import main as fit
 from nep.importers.homer import read_homer
@@ -28,7 +28,7 @@ DEEP = "[" * 50_000 + "]" * 50_000
 
 def make_model(seed: int) -> TrainedModel:
     torch.manual_seed(seed)
-    return TrainedModel(NEPModule(MLP(units=8)), GraphBuilder(FeatureConfig()))
+    return TrainedModel(NEPModule(MLP(units=8)), BatchBuilder(FeatureConfig()))
 
 
 @pytest.mark.parametrize("name", [".:", "..x:y", ":x", "..:", "os.:y", "os:system", "json:loads"])

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from nep.callbacks.resume import WholeCheckpoints
 from nep.importers.homer import read_homer
 from nep.paper.encoders import MLP
@@ -214,7 +214,7 @@ def test_any_changed_byte_is_an_answer(tmp_path):
 
 
 def make_content(units: int) -> dict:
-    builder = GraphBuilder(FeatureConfig())
+    builder = BatchBuilder(FeatureConfig())
     module = NEPModule(MLP(units=units))
     return {
         "state_dict": module.state_dict(),

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import EVIDENCE_DIM, QUESTION_DIM, FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.any_home.evidence_embedding import EvidenceEmbedding
 from nep.any_home.module import AnyHomeModule
@@ -31,7 +31,7 @@ def dataset(tmp_path_factory):
         num_homes=3, steps=12, policy="adaptive", homes=SampledSource(home=HOME), evidence=True
     )
     collect(config, folder, progress=False)
-    return SnapshotDataset(folder, GraphBuilder(FEATURES, num_hops=0))
+    return SnapshotDataset(folder, BatchBuilder(FEATURES, num_hops=0))
 
 
 def play(policy, on_answer, homes=(0, 1, 2)):
@@ -66,7 +66,7 @@ def test_every_furniture_node_has_one_query_edge(dataset):
 def test_of_two_remembered_relations_the_truer_one_is_asked(dataset):
     """Both "in" and "onTop" at one place: the query edge is the one with more sightings."""
     snapshots = dataset.snapshots.take(np.arange(36))
-    batch = GraphBuilder(FEATURES, num_hops=0).build(snapshots)
+    batch = BatchBuilder(FEATURES, num_hops=0).build(snapshots)
     own = snapshots.query_object[snapshots.objects["snapshot"][snapshots.edges["object"]]]
     own = np.flatnonzero(own == snapshots.edges["object"])
     num_true = np.full((len(snapshots.furniture["label"]), 2), -1)
@@ -82,7 +82,7 @@ def test_of_two_remembered_relations_the_truer_one_is_asked(dataset):
 def test_groups_that_are_off_are_zero(dataset):
     snapshots = dataset.snapshots.take(np.arange(36))
     config = FeatureConfig(evidence=True, evidence_without=("filters", "trust"))
-    batch = GraphBuilder(config).build(snapshots)
+    batch = BatchBuilder(config).build(snapshots)
     place, question = batch.evidence.numpy(), batch.question.numpy()
     is_off = np.array([name.startswith("filters.") for name in PLACE_COLUMNS])
     assert not place[:, is_off].any()
@@ -96,7 +96,7 @@ def test_evidence_is_asked_for_by_name(dataset):
     snapshots = dataset.snapshots.take(np.arange(2))
     snapshots.extras.pop("evidence")
     with pytest.raises(ValueError, match=r"must hold evidence .* got none. Collect with `--evid"):
-        GraphBuilder(FEATURES).build(snapshots)
+        BatchBuilder(FEATURES).build(snapshots)
 
 
 def make_graph(dataset, batch=range(36)):
@@ -136,7 +136,7 @@ def test_hidden_clocks_are_homes_without_one(dataset):
 def test_a_network_plays_as_it_scores_what_was_collected(dataset):
     torch.manual_seed(0)
     module = AnyHomeModule(16, members=1).eval()
-    policy = NEPPolicy(module, GraphBuilder(FEATURES, num_hops=0))
+    policy = NEPPolicy(module, BatchBuilder(FEATURES, num_hops=0))
     scores = []
     play(None, lambda memory, answer: scores.append(policy.scores(memory, answer.queries)))
     with torch.no_grad():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from nep.any_home.module import AnyHomeModule
 from nep.any_home.onnx_export import is_exportable
 from nep.paper.encoders import HEAT
@@ -40,7 +40,7 @@ def make_model(features=FEATURES, **sizes) -> TrainedModel:
             buffer.normal_()
         if name.endswith("running_var"):
             buffer.uniform_(0.5, 2)
-    return TrainedModel(module, GraphBuilder(features, module.num_hops))
+    return TrainedModel(module, BatchBuilder(features, module.num_hops))
 
 
 class Both(Policy):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
@@ -56,7 +56,7 @@ def play(network, task, sizes):
 def make(encoder):
     torch.manual_seed(0)
     module = NEPModule(encoder)
-    return NEPPolicy(module, GraphBuilder(FeatureConfig(), module.num_hops))
+    return NEPPolicy(module, BatchBuilder(FeatureConfig(), module.num_hops))
 
 
 NETWORKS = {

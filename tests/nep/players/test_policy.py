@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.more_features import compute_belief_features
 from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.paper.module import NEPModule
@@ -22,7 +22,7 @@ from tests.candidates import list_candidates
 def make_nep_policy(encoder) -> NEPPolicy:
     torch.manual_seed(0)
     module = NEPModule(encoder)
-    return NEPPolicy(module, GraphBuilder(FeatureConfig(), module.num_hops))
+    return NEPPolicy(module, BatchBuilder(FeatureConfig(), module.num_hops))
 
 
 @pytest.mark.parametrize("encoder", [MLP, GCN, HEAT, HGT, HAN])
@@ -40,7 +40,7 @@ def test_scores_are_finite_exactly_at_the_candidates(encoder):
 @pytest.mark.parametrize("encoder", [MLP, GCN, HEAT])
 def test_the_pruned_graph_scores_like_the_full_one(encoder):
     pruned = make_nep_policy(encoder())
-    full = NEPPolicy(pruned._module, GraphBuilder(FeatureConfig()))
+    full = NEPPolicy(pruned._module, BatchBuilder(FeatureConfig()))
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)))
     rollout = Rollout(homes, make_policy("bayesian", homes))
     for step in predict_locations(rollout, 8):
@@ -53,7 +53,7 @@ def test_the_pruned_graph_scores_like_the_full_one(encoder):
 def test_what_is_left_out_of_a_snapshot_is_not_read(encoder, temporal, monkeypatch):
     torch.manual_seed(0)
     module = NEPModule(encoder())
-    builder = GraphBuilder(FeatureConfig(temporal=temporal), module.num_hops)
+    builder = BatchBuilder(FeatureConfig(temporal=temporal), module.num_hops)
     assert builder.reads_asked_alone == (encoder is MLP and not temporal)
     policy = NEPPolicy(module, builder)
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)))
@@ -61,7 +61,7 @@ def test_what_is_left_out_of_a_snapshot_is_not_read(encoder, temporal, monkeypat
     assert len(list(predict_locations(rollout, 5))) == 5
     queries, scores = rollout.ask()[1], []
     for alone in (builder.reads_asked_alone, False):
-        monkeypatch.setattr(GraphBuilder, "reads_asked_alone", alone)
+        monkeypatch.setattr(BatchBuilder, "reads_asked_alone", alone)
         scores.append(policy.score_places(rollout.memory, queries))
     for one, other in zip(*scores, strict=True):
         np.testing.assert_array_equal(one, other)
@@ -99,7 +99,7 @@ def test_scoring_leaves_the_model_in_training_mode():
 def test_what_has_played_first_can_be_trained_with_the_same_builder():
     """Scoring runs in inference mode; none of its tensors may be kept for a training step."""
     module = NEPModule(HEAT())
-    builder = GraphBuilder(FeatureConfig(), module.num_hops)
+    builder = BatchBuilder(FeatureConfig(), module.num_hops)
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
     rollout = Rollout(homes, NEPPolicy(module, builder))
     (step,) = predict_locations(rollout, 1)
@@ -128,7 +128,7 @@ def test_without_memory_looks_change_no_score():
     for remembers in (False, True):
         torch.manual_seed(0)
         module = NEPModule(GCN(), transformer=False)
-        policy = NEPPolicy(module, GraphBuilder(FeatureConfig(memory=remembers), module.num_hops))
+        policy = NEPPolicy(module, BatchBuilder(FeatureConfig(memory=remembers), module.num_hops))
         scores = []
         for looks in (0, 1):
             homes = SampledHomes(PriorGraph.default(), home, Streams(0, "val", range(2)))
@@ -147,7 +147,7 @@ def test_a_network_that_reads_a_belief_follows_it_online(monkeypatch):
     module = NEPModule(MLP(units=8), reads=["belief"])
     home = HomeConfig(furniture_per_room=4)
     homes = SampledHomes(PriorGraph.default(), home, Streams(0, "val", range(2)))
-    builder = GraphBuilder(FeatureConfig(belief=True), 0)
+    builder = BatchBuilder(FeatureConfig(belief=True), 0)
     policy = NEPPolicy(module, builder).play_in(homes)
     believer = make_policy("home_filter", homes)
     seen, build = [], builder.build
@@ -166,7 +166,7 @@ def test_a_network_that_reads_a_belief_follows_it_online(monkeypatch):
 
 def test_a_network_that_reads_a_belief_needs_the_rules():
     module = NEPModule(MLP(units=8), reads=["belief"])
-    policy = NEPPolicy(module, GraphBuilder(FeatureConfig(belief=True), 0))
+    policy = NEPPolicy(module, BatchBuilder(FeatureConfig(belief=True), 0))
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
     with pytest.raises(ValueError, match="must hold belief"):
         next(predict_locations(Rollout(homes, policy), 1))

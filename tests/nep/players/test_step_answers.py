@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from nep.any_home.module import AnyHomeModule
 from nep.players.policy import NEPPolicy
 from sgm.memory.queries import Queries
@@ -36,7 +36,7 @@ def make_rollout(num_homes=3, **rules):
     module = AnyHomeModule(16, members=1).eval()
     home = HomeConfig(furniture_per_room=3, objects_per_furniture=4, **rules)
     homes = SampledSource(home=home).make(Streams(0, "test", range(num_homes)))
-    rollout = Rollout(homes, Counting(module, GraphBuilder(FEATURES, num_hops=0)))
+    rollout = Rollout(homes, Counting(module, BatchBuilder(FEATURES, num_hops=0)))
     for _ in range(5):
         _, queries = rollout.ask()
         rollout.look(rollout.score(queries).argmax(axis=1))
@@ -114,7 +114,7 @@ def test_looks_that_the_policy_was_not_told_of_make_it_ask_anew():
 def test_furniture_that_is_added_within_a_step_has_an_answer():
     torch.manual_seed(0)
     module = AnyHomeModule(16, members=1).eval()
-    policy = NEPPolicy(module, GraphBuilder(FEATURES, num_hops=0))
+    policy = NEPPolicy(module, BatchBuilder(FEATURES, num_hops=0))
     memory = SceneGraphMemory()
     kitchen = memory.add_room("kitchen")
     memory.add_furniture("fridge", kitchen)

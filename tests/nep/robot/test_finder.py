@@ -5,8 +5,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from nep import ObjectFinder, SceneGraphMemory, Sighting
 from nep.paper.encoders import HEAT
 from nep.paper.module import NEPModule
@@ -189,7 +189,7 @@ def test_bad_input_is_refused(finder, home, tmp_path):
     ):
         ObjectFinder.load("teah")
     module = NEPModule(HEAT(), reads=["belief"])
-    model = TrainedModel(module, GraphBuilder(FeatureConfig(belief=True)))
+    model = TrainedModel(module, BatchBuilder(FeatureConfig(belief=True)))
     with pytest.raises(ValueError, match=r"must read the memory alone, got one with features\.bel"):
         ObjectFinder(model)
 

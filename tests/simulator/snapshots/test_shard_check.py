@@ -149,10 +149,10 @@ def test_a_small_shard_that_claims_billions_of_snapshots_takes_no_memory(arrays,
 import resource
 from pathlib import Path
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
+from datamodules.batch_builder import BatchBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 
-builder = GraphBuilder(FeatureConfig())
+builder = BatchBuilder(FeatureConfig())
 used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + (1 << 30), used + (1 << 30)))
 try:

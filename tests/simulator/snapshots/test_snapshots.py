@@ -3,7 +3,7 @@ import pytest
 
 from sgm.schema import COUNTERS, SNAPSHOT_TABLES
 from simulator.policies import make_policy
-from simulator.snapshots.graph import propose_edges
+from simulator.snapshots.nodes_and_edges import propose_edges
 from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.snapshots import Snapshots
 from simulator.snapshots.taken import take_snapshots

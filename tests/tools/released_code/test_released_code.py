@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from datamodules.batch import Batch
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.paper.encoders import HEAT
 from nep.paper.module import NEPModule
@@ -33,7 +33,7 @@ def folder(tmp_path_factory):
 
 
 def load(folder, num_hops: int = 1) -> Batch:
-    dataset = SnapshotDataset(folder, GraphBuilder(FeatureConfig(), num_hops))
+    dataset = SnapshotDataset(folder, BatchBuilder(FeatureConfig(), num_hops))
     return dataset.__getitems__(range(6))
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
+from datamodules.batch_builder import BatchBuilder
 from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, FeatureConfig
-from datamodules.graph import GraphBuilder
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 
@@ -16,8 +16,8 @@ INSIDE = ("object", "in", "furniture")
 
 
 @pytest.fixture(scope="module")
-def builder() -> GraphBuilder:
-    return GraphBuilder(FeatureConfig())
+def builder() -> BatchBuilder:
+    return BatchBuilder(FeatureConfig())
 
 
 def test_schema_is_complete_and_counts_are_right(builder, hand_written):
@@ -145,7 +145,7 @@ def test_without_absence_edges_count_sightings_alone(hand_written):
         },
     )
     whole, sightings = (
-        GraphBuilder(FeatureConfig(absence=absence)).build(looked_in_fridge).to_pyg()
+        BatchBuilder(FeatureConfig(absence=absence)).build(looked_in_fridge).to_pyg()
         for absence in (True, False)
     )
     assert (whole[INSIDE].num_edges, sightings[INSIDE].num_edges) == (2, 1)  # one is the apple's
@@ -177,9 +177,9 @@ def test_batch_equals_its_snapshots_one_by_one(builder, collection):
 def test_pruning_keeps_the_neighbourhood_of_query_edges(collection, num_hops):
     """Against a breadth-first search over the full graph, node by node."""
     full = (
-        SnapshotDataset(collection, GraphBuilder(FeatureConfig())).__getitems__(range(20)).to_pyg()
+        SnapshotDataset(collection, BatchBuilder(FeatureConfig())).__getitems__(range(20)).to_pyg()
     )
-    pruned = SnapshotDataset(collection, GraphBuilder(FeatureConfig(), num_hops))
+    pruned = SnapshotDataset(collection, BatchBuilder(FeatureConfig(), num_hops))
     small = pruned.__getitems__(range(20)).to_pyg()
     reached = {
         (ntype, int(node))
@@ -213,7 +213,7 @@ def test_a_group_that_is_off_is_zero_and_the_others_stay(
     builder, hand_written, switch, zero_columns
 ):
     on = builder.build(hand_written)
-    off = GraphBuilder(FeatureConfig(**{switch: False})).build(hand_written)
+    off = BatchBuilder(FeatureConfig(**{switch: False})).build(hand_written)
     others = [column for column in range(9) if column not in zero_columns]
     for etype in EDGE_TYPES:
         feature = off.to_pyg()[etype]["feature"]
@@ -228,7 +228,7 @@ def test_a_group_that_is_off_is_zero_and_the_others_stay(
 def test_without_memory_there_is_the_layout_and_the_question(hand_written):
     """What was seen changes nothing: the mug, its edge, the looks and the time are gone."""
     config = FeatureConfig(memory=False)
-    graph = GraphBuilder(config).build(hand_written).to_pyg()
+    graph = BatchBuilder(config).build(hand_written).to_pyg()
     assert [graph[ntype].num_nodes for ntype in NODE_TYPES] == [1, 1, 1, 2, 1]
     # The apple's hypothetical edges: on the table (0.25) and in the fridge (0.75).
     on_top, inside = graph[ON_TOP], graph[INSIDE]
@@ -244,7 +244,7 @@ def test_without_memory_there_is_the_layout_and_the_question(hand_written):
         time=hand_written.time + 50,
         furniture={**hand_written.furniture, "num_observed": np.array([9, 9])},
     )
-    again = GraphBuilder(config).build(later).to_pyg()
+    again = BatchBuilder(config).build(later).to_pyg()
     for etype in EDGE_TYPES:
         assert again[etype]["feature"].equal(graph[etype]["feature"])
 
@@ -253,7 +253,7 @@ def test_random_candidates_ignore_the_prior(hand_written):
     config = FeatureConfig(prior=False, candidates="random", random_candidates=1)
     places = set()
     for seed in range(20):
-        graph = GraphBuilder(config, seed=seed).build(hand_written).to_pyg()
+        graph = BatchBuilder(config, seed=seed).build(hand_written).to_pyg()
         _, dst = graph[ON_TOP].edge_index
         marked = graph[ON_TOP]["query"] >= 0
         assert marked.sum() == 1

@@ -15,7 +15,7 @@ from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.queries import propose_rows, sample_places
 from sgm.schema import NUM_RELATIONS, Columns
 from sgm.text import load_text
-from simulator.snapshots.graph import (
+from simulator.snapshots.nodes_and_edges import (
     FIRST_OBJECT_TYPE,
     FURNITURE,
     MAX_ENTERING,
@@ -28,7 +28,7 @@ from simulator.snapshots.graph import (
 from simulator.snapshots.snapshots import Selection, Snapshots, forget, forget_absence
 
 
-class GraphBuilder:
+class BatchBuilder:
     """Turns snapshots into batches for a model: no object per snapshot, node or edge."""
 
     def __init__(self, config: FeatureConfig, num_hops: int | None = None, seed: int = 0) -> None:
