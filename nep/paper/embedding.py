@@ -70,6 +70,8 @@ class NodeEmbedding(FeatureEmbedding):
 class EdgeEmbedding(FeatureEmbedding):
     """Two layers over [edge features (9 or more), relation one-hot (4)], ReLU after each.
 
+    HEAT gives edge types and edge attributes widths of their own: `HEAT.edge_units`.
+
     Args:
         units: as for `FeatureEmbedding`.
         reads: groups of features beyond the paper's that are on.

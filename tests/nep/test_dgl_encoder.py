@@ -6,7 +6,7 @@ import torch
 from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
 from nep.fit import main
-from nep.paper.encoders import HeteroEncoder
+from nep.paper.encoders import Encoder, HeteroEncoder
 from nep.paper.loss import balanced_bce
 from nep.paper.module import NEPModule
 from nep.players.policy import NEPPolicy
@@ -61,6 +61,30 @@ def test_an_encoder_of_dgl_modules_plays_as_it_trains():
     places, _ = NEPPolicy(module, builder).score_places(rollout.memory, queries)
     found = torch.from_numpy(places[places > -torch.inf]).float()
     torch.testing.assert_close(found.sort().values, logits.detach().sort().values)
+
+
+def test_a_layer_of_dgl_is_an_encoder(random_batch):
+    """On the homogeneous graph, as docs/extend/model.md says: what learns, and what has no edges."""
+    from dgl.nn import GATConv
+
+    class Attention(Encoder):
+        num_hops, uses_edges = 1, False
+
+        def __init__(self, units: int = 8) -> None:
+            super().__init__(units)
+            self.layer = GATConv(units, units // 2, 2, allow_zero_in_degree=True)
+
+        def forward(self, graph, node, edge):
+            return self.layer(graph, node).flatten(1)
+
+    batch, module = random_batch(0), NEPModule(Attention())
+    loss, _ = module.compute_loss(batch)
+    loss.backward()
+    assert all(part.grad.abs().sum() > 0 for part in module.predictor.encoder.parameters())
+    node = torch.randn(batch.num_nodes, 8)
+    encoded = module.predictor.encoder.encode(batch, node, None)
+    is_entered = torch.bincount(batch.edge_dst, minlength=batch.num_nodes) > 0
+    assert (encoded.abs().sum(dim=1) > 0).equal(is_entered)
 
 
 def test_what_is_left_out_stays(random_batch):

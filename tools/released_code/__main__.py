@@ -11,7 +11,6 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from jsonargparse.typing import NonNegativeInt
@@ -191,7 +190,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = make_parser("python -m tools.released_code", __doc__)
     parser.add_class_arguments(Study)
     parser.add_argument("--switches", type=list[str], default=list(SWITCHES))
-    parser.add_argument("--nodes", type=list[Literal["off", "on"]], default=["off", "on"])
+    parser.add_argument("--nodes", type=list[bool], default=[False, True])  # off, on in YAML
     parser.add_argument("--seeds", type=list[NonNegativeInt], default=[0])
     with one_line_errors(status=2):
         options = parse(parser, arguments)
@@ -204,7 +203,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 )
     with one_line_errors():
         scores = read_json(study.scores) if study.scores.is_file() else {}
-        for run in list_runs(options.nodes, options.switches, options.seeds):
+        nodes = ["on" if come_and_go else "off" for come_and_go in options.nodes]
+        for run in list_runs(nodes, options.switches, options.seeds):
             if run.key not in scores:
                 scores[run.key] = play(study, run)
                 study.out.mkdir(parents=True, exist_ok=True)

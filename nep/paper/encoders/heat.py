@@ -89,6 +89,14 @@ class HEATConv(nn.Module):
 class HEAT(ConvolvingEncoder):
     """Convolutions, each followed by ReLU; then its input is added, if `residual`.
 
+    Args:
+        units: width of the node and edge embeddings and of every convolution.
+        heads: attention heads of each convolution.
+        num_convolutions: 1, as in the paper's appendix.
+        residual: whether the input of a convolution is added to its output.
+        edge_units: widths of what it learns of an edge's type, and of the edge's embedding.
+        root_weight: whether a node's own transformed features are added.
+
     Source: paper section 4.3, NEP-HEAT, and appendix C. What it does not state are PyTorch
     Geometric's defaults; the edge widths are ours. Without `root_weight` and `residual` the ends
     of a query edge lose their own label and history: attention runs over neighbours alone.

@@ -115,6 +115,7 @@ def test_adaptation_by_hand(plan):
     assert "| off |" not in rows
     for line in ("bayesian, steps, dynamic nodes off", "NEP-HEAT, steps, dynamic nodes on"):
         assert f"- {line}\n" in text
+    assert "Table 1 has the means of homes, not of steps" in rows.replace("\n", " ")
 
 
 def test_the_released_code_stands_beside_ours(plan, monkeypatch):

@@ -138,6 +138,17 @@ def test_study_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert (tmp_path / "out" / "released_code.md").read_text("utf-8") == page
 
 
+@pytest.mark.parametrize("given", [["[off]"], ['["off"]'], ["off"], ["[false]"]])
+def test_homes_are_named_as_in_the_table(tmp_path, given):
+    """Off is a boolean in YAML, which options are."""
+    scores = {f"off/as_it_is/{name}/0": study.summarise(np.ones((2, 20))) for name in study.TITLES}
+    (tmp_path / "released_code.json").write_text(json.dumps(scores), "utf-8")
+    study.main(["--out", str(tmp_path), "--switches", "as_it_is", "--nodes", *given])
+    assert "| off | as it is | 1 | 1.000 | 1.000 |" in (tmp_path / "released_code.md").read_text(
+        "utf-8"
+    )
+
+
 def test_a_switch_that_there_is_not_is_named(capsys):
     with pytest.raises(SystemExit, match="2"):
         study.main(["--switches", "more"])
