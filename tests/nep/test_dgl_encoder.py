@@ -64,7 +64,7 @@ def test_an_encoder_of_dgl_modules_plays_as_it_trains():
 
 
 def test_a_layer_of_dgl_is_an_encoder(random_batch):
-    """On the homogeneous graph, as docs/extend/model.md says: what learns, and what has no edges."""
+    """On the homogeneous graph: every weight learns, and what no edge enters gets nothing."""
     from dgl.nn import GATConv
 
     class Attention(Encoder):
