@@ -229,7 +229,8 @@ class MemoryQuestions:
 def _check_furniture(state: MemoryState) -> None:
     if not state.layout.furniture:
         raise ValueError(
-            "memory must have furniture before a query, got none. Call add_furniture first."
+            "memory must have furniture before a query, got none. Add places first: by hand "
+            "(add_furniture, add_place of a server), by a map, or by frames of a camera."
         )
 
 

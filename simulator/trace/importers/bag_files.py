@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ MOST_METADATA_BYTES = 1 << 24
 _MOST_FILES = 1000
 _STORAGES = (".mcap", ".db3")
 _MUCH = 1 << 16  # bytes that are read without asking how many there are
+MOST_CHUNK_BYTES = 1 << 28  # of a chunk of MCAP when it is unpacked: one of ROS 2 has a few MB
 
 
 class _BoundedReader(io.BufferedReader):
@@ -33,6 +35,21 @@ class _BoundedPath(type(Path())):  # type: ignore[misc]  # the class of paths of
         if mode == "rb":
             return _BoundedReader(io.FileIO(self))
         return super().open(mode, *more, **named)
+
+
+def _bound_chunks() -> None:
+    """Have rosbags unpack no more of a chunk of MCAP than the chunk says, and not too much."""
+    from lz4.frame import LZ4FrameDecompressor
+    from rosbags.rosbag2.storage_mcap import DECOMPRESSORS, zstd
+
+    def unpack(make: Callable[[], Any], data: bytes, size: int) -> bytes:
+        if not 0 <= size <= MOST_CHUNK_BYTES:
+            raise ValueError(f"a chunk must have at most {MOST_CHUNK_BYTES} bytes, got {size}")
+        unpacked: bytes = make().decompress(data, size + 1)  # one that is longer is refused
+        return unpacked
+
+    for name, make in (("zstd", zstd.ZstdDecompressor), ("lz4", LZ4FrameDecompressor)):
+        DECOMPRESSORS[name] = partial(unpack, make)
 
 
 class StorageFiles:
@@ -74,6 +91,7 @@ def open_bag(path: Path) -> StorageFiles:
         raise ModuleNotFoundError(
             "rosbags must be installed to read bags. pip install ./core '.[bag]'"
         ) from None
+    _bound_chunks()
     has_metadata = (path / "metadata.yaml").is_file()
     files = [path] if has_metadata else _list_storages(path)
     if has_metadata:

@@ -355,6 +355,27 @@ def test_a_record_takes_no_more_memory_than_the_file_has_bytes(write_bag, length
     assert most < 50 << 20
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["zstd", "lz4"])
+def test_a_chunk_takes_no_more_memory_than_it_says(write_bag, name):
+    """What rosbags does with every chunk of MCAP, given one of a few kB that unpacks to 64 MB."""
+    read_bag(write_bag("MCAP"))
+    storage = pytest.importorskip("rosbags.rosbag2.storage_mcap")
+    pack = {"zstd": storage.zstd.compress, "lz4": pytest.importorskip("lz4.frame").compress}[name]
+    bomb, text = pack(bytes(64 << 20)), pack(b"a message")
+    assert storage.decompress(text, name, 9, 0) == b"a message"
+    for says, message in (
+        (1000, "mismatch"), (8, "mismatch"), (2**40, "at most 268435456 bytes, got 1099511627776"),
+        (-1, "at most 268435456 bytes, got -1"),
+    ):  # fmt: skip
+        tracemalloc.start()
+        with pytest.raises(Exception, match=message):
+            storage.decompress(text if says == 8 else bomb, name, says, 0)
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert most < 1 << 20
+
+
 def test_what_is_no_bag(write_bag, tmp_path, capsys):
     folder = write_bag()
     command = ["import", "bag", "--map", str(tmp_path / "map.yaml"), "--memory", "x.sgm"]
