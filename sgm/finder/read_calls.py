@@ -48,6 +48,7 @@ class ReadCalls(WhereCalls):
         Raises:
             ValueError: if it is no text of one line, or the home has no place.
         """
+        self._come_to_present()
         return QuestionAnswers(self, text, speaker).answer()
 
     def list_places(self, room: str | None = None, k: int = DEFAULT_ROWS) -> PlaceList:
@@ -61,6 +62,7 @@ class ReadCalls(WhereCalls):
             ValueError: if the name is none, or k is out of range.
         """
         check_rows(k)
+        self._come_to_present()
         rooms = None if room is None else find_rooms(self.memory, room)
         if room is not None and not rooms:
             unclear = ask_room(self.memory, room, [])
@@ -107,6 +109,7 @@ class ReadCalls(WhereCalls):
             ValueError: if a name is none, or k is out of range.
         """
         check_rows(k)
+        self._come_to_present()
         matches: Sequence[str] | None = None
         try:
             found = None if place is None else find_place(self.memory, place)
@@ -153,6 +156,7 @@ class ReadCalls(WhereCalls):
             ValueError: if the name is none, or k is out of range.
         """
         check_rows(k)
+        self._come_to_present()
         resolution, now = self.finder.resolve(self.memory, thing), self.memory.time
         unclear = doubt(resolution)
         matches = resolution.matches if unclear is None else ()
@@ -189,6 +193,7 @@ class ReadCalls(WhereCalls):
             ValueError: if it is a date and the memory has no clock, or k is out of range.
         """
         check_rows(k)
+        self._come_to_present()
         changes, now = self.memory.changes(since), self.memory.time
         rows = self._tell_changes(changes[:k], now)
         return ChangeList("ok", rows, max(len(changes) - k, 0), self.tell_time(now, now))

@@ -72,12 +72,12 @@ class MemoryService(MapCalls):
             memory: with a clock, or time does not pass.
             finder: such as `ObjectFinder.load()`.
             now: tells the local time; None where the caller itself calls `memory.step`. Where it
-                goes back, steps go on from the latest time (`SteadyClock`), and `clock_fault`, the
-                answers of writes and the log say so.
+                jumps, steps go on evenly (`SteadyClock`), and `clock_fault`, the answers of writes
+                and the log say so.
             accept_jump: whether the first time is right, however far ahead of the memory's.
             ignore: names of what is no thing, such as "person" and "wall": `observe` leaves it out.
-            monotonic: seconds that pass, from any start, by a clock that is never set; None to take
-                those that `now` passes, as long as it goes ahead.
+            monotonic: seconds that pass, from any start, by a clock that is never set; None for
+                those of this machine, or, where `now` is given, for what that passes ahead.
 
         Raises:
             TypeError: if `ignore` is a text.

@@ -73,6 +73,7 @@ class WhereCalls:
         """
         if k is not None:
             check_rows(k)
+        self._come_to_present()
         asked = read_asked(self.memory, self.finder, thing, speaker)
         if asked.span is not None and at is not None:
             ask = self._asking.tell_unused((asked.time_words,))
@@ -92,6 +93,9 @@ class WhereCalls:
             "candidates": tuple(candidates)[:MOST_CANDIDATES],
         }
         return WhereIs(**told, also=tuple(others))
+
+    def _come_to_present(self) -> None:
+        """Let time pass until a question, where a clock tells it; that of a copy stands."""
 
     def _locate(
         self, asked: AskedThings, thing: str, at: datetime | int | None, k: int | None

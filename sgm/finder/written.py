@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import datetime, timedelta
+from datetime import datetime
 from functools import wraps
 from inspect import signature
 from threading import RLock
@@ -15,12 +15,14 @@ from typing import Any, TypeVar, cast
 from sgm.finder.answers import LEFT_OUT, ChangeRow, Moment, Noted, Searching
 from sgm.finder.finder import Finder
 from sgm.finder.meanings import Unclear, tell_doubt
+from sgm.finder.passing_time import note_fault, pass_time
 from sgm.finder.read_calls import ReadCalls
 from sgm.finder.spots import find_position
 from sgm.finder.where_calls import MOST_ROWS
+from sgm.memory.clock import MAX_JUMP, check_ahead
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Point
-from sgm.memory.steady_clock import SteadyClock
+from sgm.memory.steady_clock import SteadyClock, read_even_seconds
 from sgm.messages import shorten, warn_caller
 from sgm.names.words import MAX_LENGTH
 
@@ -95,8 +97,8 @@ class WriteCalls(ReadCalls):
         """Change a memory, whose time `now` and `monotonic` tell, as in `MemoryService`."""
         super().__init__(memory, finder)
         if now is datetime.now and monotonic is None:
-            monotonic = time.monotonic
-        self._clock = None if now is None else SteadyClock(now, monotonic)
+            monotonic = read_even_seconds
+        self._now, self._clock = now, SteadyClock(monotonic)
         self._writing = RLock()
         self._done: OrderedDict[str, tuple[int, Noted | Searching]] = OrderedDict()  # by key
         self._listeners: list[Callable[[Happened], None]] = []
@@ -123,37 +125,38 @@ class WriteCalls(ReadCalls):
     def let_time_pass(self, *, accept_jump: bool = False) -> int:
         """Step to the present time, and return how many steps that were; time never goes back.
 
-        Every call that writes does so first.
+        Every call does so first.
 
         Raises:
-            ValueError: if the time is more than a month ahead and not accepted.
+            ValueError: if the first time is more than a month ahead and not accepted.
         """
         clock, steady = self.memory.clock, self._clock
-        if clock is None or steady is None:
+        if clock is None or self._now is None:
             return 0
         with self._writing:
-            before, num_faults = self.memory.time, steady.num_faults
-            present = clock.get_date(before) or datetime.max
-            now = steady.read(present, timedelta(seconds=clock.step_seconds))
+            step_seconds, present, is_first = clock.step_seconds, self.memory.time, steady.is_new
+            reading, num_faults = (self._now() - clock.start).total_seconds(), steady.num_faults
+            if is_first and not accept_jump:
+                num_steps, remedy = (
+                    int(reading / step_seconds) - present,
+                    "Check the clock of the machine; if it is right, say accept_jump.",
+                )
+                check_ahead(num_steps, present, clock, "time", MAX_JUMP, remedy)
+            now = steady.read(
+                reading, present * step_seconds, step_seconds, accept_jump=accept_jump
+            )
             if steady.num_faults > num_faults:
-                self._note_fault(now - steady.ahead, steady.tell())
-            begun = clock.get_date(before + 1)
-            if begun is None or now < begun:
-                return 0
-            self.memory.step_to(now, accept_jump=accept_jump)
-            return self.memory.time - before
+                note_fault(self.memory, steady, warn_caller)
+            return pass_time(self.memory, now, step_seconds)
+
+    def _come_to_present(self) -> None:
+        with suppress(OSError):  # of the log: what is asked is answered all the same
+            self.let_time_pass()
 
     @property
     def clock_fault(self) -> str:
         """What is wrong with the clock of the machine; empty if nothing is."""
-        return "" if self._clock is None else self._clock.tell()
-
-    def _note_fault(self, wall: datetime, fault: str) -> None:
-        """Say that the clock of the machine went back, and note in the log what it said."""
-        state = self.memory.parts.state
-        with state.lock:
-            state.write("step", num_steps=0, wall=wall.isoformat(timespec="seconds"))
-        warn_caller(fault)
+        return self._clock.tell(self.memory.clock)
 
     def _answer(
         self, method: Callable[..., Noted | Searching], args: Any, kwargs: Any

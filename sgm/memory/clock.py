@@ -77,9 +77,13 @@ class Clock:
 
     def get_date(self, time: int) -> datetime | None:
         """Return when a time step begins; None beyond the year 9999."""
+        return self.get_date_after(time * self.step_seconds)
+
+    def get_date_after(self, seconds: float) -> datetime | None:
+        """Return the date and time so many seconds after step 0; None beyond the calendar."""
         try:
-            return self.start + timedelta(seconds=time * self.step_seconds)
-        except OverflowError:
+            return self.start + timedelta(seconds=seconds)
+        except (OverflowError, ValueError):
             return None
 
     def shift(self, seconds: float) -> Clock:
@@ -114,17 +118,19 @@ def make_clock_rows(clocks: Sequence[Clock | None]) -> np.ndarray | None:
     return np.array([unknown if clock is None else clock.row for clock in clocks])
 
 
-def check_ahead(num_steps: int, now: int, clock: Clock | None, name: str, remedy: str) -> None:
-    """Check that a time is at most `MOST_AHEAD` after the present step, by a clock if there is one.
+def check_ahead(
+    num_steps: int, now: int, clock: Clock | None, name: str, most: timedelta, remedy: str
+) -> None:
+    """Check how far a time is after the present step, by a clock if there is one.
 
     Raises:
-        ValueError: if it is farther ahead.
+        ValueError: if that is more than `most`.
     """
-    if clock is not None and num_steps * clock.step_seconds > MOST_AHEAD.total_seconds():
+    if clock is not None and num_steps * clock.step_seconds > most.total_seconds():
         days = num_steps * clock.step_seconds / DAY_SECONDS
         raise ValueError(
-            f"{name} must be at most {MOST_AHEAD.days} days ahead, got {days:.0f} days at "
-            f"{clock.get_time(now)}. {remedy}"
+            f"{name} must be at most {most.days} days after the present step, got {days:.0f} days "
+            f"at {clock.get_time(now)}. {remedy}"
         )
 
 

@@ -53,7 +53,7 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "transform": ("angle", "shift", "map_id"),
 }
 # Id of the thing; who said it; checksum of the memory file that the log goes on from; what a clock
-# said that went back.
+# said that was wrong.
 _OPTIONAL = ("id", "by", "file", "wall")
 
 
@@ -72,7 +72,7 @@ class LogLine:
             (a score where the memory calibrates it) and, of some, owner, id and embedding;
             `coverage` is one share or those of `RELATIONS`, `viewpoint` of a look is None or
             says from where it was. A "step" of none has as `wall` what the clock of the machine
-            said when it went back.
+            said when it was wrong.
         time: time step of the memory, after the change.
         values: JSON values by name.
     """

@@ -14,7 +14,7 @@ import numpy as np
 
 from sgm.arrays.grouped import join_groups
 from sgm.layout.furniture import Furniture
-from sgm.memory.clock import Clock, check_ahead, count_steps
+from sgm.memory.clock import MOST_AHEAD, Clock, check_ahead, count_steps
 from sgm.memory.look import average_coverage
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
@@ -204,7 +204,8 @@ class MemoryQuestions:
             if at is not None:
                 now, clock = state.time, state.clock
                 later = count_steps(at, now, clock, "at")
-                check_ahead(later, now, clock, "at", "Ask about a time in the next year.")
+                remedy = "Ask about a time in the next year."
+                check_ahead(later, now, clock, "at", MOST_AHEAD, remedy)
             shared = state.share(before_looks, later)
             if miss_rate is not None:
                 shared[1].history.given_miss_rate = miss_rate

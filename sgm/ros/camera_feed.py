@@ -66,6 +66,7 @@ class CameraFeed:
         slack: float = 0.05,
         patience: float = 0.5,
         now: Callable[[], float] = get_wall_time,
+        on_stamp: Callable[[float], None] = lambda stamp: None,
     ) -> None:
         """Start without messages.
 
@@ -80,7 +81,8 @@ class CameraFeed:
             uses_depth: whether frames wait for depth images.
             slack: seconds between a depth image and the detections that it belongs to, at most.
             patience: seconds that a frame waits.
-            now: tells the time in seconds, by which time passes between messages.
+            now: seconds from any start, by which time passes between messages.
+            on_stamp: is given the stamp of every message of detections, before its frame is shown.
         """
         self.transforms = TransformTree()
         self.counts: Counter[str] = Counter()
@@ -92,7 +94,7 @@ class CameraFeed:
         self._info_frame = ""
         self._depths: deque[tuple[float, np.ndarray]] = deque(maxlen=_MOST_DEPTHS)
         self._waiting: deque[_Waiting] = deque()
-        self._clock = now
+        self._clock, self._on_stamp = now, on_stamp
         self._now = -np.inf  # the latest stamp
         self._detected, self._came = -np.inf, 0.0  # that of the latest detections, and when it came
         # The optical frame of a picture without a transform, and whether one had any.
@@ -151,6 +153,7 @@ class CameraFeed:
             if time < self._detected - _SET_BACK:
                 self._set_back()
             self._detected, self._came = time, self._clock()
+            self._on_stamp(time)
             self._now = max(self._now, time)
             self._waiting.append(_Waiting(time, frame, message))
         self._show_ready()

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
 from time import time as get_wall_time
-from typing import Any
+from typing import Any, TypeAlias
 
 from sgm.checks import check_at_least
 from sgm.eyes.built_look import BuiltLook
@@ -14,18 +15,30 @@ from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import LookBuilder
 from sgm.finder.evidence import tell_point
 from sgm.finder.finder import Finder
+from sgm.finder.passing_time import note_fault, pass_time
 from sgm.finder.ranking import Place, Ranking
 from sgm.layout.box import Box
+from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.steady_clock import SteadyClock, read_even_seconds
 from sgm.messages import warn_caller
 from sgm.names.asking import make_asking
 from sgm.names.words import read_name
 from sgm.ros.camera_feed import CameraFeed
 from sgm.ros.graph_furniture import GraphFurniture
-from sgm.ros.live_clock import LiveClock, LocalTime, to_local_time
 
+LocalTime: TypeAlias = Callable[[float], datetime | None]
+_SAME_CLOCK = 60.0  # seconds by which stamps differ from the present, if their clock tells it
 _STALE = 10.0  # seconds without a frame after which nothing is in view: the camera is off
 _MOST_SHOWN = 20  # places of a belief that are drawn
+
+
+def to_local_time(stamp: float) -> datetime | None:
+    """Return the local date and time of seconds since 1970; None beyond what there is."""
+    try:
+        return datetime.fromtimestamp(stamp)
+    except (OverflowError, OSError, ValueError):
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +104,8 @@ class LiveMemory:
         local_time: LocalTime = to_local_time,
         accept_jump: bool = False,
         on_warning: Callable[[str], None] = warn_caller,
+        now: Callable[[], float] = get_wall_time,
+        monotonic: Callable[[], float] | None = None,
         **feed: Any,
     ) -> None:
         """Begin with a memory whose furniture has boxes, or without a map.
@@ -107,7 +122,11 @@ class LiveMemory:
             on_look: is given every look after it was folded in.
             local_time: gives the local date and time of a stamp; None of a simulation's.
             accept_jump: whether the first stamp is right, however long the robot was off.
-            on_warning: takes a warning of stamps that jump.
+            on_warning: takes a warning of a clock that was set (`SteadyClock`).
+            now: tells the present, in seconds since 1970. Stamps of another clock are those of a
+                recording, which passes as fast as it is played.
+            monotonic: seconds that pass, from any start, by a clock that is never set; None for
+                those of this machine, or for `now` where that is given.
             feed: of `CameraFeed`.
 
         Raises:
@@ -124,10 +143,13 @@ class LiveMemory:
         self._graph = graph
         self.memory, self._finder = memory, finder
         self._on_look, self.mapper = on_look, discover
-        self._clock = LiveClock(
-            memory, step_seconds, local_time, on_warning, accept_jump=accept_jump
-        )
-        self._now = feed.get("now", get_wall_time)
+        if monotonic is None:
+            monotonic = read_even_seconds if now is get_wall_time else now
+        self._now, self._local_time, self._warn = now, local_time, on_warning
+        self._step_seconds, self._accept_jump = step_seconds, accept_jump
+        self._clock = SteadyClock(monotonic, "messages")
+        self._zero: float | None = None  # stamp of step 0
+        self._latest: float | None = None  # stamp
         self.builder = LookBuilder(
             memory.layout.furniture,
             discover=discover,
@@ -135,7 +157,7 @@ class LiveMemory:
             labels=labels,
             on_look=self._tell,
         )
-        self.feed = CameraFeed(self.builder, **feed)
+        self.feed = CameraFeed(self.builder, now=monotonic, on_stamp=self._take_stamp, **feed)
 
     def take_graph(self, message: Any) -> None:
         """Take furniture over from a `hydra_msgs/DsgUpdate`.
@@ -223,11 +245,16 @@ class LiveMemory:
         Visits that go on become looks of the memory when they end. Until then a copy has seen them.
         """
         present = self.feed.present
-        if present is None:
-            self._clock.go_to_wall_time(self._now())
-        else:
+        if present is not None:
             self.builder.end_before(present - _STALE)
-            self._clock.go_to(present)
+            self._take_stamp(present)
+            self._go_to(present)
+        elif self._latest is None and self.memory.clock is not None:
+            now = self._now()  # before any message; that of the messages may be another clock
+            if self._local_time(now) is not None:
+                self._zero = now - self._find_seconds(now)
+                self._read(now)
+                self._go_to(now)
         looks = self.builder.list_open()
         if not looks:
             return self.memory, []
@@ -238,10 +265,53 @@ class LiveMemory:
 
     def _tell(self, look: BuiltLook) -> None:
         """Let time pass until a look, and fold it in."""
-        self._clock.go_to(look.start)  # with the first one the clock begins
-        self._clock.go_to(look.end)
+        for stamp in (look.start, look.end):
+            if self._latest is None or stamp > self._latest:  # the builder was shown the frames
+                self._take_stamp(stamp)
+        self._go_to(look.end)
         look.tell(self.memory)
         self._on_look(look)
+
+    def _take_stamp(self, stamp: float) -> None:
+        """Read the clock of the messages; with the first stamp that of a new memory begins."""
+        if self._latest is None:
+            if abs(stamp - self._now()) > _SAME_CLOCK:  # a recording
+                self._clock, self._zero = SteadyClock(None, "messages"), None
+            if self._zero is None:
+                self._zero = stamp - self._find_seconds(stamp)
+        self._latest = stamp
+        self._read(stamp)
+
+    def _read(self, stamp: float) -> None:
+        """Read the clock, and say if it is wrong."""
+        clock, seconds, num_faults = self._clock, self._get_step_seconds(), self._clock.num_faults
+        assert self._zero is not None
+        is_right = self._accept_jump and clock.is_new
+        present = self.memory.time * seconds
+        clock.read(stamp - self._zero, present, seconds, accept_jump=is_right)
+        if clock.num_faults > num_faults:
+            note_fault(self.memory, clock, self._warn)
+
+    def _go_to(self, stamp: float) -> None:
+        """Let time pass until a stamp: to the last step that has begun by then."""
+        assert self._zero is not None
+        time = self._clock.translate(stamp - self._zero)
+        pass_time(self.memory, time, self._get_step_seconds())
+
+    def _get_step_seconds(self) -> float:
+        clock = self.memory.clock
+        return self._step_seconds if clock is None else clock.step_seconds
+
+    def _find_seconds(self, stamp: float) -> float:
+        """Return how many seconds after step 0 the first stamp is; the clock begins with it."""
+        memory, date = self.memory, self._local_time(stamp)
+        clock, passed = memory.clock, memory.time * self._get_step_seconds()
+        if date is None:
+            return passed
+        if clock is None:
+            clock = Clock(date - timedelta(seconds=passed), self._step_seconds)
+            memory.start_clock(clock)
+        return (date - clock.start).total_seconds()
 
 
 def _mark(place: Place, ranking: Ranking, looks: Sequence[BuiltLook]) -> Place:

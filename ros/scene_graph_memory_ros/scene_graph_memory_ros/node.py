@@ -26,6 +26,7 @@ from scene_graph_memory_ros.parameters import find_path, find_type, read_paramet
 from sgm import Adaptive, Finder, ObjectFinder, SceneGraphMemory
 from sgm.eyes import FurnitureLabels, FurnitureMapper
 from sgm.layout.areas import Areas
+from sgm.memory.steady_clock import read_even_seconds
 from sgm.ros import GraphFurniture, HomeMap, LiveMemory
 
 _REPORT_SECONDS = 10.0
@@ -60,6 +61,7 @@ class MemoryNode(Node):
             accept_jump=read["accept_jump"],
             on_warning=self.get_logger().warning,
             now=lambda: self.get_clock().now().nanoseconds * 1e-9,
+            monotonic=None if self.get_parameter("use_sim_time").value else read_even_seconds,
             map_frame=read["map_frame"],
             camera_frame=read["camera_frame"] or None,
             uses_depth=read["uses_depth"],

@@ -88,9 +88,72 @@ def test_nothing_is_said_of_a_clock_that_is_right(machine):
     assert "wall" not in machine.log.read_text()
 
 
-def test_a_month_ahead_is_refused_and_nothing_is_written(machine):
-    size = machine.log.stat().st_size
+def test_a_month_ahead_is_said_and_not_believed(machine):
+    with pytest.warns(UserWarning, match="was set ahead: it says 2027-01-15T08:00:00"):
+        noted = machine.look(START + 60 * DAY, "mug")
+    assert (noted.at.step, machine.memory.time) == (0, 0)
+    assert "More than 31 days are not believed" in noted.clock_fault
+    assert machine.look(START + MINUTE, "mug").clock_fault == ""
+    assert machine.look(START + 10 * MINUTE).at.step == 1
+    machine.wall = START + 60 * DAY
     with pytest.raises(ValueError, match="at most 31 days after the present step"):
-        machine.look(START + 60 * DAY, "mug")
+        MemoryService(machine.memory, Finder(Adaptive()), lambda: machine.wall)
+
+
+QUESTIONS = {
+    "where_is": ("mug",),
+    "ask": ("where is the mug?",),
+    "list_things": (),
+    "list_places": (),
+    "history": ("mug",),
+    "changes": (0,),
+}
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_a_quiet_night_has_passed_when_the_first_question_comes(machine, name):
+    machine.look(START, "mug")
+    machine.wall = START + timedelta(hours=11)
+    getattr(machine.service, name)(*QUESTIONS[name])
+    assert machine.memory.time == 66
+    assert "seen here at 8:00" in machine.service.where_is("mug").places[0].why
+    size = machine.log.stat().st_size
+    getattr(machine.service, name)(*QUESTIONS[name])  # in the same step
     assert machine.log.stat().st_size == size
-    assert machine.look(START + MINUTE, "mug").status == "ok"
+
+
+def test_what_is_asked_on_a_full_disk_is_answered(machine, monkeypatch):
+    machine.look(START, "mug")
+    machine.wall = START + timedelta(hours=11)
+
+    def write(*_, **__):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(machine.memory.parts.state.log, "write", write)
+    assert machine.service.where_is("mug").places
+    assert machine.memory.time == 0
+
+
+@pytest.mark.parametrize("wrong", [timedelta(minutes=11), timedelta(hours=7), 20 * DAY, 60 * DAY])
+def test_a_clock_that_is_ahead_for_a_moment_moves_no_memory(machine, wrong):
+    """An even clock says what has passed; the mug is taken away meanwhile."""
+    even = [0.0]
+    machine.service = MemoryService(
+        machine.memory, Finder(Adaptive()), lambda: machine.wall, monotonic=lambda: even[0]
+    )
+
+    def look(minutes, wrong, *things):
+        even[0] = 60.0 * minutes
+        return machine.look(START + minutes * MINUTE + wrong, *things)
+
+    look(0, timedelta(0))
+    with pytest.warns(UserWarning, match="the clock of the machine was set ahead"):
+        noted = look(1, wrong, "mug")
+    assert "was set ahead" in noted.clock_fault
+    assert "was set ahead" in machine.service.clock_fault
+    assert look(2, wrong, "mug").at.step == 0
+    assert look(3, timedelta(0)).clock_fault == ""
+    assert [look(minutes, timedelta(0)).at.step for minutes in (9, 10, 40)] == [0, 1, 4]
+    assert not machine.memory.last_seen("mug").is_there
+    *_, (memory, _, _) = replay(read_log(machine.log))
+    assert json.dumps(memory.to_dict()) == json.dumps(machine.memory.to_dict())

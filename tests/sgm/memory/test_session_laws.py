@@ -198,7 +198,9 @@ def test_a_step_that_no_date_is_at_is_refused(tmp_path):
         SceneGraphMemory(clock=Clock(datetime(2026, 11, 20)), log=log),
         SceneGraphMemory(clock=Clock(datetime(2026, 11, 20))),
     ):
-        with pytest.raises(ValueError, match="num_steps must be at most 366 days ahead"):
+        with pytest.raises(
+            ValueError, match="num_steps must be at most 366 days after the present step"
+        ):
             memory.step(10**9)
         with pytest.raises(ValueError, match="must be a date before the year 10000"):
             memory.step(10**9, accept_jump=True)

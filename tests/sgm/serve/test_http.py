@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.answers import to_json, write_json
-from sgm.memory.steady_clock import SteadyClock
+from sgm.finder.service import MemoryService
 from sgm.serve import caller, guard
 from sgm.serve.guard import LOCAL_NAMES, Guard, Refused, is_local
 
@@ -75,11 +75,10 @@ def test_a_search_over_http(served):
 def test_health_says_what_is_wrong_with_the_clock(tmp_path):
     wall = [datetime(2026, 11, 16, 8)]
     home, service = open_service(tmp_path / "home.sgm")
-    steady = SteadyClock(lambda: wall[0])
-    service._clock = steady
-    steady.read(wall[0], timedelta(minutes=10))
+    service = MemoryService(service.memory, service.finder, lambda: wall[0])
     wall[0] -= timedelta(hours=1)
-    steady.read(wall[0], timedelta(minutes=10))
+    with pytest.warns(UserWarning, match="went back"):
+        service.let_time_pass()
     with run_server(service, home, tools=False) as running:
         client = Client(running.port)
         health = json.loads(client.send("GET", "/health").text)
