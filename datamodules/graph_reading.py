@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -14,7 +15,6 @@ from datamodules.heterograph import (
     QUERY_DATA,
     Data,
     Ends,
-    number_types,
 )
 from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 
@@ -39,8 +39,8 @@ def read_batch(
     nodes, edges, ends = _read_graph(graph)
     node_counts = tuple(len(nodes[ntype]["label"]) for ntype in NODE_TYPES)
     edge_counts = tuple(len(ends[etype][0]) for etype in EDGE_TYPES)
-    first_node = number_types(NODE_TYPES, node_counts)
-    first_edge = number_types(EDGE_TYPES, edge_counts)
+    first_node = dict(zip(NODE_TYPES, accumulate(node_counts, initial=0), strict=False))
+    first_edge = dict(zip(EDGE_TYPES, accumulate(edge_counts, initial=0), strict=False))
     src, dst = (
         torch.cat([ends[etype][n].long() + first_node[etype[2 * n]] for etype in EDGE_TYPES])
         for n in (0, 1)

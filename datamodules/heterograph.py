@@ -5,10 +5,8 @@ The functions are those of `datamodules.batch.Batch`, which imports this.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
-from importlib import import_module
-from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -45,7 +43,16 @@ def make_dgl(batch: Any) -> dgl.DGLGraph:
     Raises:
         ModuleNotFoundError: if DGL is not installed.
     """
-    dgl = import_dgl("batch.graph", "batch.to_pyg() gives the same graph without it.")
+    try:
+        import dgl
+    except ModuleNotFoundError as error:
+        if error.name != "dgl":
+            raise
+        raise ModuleNotFoundError(
+            "batch.graph must have DGL, got none. Its wheels end with Python 3.11: pip install "
+            "'dgl>=1.1.3,<2' there. batch.to_pyg() gives the same graph without it.",
+            name="dgl",
+        ) from error
     node_data, ends = list_node_data(batch), list_ends(batch)
     graph = dgl.heterograph(
         ends, num_nodes_dict=dict(zip(NODE_TYPES, batch.node_counts, strict=True))
@@ -99,30 +106,3 @@ def list_ends(batch: Any) -> dict[EdgeType, tuple[Tensor, Tensor]]:
     return {
         etype: (src[etype] - first[etype[0]], dst[etype] - first[etype[2]]) for etype in EDGE_TYPES
     }
-
-
-def number_types(types: Sequence[Any], counts: Sequence[int]) -> dict[Any, int]:
-    """Return the first id of each type."""
-    return dict(zip(types, accumulate(counts, initial=0), strict=False))
-
-
-def import_dgl(noun: str, instead: str) -> Any:
-    """Return the package `dgl`.
-
-    Args:
-        noun: what needs it, for the message.
-        instead: what serves without it.
-
-    Raises:
-        ModuleNotFoundError: if it is not installed.
-    """
-    try:
-        return import_module("dgl")
-    except ModuleNotFoundError as error:
-        if error.name != "dgl":
-            raise
-        raise ModuleNotFoundError(
-            f"{noun} must have DGL, got none. Its wheels end with Python 3.11: "
-            f"pip install 'dgl>=1.1.3,<2' there. {instead}",
-            name="dgl",
-        ) from error

@@ -168,16 +168,6 @@ class ByteDropout(nn.Module):
         return values * factor.mul_(256.0 / (256 - self.threshold)).view(values.shape)
 
 
-def choose(query: Tensor, keys: Tensor, values: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Take the keys and values of the chosen query edges, and what is added to each one's logits.
-
-    (Q, D), (1, K, Q, d), (1, K, Q, d) -> (1, K, `MOST_KEYS`, d) twice, and (Q, `MOST_KEYS`).
-    """
-    rows, weight = choose_keys(query)
-    bias = weight.to(keys.dtype).log().expand(len(query), -1)
-    return keys.index_select(2, rows), values.index_select(2, rows), bias
-
-
 def attend_apart(
     attend: Callable[[Tensor, Tensor, int], Tensor],
     query: Tensor,
@@ -241,7 +231,9 @@ class QueryAttentionLayer(nn.Module):
         q, k, v = parts.permute(2, 0, 3, 1, 4)  # (1, K, Q, head_units) each
         bias = None
         if len(query) > MOST_KEYS:
-            k, v, bias = choose(query, k, v)
+            rows, weight = choose_keys(query)
+            k, v = k.index_select(2, rows), v.index_select(2, rows)
+            bias = weight.to(k.dtype).log().expand(len(query), -1)  # (Q, MOST_KEYS)
         dropout = self.dropout.threshold / 256 if self.training else 0.0
         attended = functional.scaled_dot_product_attention(q, k, v, bias, dropout_p=dropout)
         return self.project_out(attended.transpose(1, 2).reshape(len(query), -1))
@@ -256,9 +248,8 @@ class QueryAttentionLayer(nn.Module):
         for head in range(self.heads):
             q, k, v = parts[head :: self.heads]
             logits = torch.baddbmm(padding.bias, q, k.transpose(1, 2), alpha=head_units**-0.5)
-            attended.append(
-                self.dropout(self.attention(logits.softmax(dim=2))) @ v
-            )  # (R, C, head_units)
+            share = self.dropout(self.attention(logits.softmax(dim=2)))
+            attended.append(share @ v)  # (R, C, head_units)
         rows = torch.cat(attended, dim=2).view(num_rows * num_slots, -1)
         return self.project_out(rows.index_select(0, padding.slot))
 

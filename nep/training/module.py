@@ -25,7 +25,7 @@ Schedule = Literal["constant", "cosine"]
 
 
 class ScoredAnswers(NamedTuple):
-    """ScoredAnswers about the snapshots of a batch, A of them, with the truth of each.
+    """Answers about the snapshots of a batch, A of them, with the truth of each.
 
     Attributes:
         logits: (A,).
