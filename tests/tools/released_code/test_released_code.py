@@ -12,6 +12,7 @@ from datamodules.features import FeatureConfig
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.paper.encoders import HEAT
 from nep.paper.module import NEPModule
+from nep.report.tables import Difference
 from sgm.prior.prior_graph import PriorGraph
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
@@ -120,6 +121,22 @@ def test_page_compares_homes_and_trainings():
     page = study.make_page(study.Study(), scores)
     assert "| off | dropout .25 | 1 | 0.350 | 0.550 | +0.200" in page
     assert "| off | NEP-MLP | 1 | 0.150 | 0.450 | +0.300" in page
+
+
+@pytest.mark.parametrize(
+    ("high", "verdict"),
+    [(0.047, "none of these brings"), (0.048, "feed-forward 96: up to there")],
+)
+def test_page_says_whether_a_switch_reaches_the_released_difference(high, verdict):
+    """It is +.048; one interval ends there or just below, and what was not played is named."""
+    found = {"dropout": 0.01, "as_it_is": 0.09, "feed_forward": high}
+    text = study.conclude(
+        {name: Difference(0.0, -0.01, value, 0.5, 0.01) for name, value in found.items()}
+    )
+    assert f"Of 2 switches the highest interval ends at {high:+.3f}: {verdict}" in text
+    left = text.partition("Not played there, one at a time: ")[2]
+    assert "batches of 200" in left
+    assert "dropout .25" not in left
 
 
 @pytest.mark.slow
