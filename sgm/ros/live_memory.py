@@ -251,8 +251,10 @@ class LiveMemory:
             self._go_to(present)
         elif self._latest is None and self.memory.clock is not None:
             now = self._now()  # before any message; that of the messages may be another clock
-            if self._local_time(now) is not None:
-                self._zero = now - self._find_seconds(now)
+            seconds = None if self._local_time(now) is None else self._find_seconds(now)
+            # One that is not set yet, such as a simulation's before it begins, is not read.
+            if seconds is not None and seconds >= self.memory.time * self._get_step_seconds():
+                self._zero = now - seconds
                 self._read(now)
                 self._go_to(now)
         looks = self.builder.list_open()

@@ -136,6 +136,19 @@ def test_a_memory_that_was_off_for_a_week_has_a_week_behind_it(tmp_path, asks_fi
     assert live.memory.last_seen("mug").is_there is False
 
 
+def test_a_question_before_the_clock_is_set_takes_no_time_from_it(tmp_path):
+    """The clock of a simulation says 0 until it begins, that of a small machine 1970."""
+    live, wall, _ = make()
+    look(live, wall, START)
+    live.memory.save(tmp_path / "home.sgm")
+    live, wall, said = make(SceneGraphMemory.load(tmp_path / "home.sgm"), Wall(0.0))
+    assert live.rank("mug")[0].last_seen.steps_ago == 0
+    wall.now = START + 66 * 600
+    assert live.rank("mug")[0].last_seen.steps_ago == 66
+    look(live, wall, START + 67 * 600, things=())
+    assert (live.memory.time, said) == (67, [])
+
+
 def test_messages_of_another_clock_than_that_on_the_wall_are_right():
     """A recording of last year is played: its stamps count, and what has passed since."""
     live, wall, said = make()
