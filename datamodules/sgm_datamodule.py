@@ -16,8 +16,8 @@ from torch.utils.data import DataLoader, Dataset, Subset
 
 from datamodules.batch import Batch
 from datamodules.batch_builder import BatchBuilder
+from datamodules.collection_plan import make_sources, plan_collections
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig, list_recorded
-from datamodules.settings import make_sources, plan_collections
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.checks import check_at_least
 from sgm.messages import shorten
