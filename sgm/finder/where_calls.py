@@ -78,6 +78,12 @@ class WhereCalls:
         if asked.span is not None and at is not None:
             ask = self._asking.tell_unused((asked.time_words,))
             asked = asked._replace(span=None, unclear=Unclear("ambiguous", ask, ()))
+        return self.tell_asked(asked, at, k)
+
+    def tell_asked(
+        self, asked: AskedThings, at: datetime | int | None = None, k: int | None = None
+    ) -> WhereIs:
+        """Say where the things are that a call is asked for; arguments as of `where_is`."""
         answers = [self._locate(asked, name, at, k) for name in asked.things]
         if k is None:
             answers = [_fit_beside_picture(answer) for answer in answers]

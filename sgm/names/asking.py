@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from datetime import datetime
 from functools import lru_cache
@@ -48,6 +49,7 @@ class Asking:
         self._months = _split(self._ask["months"])
         self._articles = load_language(code).list_words("articles")
         self._pronouns = load_language(code).list_words("pronouns")
+        self._of = re.compile(rf"{load_language(code).compile_section('of')} ")
         self._plural, self._singular = (
             tuple(_split(self._names.get(number, ""))) or ("\0",)
             for number in ("plural", "singular")
@@ -169,7 +171,8 @@ class Asking:
     def join(self, told: Sequence[str], link: str = "or", most: int = MOST_NAMED) -> str:
         """Return texts with commas, and "or" before the last one."""
         if len(told) > most:
-            more = self._ask["others"].format(number=len(told) - most)
+            sentence = "and others" if link == "and" else "others"
+            more = self._ask[sentence].format(number=len(told) - most)
             told = [*told[:most], more]
         if len(told) < 2:
             return "".join(told)
@@ -180,7 +183,8 @@ class Asking:
         called = self._find_called(name)
         if called is not None:
             return called[1] == "p"
-        return name.endswith(self._plural) and not name.endswith(self._singular)
+        head = self._of.split(name, maxsplit=1)[0]  # "deck of cards"
+        return head.endswith(self._plural) and not head.endswith(self._singular)
 
     def tell(self, sentence: str, thing: str = "", **values: object) -> str:
         """Return a sentence about a thing, with its verb: "The keys are at the desk in study."."""

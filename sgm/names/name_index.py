@@ -319,9 +319,10 @@ class NameIndex:
         """List the words of a phrase that say something, and that no rule reads."""
         if phrase.pronoun:
             return (phrase.pronoun,)
+        words = tuple(filter(self._phrases.is_unnamed, phrase.excluded))  # "not hers"
         if self._is_name(phrase.name):  # "post it notes"
-            return ()
-        words = self._phrases.list_unused(phrase.name)
+            return words
+        words += self._phrases.list_unused(phrase.name)
         if phrase.name and self._phrases.is_one(phrase.name):
             words += (phrase.name.split()[-1],)
         return words
@@ -369,6 +370,8 @@ class NameIndex:
         head = self._matcher.read_main(phrase.name)[0].head
         out: set[str] = set()
         for excluded in phrase.excluded:
+            if self._phrases.is_unnamed(excluded):  # asked back
+                continue
             words = excluded.split()
             is_bare = all(self._is_property(word) or word.endswith(POSSESSIVE) for word in words)
             meant = " ".join((*words, *head)) if is_bare else excluded

@@ -172,8 +172,23 @@ class NameMatcher:
         if thing is None:
             ending = next((key for key in reading.endings if key in self._tables.endings), "")
             return self._tables.endings.get(ending, [])
-        things = (thing, *self._aliases.list_below(thing))
-        return [entry for meant in things for entry in self._tables.things.get(meant, ())]
+        below = self._aliases.list_below(thing)
+        found = [
+            entry
+            for kind in below
+            for entry in self._tables.things.get(kind, ())
+            if not self._is_named_after(entry[1], {thing, *below})
+        ]
+        return [*self._tables.things.get(thing, ()), *found]
+
+    def _is_named_after(self, said: Reading, kinds: set[int]) -> bool:
+        """Tell whether a description has the name of a thing that is none of some kinds.
+
+        A tablet may be a pill, but is no medicine: it has the name of a computer.
+        """
+        head = " ".join(said.head)
+        named = {thing for thing in said.things if self._aliases.names[thing] == head}
+        return bool(named) and named.isdisjoint(kinds)
 
     def _find_joined(self, text: str, reading: Reading) -> list[list[int]]:
         """Find what is called the same, written apart or together: "fire lighters", "PS5"."""

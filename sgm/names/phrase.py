@@ -60,6 +60,7 @@ class PhraseReader:
         self._pronouns = language.list_words("pronouns")
         self._any, self._one = language.list_words("any"), language.list_words("one")
         self._people = language.list_words("people")
+        self._unnamed = self._pronouns | self._ours | language.list_words("nobody's")
         self._function_words = language.list_words("function words")
         self._signals = sentences.signals | language.list_words("of") | self._one
         compiled = language.compile_section
@@ -214,15 +215,24 @@ class PhraseReader:
         return not self._ours.isdisjoint(name.split()[:1])
 
     def name_speaker(self, thing: str, speaker: str) -> str:
-        """Return "anna's phone" of "my phone" said by Anna."""
+        """Return "anna's phone" of "my phone" said by Anna, "not anna's" of "not mine"."""
         words = self._split_words(thing)
-        if speaker and words and words[0] in self._speakers:
-            return " ".join((f"{speaker}{POSSESSIVE}", *words[1:]))
-        return thing
+        if not speaker or not words:
+            return thing
+        owner = f"{speaker}{POSSESSIVE}"
+        if words[0] in self._speakers:
+            words[0] = owner
+        if len(words) > 1 and words[-1] in self._speakers - self._articles:  # "that are not mine"
+            words[-1] = owner
+        return " ".join(words) if owner in words else thing
 
     def list_unused(self, name: str) -> tuple[str, ...]:
         """List the words of a name that no name has, "and", "is", "who"."""
         return tuple(word for word in self._split_words(name) if word in self._function_words)
+
+    def is_unnamed(self, text: str) -> bool:
+        """Tell whether words name nothing without what was said before: "mine", "that"."""
+        return self._unnamed.issuperset(text.split())
 
     def is_one(self, name: str) -> bool:
         """Tell whether a name says "one" for the thing: "the red one"."""

@@ -15,6 +15,7 @@ from sgm.names.words import MOST_READ, POSSESSIVE, normalize
 IsName = Callable[[str], bool]
 _TOKEN = re.compile(r",|[^\s,]+")
 _ENDS = '?!.;:\u2026"\u201c\u201d'
+_IN_PLACE = frozenset(("is_at", "which", "who", "when_moved"))  # a place is of the thing
 _LONGEST_SHORTENED = 3  # letters and a point: "no. 4"
 _APOSTROPHE = "\u2019"
 _SLASH = re.compile(r"(?<=[^\W\d_]{2})/(?=[^\W\d_]{2})")
@@ -25,8 +26,8 @@ class Sentence(NamedTuple):
 
     Attributes:
         kind: "thing" of a name alone; else of the table of questions: "where", "past", "future",
-            "when", "who", "moved", "history", "changes", "count", "what_at", "which", "is_at",
-            "is_there", "room", "place"; "command" of what is no question.
+            "when", "when_moved", "who", "moved", "history", "changes", "count", "what_at", "which",
+            "is_at", "is_there", "room", "place"; "command" of what is no question.
         things: what is asked for, each in words of its own ("red mug", "blue mug").
         where: of `what_at` and `count`, "in the fridge".
         time: when, if that is said.
@@ -64,6 +65,13 @@ class SentenceReader:
         self._first = re.compile(rf"^(?:(?: ,)*{first}(?= |$))+(?: ,)*(?= )")
         self._last = re.compile(rf"(?:(?: ,)*{last})+(?: ,)*$")
         self._after = re.compile(rf"(?:(?: ,)*(?:{after}|{last}))+(?: ,)*$")
+        begins = language.compile_section("asked")
+        self._context = re.compile(
+            rf"^(?P<said>{language.compile_section('context')})(?: ,)+"
+            rf"(?P<asked>(?:(?: ,)*{first})*{begins}(?= ).*)$"
+        )
+        excludes = (language.compile_section(name) for name in ("not", "but"))
+        self._excludes = re.compile(f"(?:{'|'.join(excludes)})(?= |$)")
         self._commands = [
             re.compile(f"^{language.compile(line)}$") for line in language.list_lines("commands")
         ]
@@ -74,10 +82,12 @@ class SentenceReader:
         self._negations = language.list_words("not") | language.list_words("but")
         self._bare = language.list_words("articles") | language.list_words("speaker's")
         self._one = language.list_words("one")
-        self._both = language.list_words("both") | language.list_words("either")
+        both = language.list_words("both") | language.list_words("either")
+        self._both = both - self._bare - language.list_words("of")
         self._that_is = re.compile(language.compile_section("that is"))
         self._chat = re.compile(f"^(?:{first}|{last}| ,)+$")
         self._pronouns = language.list_words("pronouns")
+        self._function_words = language.list_words("function words")
         self._in = language.list_phrases("at")[0]
         self.signals = self._list_signals()
         self.read = lru_cache(maxsize=MOST_READ)(self._read)
@@ -93,7 +103,7 @@ class SentenceReader:
             word
             for section in sections.split(", ")
             for line in self.language.list_lines(section)
-            for word in re.findall(r"[^\W\d_]+", line)
+            for word in re.findall(r"[^\W\d_]+(?:'[^\W\d_]+)?", line)
         }
         return frozenset(words | self._short.keys())
 
@@ -101,6 +111,7 @@ class SentenceReader:
         words = self.split_words(text)
         if self.signals.isdisjoint(words) and self._joins.isdisjoint(words):
             return Sentence(kind="thing", things=(text,), text=text)
+        words = self._drop_context(words)
         tense = self._find_tense(words)
         padded = self._strip(_pad(words), self._first, self._last)
         words, time = self._times.split(padded.split())
@@ -110,7 +121,7 @@ class SentenceReader:
         kind, asked, where = self._match(padded)
         if kind == "thing" and self._is_command(padded):
             return Sentence(kind="command", things=(), time=time, tense=tense, text=padded.strip())
-        if kind in ("is_at", "which"):  # "is the remote still on the sofa?"
+        if kind in _IN_PLACE:  # "is the remote still on the sofa?"
             asked, where = asked + where, ""
         if asked and kind != "thing":
             asked = self._strip(asked, self._first, self._after)
@@ -146,6 +157,22 @@ class SentenceReader:
         """Tell whether a text says nothing: "thanks!"; "where is it?" does."""
         words = self.split_words(text)
         return self._pronouns.isdisjoint(words) and bool(self._chat.match(_pad(words)))
+
+    def _drop_context(self, words: list[str]) -> list[str]:
+        """Drop what is said before a question: of "I'm ill. Where is the aspirin?" the first.
+
+        It stays where it may say which thing is meant: "not", "the red one", or the thing itself.
+        """
+        found = self._context.match(_pad(words))
+        if found is None:
+            return words
+        said, asked = found["said"].split(), found["asked"].split()
+        words_of_thing = set(asked) - self._function_words - self._bare
+        is_said = self._excludes.search(found["said"]) is None
+        is_said = is_said and (self._one | words_of_thing).isdisjoint(said)
+        if is_said and self._pronouns.isdisjoint(asked):
+            return asked
+        return words
 
     def _is_command(self, padded: str) -> bool:
         """Tell whether a person tells what was done; no "mug that is in the sink"."""

@@ -245,9 +245,11 @@ def _match(
 
 
 def _read_named(value: str) -> dict[str, Any]:
-    """Read "day -1, 18 24", or "now"."""
+    """Read "day -1, 18 24", "since weekday 0", or "now"."""
     if value == "now":
         return {"ago": 0.0}
+    if value.startswith("since"):
+        return {"link": "since", "weekday": int(value.split()[-1])}
     day, _, hours = value.partition(",")
     said: dict[str, Any] = {"day": int(day.split()[1])}
     if hours:

@@ -15,6 +15,7 @@ from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.names.asking import make_asking
 from sgm.policies import Adaptive
 
 LINES = Path(__file__).with_name("sentences.txt").read_text("utf-8").splitlines()
@@ -95,6 +96,49 @@ def test_who_speaks_has_a_phone():
     assert service.ask("where is my phone?").status == "ambiguous"
     answer = service.ask("where is my phone?", speaker="Tom")
     assert answer.where[0].taken_for == ("tom's phone",)
+
+
+def test_what_is_left_out_is_not_told():
+    for sentence in ("everything in the fridge but the milk", "what is in the fridge but milk?"):
+        assert {row.thing for row in make_service().ask(sentence).things} == {"fanta", "coke"}
+
+
+@pytest.mark.parametrize(
+    ("sentence", "meant"),
+    [
+        ("the phone that is not mine", ["anna's phone"]),
+        ("any phone but mine", ["anna's phone"]),
+        ("my phone and my glasses", ["tom's phone", "glasses"]),
+        ("where are the phones?", ["anna's phone", "tom's phone"]),
+    ],
+)
+def test_each_thing_of_a_name_has_a_place_of_its_own(sentence, meant):
+    answer = make_service().ask(sentence, speaker="Tom")
+    assert [found.taken_for for found in answer.where] == [(name,) for name in meant], answer.said
+    assert answer.status == "ok"
+
+
+@pytest.mark.parametrize(("at_table", "number"), [(0, 3), (1, 4), (2, 5)])
+def test_an_answer_says_that_several_of_one_name_are_known(at_table, number):
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    shelf, table = (memory.add_furniture(name, kitchen) for name in ("shelf", "table"))
+    memory.observe(shelf, [Sighting("mug")] * 3)
+    memory.observe(table, [Sighting("mug")] * at_table)
+    answer = MemoryService(memory, Finder(Adaptive()), None).ask("where is the mug?")
+    likely = [place for place in answer.where[0].places if place.probability >= 0.5]
+    told = " and ".join(f"the {place.name} ({place.probability:.0%})" for place in likely)
+    assert len(likely) == 1 + (at_table > 0)
+    assert answer.said.startswith("The mug is ")
+    assert answer.said.endswith(f"I know {number} of them{f': {told}' if at_table else ''}.")
+
+
+def test_a_deck_of_cards_is_one_thing():
+    asking = make_asking("en")
+    assert asking.tell("is sure", "deck of cards", where="x", percent="9%").endswith(
+        "is at x (9%)."
+    )
+    assert asking.tell("is sure", "cards", where="x", percent="9%").endswith("are at x (9%).")
 
 
 def test_a_memory_without_a_clock_knows_no_yesterday():
