@@ -36,14 +36,18 @@ class TypedLinear(nn.Module):
         self.W = nn.Parameter(torch.empty(num_types, in_units, out_units))
         nn.init.uniform_(self.W, -1 / math.sqrt(in_units), 1 / math.sqrt(in_units))
 
-    def forward(self, rows: Tensor, types: Tensor, presorted: bool = True) -> Tensor:
+    def forward(self, rows: Tensor, types: Tensor, presorted: bool) -> Tensor:
         """Multiply each row by the matrix of its type: (n, in_units) -> (n, out_units)."""
+        if not presorted:
+            order = types.argsort(stable=True)
+            sorted_rows: Tensor = self(rows[order], types[order], True)
+            return sorted_rows[order.argsort()]
         counts = types.bincount(minlength=len(self.W)).tolist()
         return torch.cat([rows @ w for rows, w in zip(rows.split(counts), self.W, strict=True)])
 
 
 class HGTConv(nn.Module):
-    """`dgl.nn.HGTConv` without dropout and norm; it wants nodes and edges type after type."""
+    """`dgl.nn.HGTConv` without dropout and norm."""
 
     def __init__(
         self, in_units: int, head_units: int, heads: int, num_ntypes: int, num_etypes: int, **_: Any
@@ -70,18 +74,20 @@ class HGTConv(nn.Module):
         src, dst = graph.edges()
         heads = len(self.relation_pri)
         key, query, value = (
-            linear(node, ntype).index_select(0, end).chunk(heads, dim=1)
+            linear(node, ntype, presorted).index_select(0, end).chunk(heads, dim=1)
             for linear, end in ((self.linear_k, src), (self.linear_q, dst), (self.linear_v, src))
         )
         incoming = []
         for head, importance in enumerate(self.relation_pri):
-            sent = self.relation_att[head](key[head], etype) * query[head]
+            sent = self.relation_att[head](key[head], etype, presorted) * query[head]
             scale = importance.index_select(0, etype) / math.sqrt(sent.shape[1])
             attention = graph.softmax(sent.sum(dim=1) * scale).unsqueeze(1)
             with graph.local_scope():
-                graph.edata["m"] = attention * self.relation_msg[head](value[head], etype)
+                graph.edata["m"] = attention * self.relation_msg[head](
+                    value[head], etype, presorted
+                )
                 graph.update_all(fn.copy_e("m", "m"), fn.sum("m", "h"))
                 incoming.append(graph.dstdata["h"])
-        found: Tensor = self.linear_a(torch.cat(incoming, dim=1), ntype)
+        found: Tensor = self.linear_a(torch.cat(incoming, dim=1), ntype, presorted)
         share = torch.sigmoid(self.skip).index_select(0, ntype).unsqueeze(1)
         return share * found + (1 - share) * node

@@ -170,13 +170,18 @@ def make_glorot(fan_in: int, fan_out: int, *shapes: tuple[int, ...]) -> list[nn.
     return [nn.Parameter(torch.empty(shape).uniform_(-bound, bound)) for shape in shapes]
 
 
+def lie_by_type(types: Tensor) -> bool:
+    """Tell whether rows lie type after type, by the type of each: (n,)."""
+    return bool((types[1:] >= types[:-1]).all())
+
+
 def multiply_by_type(rows: Tensor, types: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
     """Multiply each row by the matrix of its type and add its vector.
 
     (n, C), (n,) int64, (T, C, D), (T, D) -> (n, D). Rows lie type after type, as in the
     homogeneous view of a graph; others are put in order, and back.
     """
-    if len(types) > 1 and not (types[1:] >= types[:-1]).all():
+    if not lie_by_type(types):
         order = types.argsort(stable=True)
         found = multiply_by_type(rows[order], types[order], weight, bias)
         return found[order.argsort()]

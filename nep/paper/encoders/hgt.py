@@ -11,7 +11,7 @@ from torch import Tensor, nn
 from datamodules.message_passing import ETYPE, NTYPE, HGTConv
 from datamodules.stand_in import GraphStandIn
 from datamodules.stand_in_layers import HGTConv as StandInHGTConv
-from nep.paper.encoders.encoder import ConvolvingEncoder, check_heads
+from nep.paper.encoders.encoder import ConvolvingEncoder, check_heads, lie_by_type
 from sgm.schema import EDGE_TYPES, NODE_TYPES
 
 
@@ -34,7 +34,7 @@ class ReluHGTConv(nn.Module):
         self.layer.linear_a.register_forward_pre_hook(_apply_relu)
 
     def forward(self, graph: Any, node: Tensor) -> Tensor:
-        """Convolve once, on a homogeneous view of DGL: (N, units) -> (N, units).
+        """Convolve once, on a homogeneous graph of DGL: (N, units) -> (N, units).
 
         Raises:
             ValueError: if DGL is there, and was not built for the device.
@@ -47,7 +47,8 @@ class ReluHGTConv(nn.Module):
             )
         if not len(etype):  # of which DGL warns
             return node * (1 - torch.sigmoid(self.layer.skip)[ntype].unsqueeze(1))
-        found: Tensor = self.layer(graph, node, ntype, etype, presorted=True)
+        presorted = lie_by_type(ntype) and lie_by_type(etype)
+        found: Tensor = self.layer(graph, node, ntype, etype, presorted=presorted)
         return found
 
 

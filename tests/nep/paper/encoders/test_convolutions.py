@@ -289,6 +289,32 @@ def test_a_layer_stands_alone_on_any_graph_of_dgl():
     torch.testing.assert_close(layer(mixed, node[order], edge[edge_order]), out[order])
 
 
+@pytest.mark.parametrize("what", ["nodes", "edges"])
+def test_the_order_of_nodes_and_of_edges_makes_no_difference(
+    layer_and_loop, random_batch, engine, what
+):
+    """Those of a graph of one's own need not lie type after type, as in a homogeneous view."""
+    layer, batch = layer_and_loop[0].layer, random_batch(0)
+    node, edge = make_features(batch)
+    order, edge_order = torch.arange(batch.num_nodes), torch.arange(batch.num_edges)
+    if what == "nodes":
+        order = order[torch.randperm(batch.num_nodes)]
+    else:
+        edge_order = edge_order[torch.randperm(batch.num_edges)]
+    found = []
+    for rows, places in (
+        (torch.arange(batch.num_nodes), torch.arange(batch.num_edges)),
+        (order, edge_order),
+    ):
+        src, dst = (rows.argsort()[end[places]] for end in (batch.edge_src, batch.edge_dst))
+        graph = message_passing.make_graph(src, dst, batch.num_nodes)
+        graph.ndata["_TYPE"], graph.ndata["degree"] = batch.node_type[rows], batch.degree[rows]
+        graph.edata["_TYPE"] = batch.edge_type[places]
+        edges = (edge[places],) if isinstance(layer, HEATConv) else ()
+        found.append(layer(graph, node[rows], *edges).detach()[rows.argsort()])
+    torch.testing.assert_close(found[1], found[0])
+
+
 @pytest.mark.dgl
 def test_a_convolution_without_degrees_counts_those_of_the_graph(random_batch):
     batch = random_batch(0)
