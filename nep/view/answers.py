@@ -99,7 +99,7 @@ class Desk:
                 "relations": [[row.adverb, row.is_inside] for row in RELATION_TABLE.values()],
                 "name": names[edges["object"][rows]].tolist(),
                 "seen": edges["last_true"][rows].tolist(),
-                "there": edges["is_true"][rows].astype(int).tolist(),
+                "there": batch.find_present(rows).astype(int).tolist(),
                 "at": [_round_point(position) for position, *_ in tell_positions(batch, rows)],
             },
             "lastLook": np.maximum(batch.furniture_last_observed[0], -1).tolist(),

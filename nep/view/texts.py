@@ -77,12 +77,13 @@ def tell_furniture(story: Story, memory: SceneGraphMemory, furniture: int) -> li
     """Say what was seen at a furniture node, when, and what was missed."""
     node = memory.furniture_ids.index(furniture)
     edges, time = memory.batch.edges, memory.time
+    is_there = memory.batch.find_present(np.arange(edges.num_rows))
     rows = np.flatnonzero((edges["furniture"] == node) & (edges["num_true"] > 0)).tolist()
-    rows.sort(key=lambda edge: (-int(edges["is_true"][edge]), -int(edges["last_true"][edge])))
+    rows.sort(key=lambda edge: (-int(is_there[edge]), -int(edges["last_true"][edge])))
     things = tuple(
         (
             memory.descriptions[edges["object"][edge]],
-            "there" if edges["is_true"][edge] else _tell_gone(story, memory, node, edge),
+            "there" if is_there[edge] else _tell_gone(story, memory, node, edge),
             story.get_time(int(edges["last_true"][edge])),
             f"{time - int(edges['last_true'][edge])}",
             f"{edges['num_true'][edge]} of {edges['num_observed'][edge]}",
@@ -116,7 +117,9 @@ def _list_merged(story: Story, furniture: int, time: int) -> set[int]:
 
 
 def _tell_gone(story: Story, memory: SceneGraphMemory, node: int, edge: int) -> str:
-    """Say by what an edge became false: by a statement, or by the last look."""
+    """Say by what a thing is not there: by a statement, or by a look, here or elsewhere."""
+    if memory.batch.edges["is_true"][edge]:
+        return "seen elsewhere since"
     since = int(memory.batch.edges["last_changed"][edge])
     if int(memory.batch.furniture_last_observed[0, node]) > since:
         return "missing at the last look"

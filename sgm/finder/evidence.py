@@ -36,6 +36,7 @@ class Evidence:
         ended_ago: time steps since; 0 without a statement.
         ended_on: date and time of it; None without one, or without a clock.
         was_missed: whether a look here, after that sighting and statement, did not show it.
+        is_elsewhere: whether another place has shown it after that sighting, and no look here.
         is_in_view: whether a camera shows it here now (`sgm.ros.LiveMemory`).
         language: of its sentences.
     """
@@ -52,6 +53,7 @@ class Evidence:
     ended_ago: int = 0
     ended_on: datetime | None = None
     was_missed: bool = False
+    is_elsewhere: bool = False
     is_in_view: bool = False
     language: str = ENGLISH
 
@@ -85,6 +87,8 @@ class Evidence:
         if seen.is_there:
             sought = self.times_sought
             return f"{told}; {asking.count('sought', sought)}" if sought else told
+        if self.is_elsewhere:
+            return f"{told}; {asking.say('elsewhere since')}"
         if self.ended is not None:
             told += f"; {self._tell_end(self.ended, asking)}"
             if not self.was_missed:

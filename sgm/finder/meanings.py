@@ -260,8 +260,7 @@ def _find_said_place(
     if not places:
         words = make_phrase_reader(memory.language).split_where(found.where)[1]
         raise Unclear("ambiguous", asking.say("no place", name=words), (), thing)
-    seen, _ = memory.list_seen(found.matches, None, _MOST_SEEN)
-    holding = {at.furniture for _, at in seen if at.is_there and at.furniture in places}
+    holding = {place for place in places if memory.list_named(*found.matches, place=place)}
     if found.matches and not holding:
         narrowed = narrow(memory, found)
         raise Unclear("ambiguous", narrowed.contradiction, found.matches, thing)

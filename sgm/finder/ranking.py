@@ -213,7 +213,8 @@ def gather_evidence(
     np.add.at(num_true, edges["furniture"][asked_edges], edges["num_true"][asked_edges])
     # What was never seen at a place was missed by every look at it, and by every search for it.
     negative, sought = np.ceil(asked.looks.negative), asked.looks.sought.sum(axis=2)
-    num_sought = _count_sought(asked, np.ceil(asked.looks.negative + sought))
+    since = np.where(asked.looks.seen > 0, 0.0, sought)  # those were before it was seen
+    num_sought = _count_sought(asked, np.ceil(asked.looks.negative + since))
     lone = asked.batch.find_lone_looks(asked.queries.object)
     alone = np.ceil(sought) + (0 if lone is None else lone.num_looks)
     num_missed = asked.batch.furniture["num_observed"][0] + (negative + alone).max(axis=0)
@@ -226,10 +227,13 @@ def gather_evidence(
     now_on = _get_date(asked.clock, now)
     for place in furniture:
         seen = seen_at.get(ids[place])
-        ended, missed, was_missed = None, NEVER, False
+        ended, missed, was_missed, is_elsewhere = None, NEVER, False, False
         if seen is not None and not seen.is_there:
             place_edges = asked_edges[edges["furniture"][asked_edges] == place]
-            ended, missed, was_missed = _find_end(asked, place_edges, seen)
+            if edges["is_true"][place_edges[edges["last_true"][place_edges] == seen.time]].all():
+                is_elsewhere = True
+            else:
+                ended, missed, was_missed = _find_end(asked, place_edges, seen)
         clock = None if seen is None else asked.clock
         found.append(
             Evidence(
@@ -245,6 +249,7 @@ def gather_evidence(
                 ended_ago=0 if ended is None else now - ended.time,
                 ended_on=None if ended is None else _get_date(clock, ended.time),
                 was_missed=was_missed,
+                is_elsewhere=is_elsewhere,
                 language=language,
             )
         )
@@ -258,7 +263,7 @@ def _count_sought(asked: Asked, num_missed: np.ndarray) -> list[float]:
     nothing of what is.
     """
     edges = asked.current.edges
-    is_there = asked.edges[edges["is_true"][asked.edges]]
+    is_there = asked.edges[asked.current.find_present(asked.edges)]
     query, edge = np.nonzero(asked.rows[:, None] == edges["object"][is_there])
     is_held = np.zeros(num_missed.shape, dtype=bool)
     is_held[query, edges["furniture"][is_there[edge]]] = True

@@ -75,7 +75,8 @@ def narrow(memory: SceneGraphMemory, resolution: Resolution) -> Resolution:
     if not resolution.matches:
         return replace(resolution, places=places)
     seen, _ = memory.list_seen(resolution.matches, None, _MOST_SEEN)
-    present = {thing for thing, at in seen if at.is_there and at.furniture in places}
+    shown = {place: memory.list_named(*resolution.matches, place=place) for place in places}
+    present = {thing.description for things in shown.values() for thing in things}
     if resolution.is_not_there:
         others = {thing for thing, at in seen if at.is_there and at.furniture not in places}
         kept = [name for name in resolution.matches if name not in present or name in others]

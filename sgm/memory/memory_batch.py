@@ -132,12 +132,19 @@ class MemoryBatch(Remembered):
         fused = self.copy()
         roots = find_roots(fused.objects["same_as"])
         fuse_objects(fused.objects, roots)
+        last = self.objects["last_furniture"], self.objects["last_observed"]
         history, hours = fused._history, None
         if history is not None and history.edge_hours.shape[1]:
             hours = history.get_edge_hours(np.arange(fused.edges.num_rows))
         fused.edges, hours = fuse_edges(fused.edges, roots, hours)
         if history is not None and hours is not None:
             history.edge_hours = hours
+        thing = self.edges["object"][self.edges["is_true"]]
+        place = self.edges["furniture"][self.edges["is_true"]]
+        is_held = np.zeros(len(roots), dtype=bool)  # at the place where it was seen last
+        is_held[thing[last[0][thing] == place]] = True
+        is_held &= last[1] == fused.objects["last_observed"][roots]
+        fused.objects["last_furniture"][roots[is_held]] = last[0][is_held]
         fused.look_up_prior()
         fused.lone_looks["object"][:] = roots[fused.lone_looks["object"]]
         if fused.positions.num_rows:
@@ -234,6 +241,17 @@ class MemoryBatch(Remembered):
         share[query, place] = np.eye(NUM_RELATIONS)[relation]
         return share
 
+    def find_present(self, edges: np.ndarray) -> np.ndarray:
+        """Tell whether things are where edges (n,) lead, bool (n,); all that tells it asks this.
+
+        The last look there showed it, and no other place has shown it since: of several things of
+        one description, that are known at once, it may have been another one.
+        """
+        thing, objects = self.edges["object"][edges], self.objects
+        is_last = objects["last_furniture"][thing] == self.edges["furniture"][edges]
+        present: np.ndarray = is_last | (objects["num_at_once"][thing] > 1)
+        return present & self.edges["is_true"][edges]
+
     def propose_places(self, queries: Queries) -> np.ndarray:
         """Mark the hypothetical edges of queries, bool (Q, F, relations)."""
         return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])
@@ -303,6 +321,8 @@ class MemoryBatch(Remembered):
             is_new = ~self._was_so(touched, is_seen)
             touched, is_seen, weight = touched[is_new], is_seen[is_new], weight[is_new]
             of_touched = edges["object"][touched], edges["relation"][touched]
+            back = np.unique(seen_object)  # perhaps from another place that this step has shown
+            self.objects["last_furniture"][back] = looked[self.objects["home"][back]]
             is_seen_object &= self.objects["last_observed"] != self.time
             is_seen_object[edges["object"][touched[is_seen]]] = True
             is_seen_object[np.flatnonzero(is_new_true.any(axis=1))] = True

@@ -511,6 +511,8 @@ class MemoryState:
             relation = RELATIONS.index(statement.relation)
             is_left &= (edges["furniture"] != place) | (edges["relation"] != relation)
         left = np.flatnonzero(is_left)
+        if said.was_at is not None and len(left):
+            self._note_several(object_row, np.isin(edges["object"], members) & ~is_left)
         places = sorted({ids[index] for index in edges["furniture"][left] if index != place})
         batch.note_left(left, statement.confidence)
         forget_positions(batch.positions, members, {place, *edges["furniture"][left].tolist()})
@@ -527,6 +529,14 @@ class MemoryState:
             for member in members:
                 said_at = statement.furniture if member == object_row else None
                 self.step.say(member, said_at, places)
+
+    def _note_several(self, object_row: int, is_other: np.ndarray) -> None:
+        """Note that one of several was taken, where others of the edges (E,) are true."""
+        places = np.unique(self.batch.edges["furniture"][is_other & self.batch.edges["is_true"]])
+        if len(places) and not self._is_single(object_row):
+            number = max(len(places) + 1, int(self.batch.objects["num_at_once"][object_row]))
+            self.batch.objects["num_at_once"][object_row] = number
+            self.step.at_once[object_row] = number
 
     def let_pass(self, num_steps: int) -> None:
         """Let time steps pass; questions end with the first of them."""
@@ -560,7 +570,7 @@ class MemoryState:
         if before_looks and before is not None and not later:
             shared, origin = before.batch, before.origin
         batch = shared.fuse() if self.has_merged else shared.share()
-        current = snapshot.fuse() if self.has_merged else clone(snapshot)
+        current = self._fuse(snapshot) if self.has_merged else clone(snapshot)
         current.time += later
         batch.time += later
         return current, batch, origin
@@ -755,7 +765,20 @@ class MemoryState:
 
     def fuse_batch(self) -> MemoryBatch:
         """Return the memory with what was merged as one; a copy, where anything was."""
-        return self.batch.fuse() if self.has_merged else self.batch
+        return self._fuse(self.batch) if self.has_merged else self.batch
+
+    def _fuse(self, batch: MemoryBatch) -> MemoryBatch:
+        """Return a copy in which what was merged is one, and is where this step has shown it last.
+
+        It is of this step; of what the robot carries that says nothing.
+        """
+        fused, shown = batch.fuse(), self.step.last_shown
+        roots = find_roots(batch.objects["same_as"])
+        for object_row in sorted(shown, key=shown.__getitem__):
+            position = self.furniture.position[shown[object_row][1]]
+            if fused.objects["last_furniture"][roots[object_row]] != NEVER:
+                fused.objects["last_furniture"][roots[object_row]] = position
+        return fused
 
     def link(self, rows: Collection[int], root: int) -> None:
         """Let objects be one with another from now on, or, with -1, things of their own."""

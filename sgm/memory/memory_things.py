@@ -196,7 +196,7 @@ class MemoryThings:
         with self._state.lock:
             state = self._state
             fused = state.fuse_batch()
-            places = fused.edges["furniture"][fused.edges["is_true"]]
+            places = fused.edges["furniture"][fused.find_present(np.arange(fused.edges.num_rows))]
             counts = np.bincount(places, minlength=fused.num_furniture).tolist()
             last = fused.furniture_last_observed[0].tolist()
             return {

@@ -132,7 +132,7 @@ def list_changes(
                 (
                     -spoken,
                     ~find_last_edges(batch, thing_edges),
-                    ~edges["is_true"][thing_edges],
+                    ~batch.find_present(thing_edges),
                     -edges["last_true"][thing_edges],
                 )
             )
@@ -170,7 +170,7 @@ def _list_changes(
         edges=thing_edges,
         furniture=[ids[position] for position in edges["furniture"][thing_edges]],
         last_true=edges["last_true"][thing_edges].tolist(),
-        is_true=edges["is_true"][thing_edges].tolist(),
+        is_there=batch.find_present(thing_edges).tolist(),
         speakers={statement.time: statement.by for statement in thing.statements},
     )
     moved = int(objects["last_moved"][object_row])
@@ -196,7 +196,7 @@ class _SeenPlaces:
         edges: row of the edge of each, (n,).
         furniture: id of each.
         last_true: time step of the last sighting at each.
-        is_true: whether the last look at each found it.
+        is_there: whether it is at each by the last looks.
         speakers: who said something of it, by time step.
     """
 
@@ -205,13 +205,13 @@ class _SeenPlaces:
     edges: np.ndarray
     furniture: Sequence[int]
     last_true: Sequence[int]
-    is_true: Sequence[bool]
+    is_there: Sequence[bool]
     speakers: Mapping[int, str]
 
     @property
     def _current(self) -> int | None:
         """Number of the place where it is, the latest of several; None if it is at none."""
-        return next((number for number, true in enumerate(self.is_true) if true), None)
+        return next((number for number, present in enumerate(self.is_there) if present), None)
 
     def tell_new(self, first: int, moved: int) -> ThingChange:
         """Tell that it is new since its first sighting; `moved` is when it was moved last."""
@@ -254,7 +254,7 @@ class _SeenPlaces:
         """
         if is_single and self._current is not None:
             return
-        gone = [number for number, true in enumerate(self.is_true) if not true]
+        gone = [number for number, present in enumerate(self.is_there) if not present]
         for number in gone[: 1 if is_single else None]:
             edge = int(self.edges[number])
             time = int(self.batch.edges["last_changed"][edge])

@@ -725,7 +725,8 @@ class SceneGraphMemory:
 
         Args:
             names: descriptions or ids, of exactly these things.
-            place: furniture id: only what is there by the last looks; None for all.
+            place: furniture id: only what the last look at it showed, whatever other places have
+                shown since; None for all.
 
         Raises:
             KeyError: if there is no such furniture.
@@ -822,11 +823,11 @@ class SceneGraphMemory:
         """Return rooms > furniture > objects as JSON values.
 
         Under each furniture node stand the objects that were ever seen there: "is_there" says
-        whether the last look at it found them; "by" is who said last that they are there, where no
-        look has shown it. "unplaced" lists objects that were last seen at furniture that was
-        removed. "position" is x, y, z in the map, metres, of an object where it was seen, and of
-        furniture the middle of its "box", or the point on the floor where one stands to look at it;
-        both are left out where they are unknown.
+        whether they are there by the last looks, as `SeenAt.is_there`; "by" is who said last that
+        they are there, where no look has shown it. "unplaced" lists objects that were last seen at
+        furniture that was removed. "position" is x, y, z in the map, metres, of an object where it
+        was seen, and of furniture the middle of its "box", or the point on the floor where one
+        stands to look at it; both are left out where they are unknown.
         """
         return self._things.to_dict()
 

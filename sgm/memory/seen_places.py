@@ -18,7 +18,7 @@ from sgm.memory.thing import Said, Thing
 from sgm.names.name import Name
 from sgm.schema import NEVER, RELATIONS
 
-# Of a row: place, relation, whether the last look showed it, time, times seen and looked, Told.
+# Of a row: place, relation, whether it is there, time, times seen and looked, Told.
 Values: TypeAlias = tuple[int, int, bool, int, int, int, Told]
 
 
@@ -33,7 +33,7 @@ class SeenRows:
         thing: row of the thing, (n,).
         furniture: position of the place, -1 for one that was removed, (n,).
         relation: by number in `RELATIONS`, (n,).
-        is_there: whether the last look showed it, bool (n,).
+        is_there: whether it is there by the last looks (`MemoryBatch.find_present`), bool (n,).
         time: time step of the last sighting, (n,).
         times_seen, times_looked: looks that showed it there, and looks, (n,).
         is_last: whether it was seen there last of all; of one time step that is one place, (n,).
@@ -68,6 +68,7 @@ class SeenRows:
         """List those of edges that were ever true (n,), and things whose last place was removed."""
         names = ("object", "furniture", "relation", "is_true", "last_true", "num_true")
         columns = [memory.edges[name][seen] for name in (*names, "num_observed")]
+        columns[names.index("is_true")] = memory.find_present(seen)
         if len(left):
             none = np.zeros(len(left), dtype=np.int64)
             last = memory.objects["last_observed"][left]

@@ -202,7 +202,8 @@ class SeenAt:
         steps_ago: time steps since.
         furniture: furniture id; None if it was removed from the memory since.
         relation: such as "in" or "onTop" the furniture; None with the furniture.
-        is_there: whether the last look at this furniture found it; False if it was absent then.
+        is_there: whether the last look at this furniture found it, and no look has shown it at
+            another place since (one of several may be at each).
         times_seen: looks at this furniture that found it.
         times_looked: looks at this furniture since it was first seen or looked for there.
         by: who said so, "robot" for what it did itself; empty for what a look has shown.

@@ -62,7 +62,7 @@ def test_a_look_after_the_statement_in_its_step_shows_it_there_again(memory):
     memory.observe(TABLE, [Sighting("keys")])
     assert tell(memory, "keys", TABLE) == "seen here in this step"
     now = choose(memory, "in this step", "at 20:00")
-    assert tell(memory, "keys", DRAWER) == f"anna said so {now}"
+    assert tell(memory, "keys", DRAWER) == f"anna said so {now}; seen elsewhere since"
 
 
 def test_a_look_of_the_same_step_has_the_last_word(memory):
@@ -73,7 +73,7 @@ def test_a_look_of_the_same_step_has_the_last_word(memory):
     assert (last.furniture, last.by) == (SHELF, "")
     assert [seen.by for seen in memory.places_of("keys")] == ["", "anna", ""]
     now = choose(memory, "in this step", "at 20:00")
-    assert tell(memory, "keys", DRAWER) == f"anna said so {now}"
+    assert tell(memory, "keys", DRAWER) == f"anna said so {now}; seen elsewhere since"
 
 
 def test_what_somebody_said_is_corrected_by_somebody_else(memory):

@@ -39,7 +39,7 @@ def test_two_things_of_one_description_stay_two(memory):
     assert where(memory, "m2") == {DESK}
     assert where(memory, "the mug") == {SINK, DESK}
     memory.observe(SHELF, [Sighting("mug", id="m1")])
-    assert where(memory, "m1") == {SINK, SHELF}  # until the sink is looked at
+    assert where(memory, "m1") == {SHELF}  # before anyone looks at the sink
     memory.observe(SINK, [])
     assert where(memory, "m1") == {SHELF}
     assert where(memory, "m2") == {DESK}

@@ -219,7 +219,7 @@ def test_names_are_compared_by_their_words(home):
 
 def test_an_object_may_be_at_two_places_at_once(home):
     memory, fridge, table = home
-    memory.observe(fridge, [Sighting("apple", "in")])
+    memory.observe(fridge, [Sighting("apple", "in")] * 2)
     memory.observe(table, [Sighting("apple")])
     memory.step()
     assert [(p.furniture, p.relation, p.is_there) for p in memory.places_of("apple")] == [

@@ -187,7 +187,7 @@ def test_a_memory_goes_there_and_back(tmp_path, has_positions):
     bench = memory.add_furniture("workbench", study, position=next(at))
     desk = memory.add_furniture("desk", study, position=next(at))
     memory.observe(fridge, [Sighting("milk", "in"), Sighting("apple", "in")])
-    memory.observe(bench, [Sighting("large red mug", "in"), Sighting("apple")])
+    memory.observe(bench, [Sighting("large red mug", "in"), Sighting("green apple")])
     memory.observe(desk, [Sighting("laptop")])
     memory.step()
     memory.observe(desk, [])  # the laptop is gone
