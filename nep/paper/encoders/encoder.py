@@ -44,7 +44,7 @@ class Encoder(nn.Module, ABC):
 
     @abstractmethod
     def forward(self, graph: Any, node: Any, edge: Any) -> Any:
-        """Encode the nodes, as a module of DGL.
+        """Encode the nodes, as a module of DGL; what is written to the graph is forgotten.
 
         Args:
             graph: `Batch.homogeneous`, a `dgl.DGLGraph` of all nodes and edges, type after type,
@@ -67,7 +67,8 @@ class Encoder(nn.Module, ABC):
             return self._run(batch, node, edge)
 
     def _run(self, batch: Batch, node: Tensor, edge: Tensor | None) -> Tensor:
-        encoded: Tensor = self(batch.homogeneous, node, edge)
+        with batch.homogeneous.local_scope():
+            encoded: Tensor = self(batch.homogeneous, node, edge)
         return encoded
 
     @classmethod

@@ -9,7 +9,7 @@ from torch import nn
 
 from datamodules import message_passing, stand_in_layers
 from datamodules.stand_in import GraphStandIn
-from nep.paper.encoders import hgt
+from nep.paper.encoders import Encoder, hgt
 from nep.paper.encoders.gcn import GCNConv
 from nep.paper.encoders.han import HANConv
 from nep.paper.encoders.heat import HEATConv
@@ -328,3 +328,23 @@ def test_a_convolution_without_degrees_counts_those_of_the_graph(random_batch):
 def test_heads_must_divide_the_width():
     with pytest.raises(ValueError, match=r"got 3 heads for 64 units\. Choose"):
         HEATConv((64, 64, 64), 3)
+
+
+def test_what_an_encoder_writes_to_the_graph_is_forgotten(random_batch, engine, monkeypatch):
+    class Writes(Encoder):
+        num_hops, uses_edges = 1, True
+
+        def forward(self, graph, node, edge):
+            graph.ndata["degree"] = graph.ndata["h"] = node
+            graph.edata["e"] = edge
+            return graph.ndata["h"] + 1
+
+    if engine == "stand-in":
+        monkeypatch.setattr(message_passing, "_knows", lambda device: False)
+    batch = random_batch(0)
+    graph, degree = batch.homogeneous, batch.degree
+    node, edge = make_features(batch)
+    torch.testing.assert_close(Writes(IN).encode(batch, node, edge), node + 1)
+    assert set(graph.ndata) == {"_TYPE", "degree"}
+    assert set(graph.edata) == {"_TYPE"}
+    assert graph.ndata["degree"].equal(degree)
