@@ -10,11 +10,14 @@ import operator
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from torch import Tensor
 
+from sgm.messages import shorten
+
 _OPERATORS: dict[str, Callable[..., Tensor]] = {"add": operator.add, "mul": operator.mul}
+_FUNCTIONS = ("copy_u", "copy_e", "u_add_v", "u_mul_e", "sum")
 
 
 class Unary(NamedTuple):
@@ -81,6 +84,8 @@ class GraphStandIn:
 
     def update_all(self, message: Any, reduce: Any) -> None:
         """Sum up the messages at their destinations; zero where no edge enters."""
+        if reduce.name != "sum":
+            _refuse(reduce.name)
         sent = self._send(message)
         total = sent.new_zeros(self._num_dst, *sent.shape[1:])
         self.dstdata[reduce.out_field] = total.index_add(0, self._ends["v"], sent)
@@ -97,6 +102,8 @@ class GraphStandIn:
         return weight / total.index_select(0, dst)
 
     def _send(self, message: Any) -> Tensor:
+        if message.name not in _FUNCTIONS[:-1]:
+            _refuse(message.name)
         if message.name.startswith("copy_"):
             return self._read(message.name[-1], message.in_field)
         lhs, name, rhs = message.name.split("_")
@@ -108,3 +115,15 @@ class GraphStandIn:
             return self.edata[field]
         data = self.srcdata if target == "u" else self.dstdata
         return data[field].index_select(0, self._ends[target])
+
+
+def __getattr__(name: str) -> Any:
+    """Say which functions there are, if another one of `dgl.function` is looked for."""
+    _refuse(name)
+
+
+def _refuse(name: str) -> NoReturn:
+    raise AttributeError(
+        f"function of messages without DGL must be one of {', '.join(_FUNCTIONS)}, got "
+        f"{shorten(name)}. Write it with these, or install a DGL that was built for the device."
+    )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 import torch
 from torch import nn
 
-from datamodules import message_passing, stand_in_layers
+from datamodules import message_passing, stand_in, stand_in_layers
 from datamodules.stand_in import GraphStandIn
 from nep.paper.encoders import Encoder, hgt
 from nep.paper.encoders.gcn import GCNConv
@@ -348,3 +350,26 @@ def test_what_an_encoder_writes_to_the_graph_is_forgotten(random_batch, engine, 
     assert set(graph.ndata) == {"_TYPE", "degree"}
     assert set(graph.edata) == {"_TYPE"}
     assert graph.ndata["degree"].equal(degree)
+
+
+class Function(NamedTuple):
+    """As of `dgl.function`."""
+
+    name: str
+    in_field: str = "h"
+    lhs_field: str = "h"
+    rhs_field: str = "h"
+    out_field: str = "m"
+
+
+@pytest.mark.parametrize(
+    ("message", "reduce", "got"),
+    [("copy_u", "mean", "mean"), ("u_dot_v", "sum", "u_dot_v"), ("e_mul_u", "sum", "e_mul_u")],
+)
+def test_the_stand_in_refuses_what_it_does_not_compute(message, reduce, got):
+    graph = GraphStandIn(torch.tensor([0, 1]), torch.tensor([1, 1]), 2)
+    graph.ndata["h"] = graph.edata["h"] = torch.ones(2, 1)
+    with pytest.raises(AttributeError, match=rf"must be one of copy_u, .* sum, got '{got}'\. Write"):
+        graph.update_all(Function(message), Function(reduce, in_field="m", out_field="h"))
+    with pytest.raises(AttributeError, match=rf"got '{got}'\. Write"):
+        getattr(stand_in, got)
