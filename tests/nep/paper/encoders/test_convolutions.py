@@ -369,7 +369,9 @@ class Function(NamedTuple):
 def test_the_stand_in_refuses_what_it_does_not_compute(message, reduce, got):
     graph = GraphStandIn(torch.tensor([0, 1]), torch.tensor([1, 1]), 2)
     graph.ndata["h"] = graph.edata["h"] = torch.ones(2, 1)
-    with pytest.raises(AttributeError, match=rf"must be one of copy_u, .* sum, got '{got}'\. Write"):
+    with pytest.raises(
+        AttributeError, match=rf"must be one of copy_u, .* sum, got '{got}'\. Write"
+    ):
         graph.update_all(Function(message), Function(reduce, in_field="m", out_field="h"))
     with pytest.raises(AttributeError, match=rf"got '{got}'\. Write"):
         getattr(stand_in, got)
