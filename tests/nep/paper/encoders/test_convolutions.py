@@ -364,7 +364,7 @@ class Function(NamedTuple):
 
 @pytest.mark.parametrize(
     ("message", "reduce", "got"),
-    [("copy_u", "mean", "mean"), ("u_dot_v", "sum", "u_dot_v"), ("e_mul_u", "sum", "e_mul_u")],
+    [("copy_u", "mean", "mean"), ("u_dot_v", "sum", "u_dot_v"), ("u_sub_v", "sum", "u_sub_v")],
 )
 def test_the_stand_in_refuses_what_it_does_not_compute(message, reduce, got):
     graph = GraphStandIn(torch.tensor([0, 1]), torch.tensor([1, 1]), 2)
