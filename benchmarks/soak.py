@@ -1,14 +1,17 @@
-"""Ten minutes of a server with mixed clients, and of a node that looks: does memory grow?
+"""Twice ten minutes of a server with clients, and of a node that looks: does memory grow?
 
 The server is a process of its own (`python -m sgm.serve`) with its second process. Six clients ask
 for known and for new names, look, list, search and move places. They call tools of MCP, come and
 go, listen to the feed, and ask what is refused. The node is another process: a `LiveMemory` in a
 home of 60 places. It takes two frames a second, and is asked meanwhile.
 
-The figure is how many times as much all processes together hold in the last quarter as in the third
-one. Beside it are the growth in the second half, MB a minute by least squares, and the size of each
-process at half time and at the end. Open files then, and the median and the p99 of answers in the
-second and in the last quarter, follow.
+First as in a home that is lived in: a client asks five times a second, and says a name that the
+server has never read once a minute. Then with `many names`: as fast as it may, each time a new one.
+
+The figure is how many times as much all processes together hold in the last quarter of the first
+soak as in the third. Beside it are the growth in the second half, MB a minute by least squares, and
+the size of each process at half time and at the end. Open files then, and the median and the p99 of
+answers in the second and in the last quarter, follow.
 
 What may grow is the memory itself, since new things are remembered. Stores of words grow until they
 are full: a name costs some 11 kB in all of them, most of it for the last 2,000 names, the rest for
@@ -34,9 +37,10 @@ from _measure import Benchmark, Measure, run
 from serve import LoadClient, run_server, save_home
 
 NUM_CLIENTS = 6
-PAUSE_SECONDS = 0.05  # of a client between two requests
 EVERY_SECONDS = 5.0  # in which sizes are read
 FRAMES_A_SECOND = 2.0
+# Seconds of a client between two requests, and for which it says one name that is new.
+PACES = {"": (0.2, 60.0), "many names: ": (0.05, 0.0)}
 _SYLLABLES = [consonant + vowel for consonant in "bdfgklmnprst" for vowel in "aeiou"]
 _JSON = {"Content-Type": "application/json", "Accept": "application/json, text/event-stream"}
 
@@ -44,10 +48,18 @@ _JSON = {"Content-Type": "application/json", "Accept": "application/json, text/e
 class MixedClient(LoadClient):
     """Sends requests of all kinds, one after the other, and notes how late each is answered."""
 
-    def __init__(self, port: int, looks: list[tuple[int, list[str]]], seed: int) -> None:
-        """Ask a server about what is seen at each place."""
+    def __init__(
+        self,
+        port: int,
+        looks: list[tuple[int, list[str]]],
+        pace: tuple[float, float],
+        seed: int,
+    ) -> None:
+        """Ask a server about what is seen at each place, at one of the `PACES`."""
         super().__init__(port, [])
         self._port, self._looks = port, looks
+        self._pause, self._name_seconds = pace
+        self._name, self._named = "", -np.inf
         self._names = [name for _, seen in looks for name in seen]
         self._rng = np.random.default_rng(seed)
         self._search = ""
@@ -63,7 +75,7 @@ class MixedClient(LoadClient):
                 self._connection.close()
                 self.num_lost += 1
             self.answered.append((now - begin, time.perf_counter() - now))
-            time.sleep(PAUSE_SECONDS)
+            time.sleep(self._pause)
         self.close()
 
     def _ask_something(self) -> None:
@@ -77,15 +89,17 @@ class MixedClient(LoadClient):
             self.send("where_is", json.dumps({"thing": new}))
         elif chance < 0.65:
             kept = [thing for thing in seen if rng.random() < 0.8]
-            self.send("observe", json.dumps({"place": place, "seen": kept, "key": new}))
+            key = str(rng.integers(2**62))
+            self.send("observe", json.dumps({"place": place, "seen": kept, "key": key}))
         elif chance < 0.66:
             self.send("observe", json.dumps({"place": place, "seen": [*seen, new]}))
         elif chance < 0.75:
             for call, body in (("list_places", {}), ("list_things", {}), ("changes", {"since": 0})):
                 self.send(call, json.dumps(body))
         elif chance < 0.8:
-            answer = json.loads(self.ask("search_start", json.dumps({"thing": name}))[1])
-            self._search = answer["search_id"]
+            status, answer = self.ask("search_start", json.dumps({"thing": name}))
+            if status == 200:  # it was not too busy
+                self._search = json.loads(answer)["search_id"]
         elif chance < 0.85 and self._search:
             body = {"search_id": self._search, "result": "not_found"}
             self.send("search_next", json.dumps(body))
@@ -103,8 +117,11 @@ class MixedClient(LoadClient):
             self._listen(place, seen)
 
     def _make_name(self) -> str:
-        words = ("".join(self._rng.choice(_SYLLABLES, 3)) for _ in range(2))
-        return " ".join(words)
+        now = time.perf_counter()
+        if now >= self._named + self._name_seconds:
+            words = ("".join(self._rng.choice(_SYLLABLES, 3)) for _ in range(2))
+            self._name, self._named = " ".join(words), now
+        return self._name
 
     def _ask_tool(self, name: str) -> None:
         call = {"name": "where_is", "arguments": {"thing": name}}
@@ -172,27 +189,35 @@ def prepare(tiny: bool) -> tuple[Measure, str]:
     seconds, num_objects = (12.0, 20) if tiny else (600.0, 100)
 
     def measure() -> tuple[float, dict[str, float]]:
+        ratios, figures = {}, {}
+        for name, pace in PACES.items():
+            ratios[name], more = soak_at(pace)
+            figures |= {f"{name}{key}": value for key, value in more.items()}
+        first, second = ratios.values()
+        return first, figures | {"many names: times": second}
+
+    def soak_at(pace: tuple[float, float]) -> tuple[float, dict[str, float]]:
         with tempfile.TemporaryDirectory(prefix="soak-") as folder:
             path = Path(folder) / "home.sgm"
             looks = save_home(path, num_objects)
             options = ("--step_seconds", "10", "--snapshot_seconds", "60")
             command = [sys.executable, "-W", "ignore", __file__, "--node"]
             with run_server(path, *options) as server:
+                clients = [MixedClient(server.port, looks, pace, n) for n in range(NUM_CLIENTS)]
                 with subprocess.Popen(command, stdin=subprocess.PIPE) as node:
                     try:
-                        return soak(server.port, server.process_id, node.pid, looks, seconds)
+                        return soak(clients, server.process_id, node.pid, seconds)
                     finally:
                         node.terminate()
 
-    size = f"{NUM_CLIENTS} clients, a node, {seconds:g} s, {num_objects} objects"
+    size = f"{NUM_CLIENTS} clients, a node, {len(PACES)} x {seconds:g} s, {num_objects} objects"
     return measure, size
 
 
 def soak(
-    port: int, server: int, node: int, looks: list[tuple[int, list[str]]], seconds: float
+    clients: list[MixedClient], server: int, node: int, seconds: float
 ) -> tuple[float, dict[str, float]]:
     """Ask for some time; returns the ratio of what is held, and further figures."""
-    clients = [MixedClient(port, looks, number) for number in range(NUM_CLIENTS)]
     begin = time.perf_counter()
     threads = [threading.Thread(target=client.work, args=(begin, seconds)) for client in clients]
     for thread in threads:

@@ -15,6 +15,10 @@ from sgm.evidence.rows import add_in_order, log_share, rank_rows
 
 _TRUST = 0.5  # of what a name is like, as a share of what the prior knows
 
+# Things of known types that are counted beside those of a home. One thing of an unknown type among
+# few says little of a home.
+_BESIDE = 5
+
 
 class Expected(NamedTuple):
     """What is expected of Q objects at F furniture nodes; shares sum to one or are all zero.
@@ -128,7 +132,7 @@ def compute_trust(asked: Question, expected: Expected) -> dict[str, np.ndarray]:
         num_asked += asked.queries.more_asked
     return {
         "has_prior": expected.trust > 0,
-        "known_share": sums.num_typed[home] / np.maximum(sums.num_known[home], 1),
+        "known_share": (sums.num_typed[home] + _BESIDE) / (sums.num_known[home] + _BESIDE),
         "num_placed": np.log1p(num_placed),
         "prior_lift": sums.lift[home] / (num_placed + 3),
         "found": (num_found + 0.5) / (num_asked + 1),

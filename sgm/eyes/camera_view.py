@@ -152,20 +152,28 @@ class CameraView:
         if not len(scene.ids):
             return most, is_solid
         places = PlaceCode.furniture(volumes)
-        rotation, half = scene.rotation[places], scene.half[places]
-        start = np.einsum("ni,nij->nj", origin - scene.center[places], rotation)
-        along = np.einsum("ni,nij->nj", points - origin, rotation)
-        length = np.linalg.norm(along, axis=1)
-        along = np.where(np.abs(along) < 1e-12, 1e-12, along)
-        first, second = (-half - start) / along, (half - start) / along
-        near = np.minimum(first, second)
-        entry, leave = near.max(axis=1), np.maximum(first, second).min(axis=1)
+        start = np.einsum("pi,pij->pj", origin - scene.center, scene.rotation)  # (P, 3)
+        rays = points - origin
+        length = np.linalg.norm(rays, axis=1)
+        # One axis after the other: numpy is slow along an axis of three.
+        entry, leave = np.full(len(points), -np.inf), np.full(len(points), np.inf)
+        for axis in range(3):
+            way = rays[:, :2] * scene.rotation[:, :2, axis][places]
+            along = way[:, 0] + way[:, 1] + rays[:, 2] * (axis == 2)
+            along = np.where(np.abs(along) < 1e-12, 1e-12, along)
+            to_low = (-scene.half - start)[places, axis] / along
+            to_high = (scene.half - start)[places, axis] / along
+            near = np.minimum(to_low, to_high)
+            enters_above = near > entry  # of the last axis, which is up
+            entry = np.maximum(entry, near)
+            leave = np.minimum(leave, np.maximum(to_low, to_high))
         slack = 2 * self.pose.compute_sd(length)
         is_met = (entry > 0) & ((leave - entry) * length > _LEAST_CHORD + slack)
         is_met &= (volumes >= 0) & ~scene.has_outline[places]
         most[is_met] = ((leave + (_MOST_BEHIND + slack) / length) * away)[is_met]
         if scene.is_sure:
-            is_solid = is_met & (near.argmax(axis=1) == 2) & (start[:, 2] > half[:, 2])
+            is_above = start[:, 2] > scene.half[:, 2]
+            is_solid = is_met & enters_above & is_above[places]
         return most, is_solid
 
     def measure_behind(self, points: np.ndarray, volumes: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.known_furniture import KnownFurniture
 from sgm.eyes.look_rules import Gate, LookRules
 from sgm.eyes.loose_things import settle_things
-from sgm.eyes.placing import NOWHERE, OnDetection, Placing, Unassigned
+from sgm.eyes.placing import NOWHERE, THROUGH, OnDetection, Placing, Unassigned
 from sgm.eyes.scene import Scene
 from sgm.eyes.spots import Spots
 from sgm.eyes.tracks import Tracks
@@ -361,14 +361,11 @@ class LookBuilder:
     def _end(self, visits: list[Visit]) -> None:
         """Make the looks of visits that are over, in the order in which they began."""
         for visit in sorted(visits, key=lambda visit: (visit.start, visit.place)):
-            look = make_look(
-                self._scene,
-                self._rules,
-                visit,
-                self._tracks.take(visit.place),
-                self._spots,
-                ends=True,
-            )
+            tracks = self._tracks.take(visit.place)
+            num_bare = sum(len(track.frames) for track in tracks if track.is_bare)
+            if num_bare:
+                self._counts[THROUGH] += num_bare
+            look = make_look(self._scene, self._rules, visit, tracks, self._spots, ends=True)
             if look is None:
                 self._counts["glimpses"] += 1
                 continue

@@ -20,6 +20,7 @@ from sgm.names.ignored import IgnoredNames
 from sgm.schema import INSIDE, IS_BORNE, ON_TOP, RELATIONS, PlaceCode
 
 NOWHERE = -1
+THROUGH = "detections that depth goes through"  # as they are counted
 _IN_SIGHT = 2.0  # standard deviations of the pose by which volumes are dilated
 _CENTER_SD = 0.02  # metres, of a center that a detector names
 _MOST_HALF = 0.25  # metres, of half a thing whose size is unknown
@@ -156,7 +157,7 @@ class Placing:
             elif is_hidden[number]:
                 faults[row] = "detections behind what was measured"
             elif is_through[number]:
-                faults[row] = "detections that depth goes through"
+                faults[row] = THROUGH
         return faults
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from sgm.eyes.camera_view import CameraView
 from sgm.eyes.detection import Detection, Measured
+from sgm.eyes.relief import Relief, measure_relief
 from sgm.names.words import read_name
 from sgm.schema import PlaceCode
 
@@ -24,6 +25,12 @@ _MOST_LOGIT = 6.0  # a probability of .9975
 _MOST_AGE = 300  # frames
 _WELL_PLACED = 0.3  # metres: a thing whose depth is less certain gets no place by it
 _LEAST_SD = 0.01  # metres, of any measurement, beside the pose
+# A center that stays the same to a millimetre over frames was not measured in them.
+_UNMOVED = 0.001
+_LEAST_MEASURED, _MOST_MEASURED = 3, 20  # frames of a visit in which its relief is measured
+_THINNEST = 0.015  # metres: depth does not tell what is thinner from what it lies on
+_RELIEF_SD = 0.002  # metres, of the relief that a frame measures, beside the noise of its pixels
+_BARE = 0.25  # of its height: what rises less above what is around it is not there
 
 
 @dataclass(slots=True, eq=False)
@@ -42,6 +49,10 @@ class Track:
         sum_logit: of the scores.
         num_in_view: frames in which its spot was in view.
         weight: sum of the inverse variances of its depth.
+        given: center and size that all its detections name, (2, 3); None if they differ, or one
+            names none.
+        relief: how far above what is around it the depth at it is, of frames that name no other
+            center.
     """
 
     key: object
@@ -56,6 +67,18 @@ class Track:
     sum_logit: float = 0.0
     num_in_view: int = 0
     weight: float = 0.0
+    given: np.ndarray | None = None
+    relief: Relief = field(default_factory=Relief)
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether depth shows what bears it where a map, and no frame, says that it lies.
+
+        As flat as a plate, one frame cannot tell; together, they can.
+        """
+        if self.given is None or self.relief.num_frames < _LEAST_MEASURED:
+            return False
+        return self.relief.height + 2 * self.relief.sd < _BARE * float(self.given[1, 2])
 
     @property
     def name(self) -> str:
@@ -67,7 +90,10 @@ class Track:
 
         One frame alone gives its score. Further frames in which its spot was in view speak for or
         against it by the odds of a detector that finds .6 of what is there and .1 of what is not.
+        What is bare is not there.
         """
+        if self.is_bare:
+            return 0.0
         num_seen = len(self.frames)
         num_frames = max(self.num_in_view, num_seen)
         gain = math.log(_FOUND / _FALSE)
@@ -91,6 +117,7 @@ class Track:
 
     def add(self, detection: Detection, frame: int, volume: int, measured: Measured) -> None:
         """Note one more detection, and take its measurement into the means."""
+        self._note_given(detection)
         self.names[detection.name] += 1
         self.votes[volume] = self.votes.get(volume, 0) + 1
         self.volume = max(self.votes, key=self.votes.__getitem__)
@@ -106,6 +133,17 @@ class Track:
         self.radius += share * (measured.radius - self.radius)
         self.height += share * (measured.height - self.height)
         self.sd += (measured.sd - self.sd) / len(self.frames)
+
+    def _note_given(self, detection: Detection) -> None:
+        """Note whether a detection says the same as those before it."""
+        if detection.center is None or detection.size is None:
+            self.given = None
+            return
+        given = np.array([detection.center, detection.size])
+        if not self.frames:
+            self.given = given
+        elif self.given is not None and np.abs(given - self.given).max() > _UNMOVED:
+            self.given = None
 
 
 class Tracks:
@@ -128,6 +166,26 @@ class Tracks:
         is_in_view = behind > -sizes - margin  # its own surface is before its middle
         for track, shown in zip(self._tracks, is_in_view, strict=True):
             track.num_in_view += bool(shown or track.frames[-1] == frame)
+        self._note_relief(view, frame)
+
+    def _note_relief(self, view: CameraView, frame: int) -> None:
+        """Measure the relief of what this frame and those before it name at one center."""
+        tracks = [
+            track
+            for track in self._tracks
+            if track.given is not None
+            and track.frames[-1] == frame
+            and len(track.frames) > 1
+            and track.given[1, 2] >= _THINNEST
+            and track.relief.num_frames < _MOST_MEASURED
+        ]
+        if not tracks or not view.has_depth:
+            return
+        given = np.array([track.given for track in tracks])  # (n, 2, 3)
+        heights, sds = measure_relief(view, given[:, 0], given[:, 1])
+        for track, height, sd in zip(tracks, heights.tolist(), sds.tolist(), strict=True):
+            if not math.isnan(height):
+                track.relief.add(height, math.hypot(sd, _RELIEF_SD))
 
     def add(self, detection: Detection, frame: int, volume: int, measured: Measured) -> None:
         """Add a detection to the thing that it is of, or begin a new one.
@@ -188,7 +246,7 @@ class Tracks:
     def find(self, place: int) -> list[Track]:
         """Return the things at a place; of two names for one thing the more frequent is kept."""
         tracks = [track for track in self._tracks if PlaceCode.furniture(track.volume) == place]
-        tracks.sort(key=lambda track: -len(track.frames))
+        tracks.sort(key=lambda track: (track.is_bare, -len(track.frames)))
         center = np.array([track.center for track in tracks]).reshape(-1, 3)
         sd = np.array([track.sd for track in tracks])
         kept: list[int] = []

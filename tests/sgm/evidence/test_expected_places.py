@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from sgm.evidence.expected_places import Expected
+from sgm.evidence.expected_places import Expected, compute_trust
 from sgm.evidence.question import Question
+from sgm.memory.sighting import Sighting
 from sgm.prior.place_prior import PlacePrior
 from sgm.prior.prior_graph import PriorGraph
 from sgm.text.vectors import WORD_WIDTH, Alike, weigh
@@ -128,3 +129,15 @@ def test_homes_are_expected_of_alone_as_among_others():
     for one, other in zip(*asked, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-6)
     assert asked[0][0].any()
+
+
+def test_the_share_of_known_types_is_of_the_home_and_five_things_more():
+    memory = SceneGraphMemory(PriorGraph.default())
+    table = memory.add_furniture("table", memory.add_room("kitchen"))
+    shares = []
+    for seen in ([], ["mug", "knife", "plate"], ["garden gnome"], ["zorb", "quib"]):
+        memory.observe(table, [Sighting(name) for name in seen])
+        asked = Question.gather(memory.batch, memory.query("mug"))
+        shares.append(compute_trust(asked, Expected.by_prior(asked))["known_share"].item())
+    # 5 / 5; 8 / 8; of four things one has no known type, 8 / 9; of six three, 8 / 11.
+    assert shares == pytest.approx([1, 1, 8 / 9, 8 / 11])

@@ -63,6 +63,57 @@ def test_flat_things_are_believed_on_what_bears_them_and_nowhere_else():
     assert publish(POSES, [TABLE, FLOOR], in_the_air, plate.size)[0] == []
 
 
+def play_plate(size, noise, *, is_there, jitter=0.0, solid=(), at=(0.1, 0.1), num=10):
+    """Frames of a detector that names center and size of a flat thing, with noise in the depth."""
+    plate = put_on(TABLE, *at, size)
+    rng = np.random.default_rng(0)
+    builder = LookBuilder({7: TABLE, 8: FLOOR})
+    for number, pose in enumerate(look_around(TABLE.center, num=num, turn=0.5)):
+        depth = render([TABLE, FLOOR, *solid, *[plate] * is_there], pose)
+        depth = depth + noise * rng.normal(size=depth.shape)
+        center = plate.center + jitter * rng.normal(size=3)
+        found = [Detection("plate", 0.9, center=center, size=size)]
+        builder.frame(0.2 * number, pose, CAMERA, found, depth)
+    seen = [thing.description for look in builder.list_open() for thing in look.seen]
+    looks = list(builder.finish())
+    assert seen == [thing.description for look in looks for thing in look.seen]
+    return seen, builder.counts
+
+
+FLAT = [(0.2, 0.2, 0.02), (0.2, 0.2, 0.04), (0.3, 0.22, 0.03), (0.16, 0.16, 0.02)]
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.005, 0.01])
+@pytest.mark.parametrize("size", FLAT)
+def test_a_flat_thing_that_is_gone_is_left_out_by_the_frames_of_a_look_together(size, noise):
+    assert play_plate(size, noise, is_there=True)[0] == ["plate"]
+    seen, counts = play_plate(size, noise, is_there=False)
+    assert seen == []
+    assert counts[GHOST] == 10
+
+
+@pytest.mark.parametrize("at", [(0.29, 0.45), (-0.25, -0.3), (0.0, 0.4)])
+def test_an_edge_of_a_table_or_a_thing_beside_a_flat_one_is_no_relief(at):
+    size = (0.2, 0.2, 0.02)
+    beside = [put_on(TABLE, at[0] - 0.17, at[1] - 0.1), put_on(TABLE, at[0], at[1] - 0.2)]
+    for solid in ([], beside):
+        assert play_plate(size, 0.005, is_there=True, solid=solid, at=at)[0] == ["plate"]
+        assert play_plate(size, 0.005, is_there=False, solid=solid, at=at)[0] == []
+
+
+def test_what_frames_measure_anew_is_believed_however_flat_it_is():
+    """A newspaper: the detector sees it, and guesses how thick it is."""
+    assert play_plate((0.3, 0.2, 0.02), 0.01, is_there=False, jitter=0.005)[0] == ["plate"]
+
+
+def test_a_flat_thing_behind_another_one_or_without_depth_is_not_called_gone():
+    wall = [put_on(TABLE, -0.3, 0.1, (0.02, 0.5, 0.3))]
+    _, counts = play_plate((0.2, 0.2, 0.02), 0.0, is_there=True, solid=wall)
+    assert GHOST not in counts
+    _, counts = play_plate((0.2, 0.2, 0.02), np.nan, is_there=False)
+    assert GHOST not in counts
+
+
 def test_without_depth_the_image_alone_decides():
     assert publish(POSES, [], has_depth=False)[0] == ["mug"]
     seen, counts = publish(AWAY, [], has_depth=False)

@@ -36,6 +36,9 @@ from tests.sgm.memory.sessions import call, dump
 START = datetime(2026, 10, 24, 22)  # a night before an hour is there twice
 ROUNDING = 1e-6
 IRRELEVANT = 0.05  # most by which what has nothing to do with a question changes its answer
+# Of the network, which reads how a home is used: in 675 random homes 3 changes were beyond .05, the
+# largest .056.
+IRRELEVANT_TO_NETWORK = 0.1
 LABELS = ("table", "fridge", "desk", "shelf", "hammock")
 THINGS = ("mug", "keys", "lamp", "large red mug", "flux capacitor")
 STRANGER = "garden gnome"  # a thing that no question is about
@@ -322,10 +325,9 @@ class MemoryMachine(RuleBasedStateMachine):
     def _knows(self, thing: str) -> bool:
         """Whether one thing is surely where it was last seen, in a home that is known a little.
 
-        As a rule says. The network reads how a home is used, of which a first look tells it more
-        than these laws allow; doubtful sightings and several things leave more to the others.
+        Doubtful sightings and several things leave more to the others.
         """
-        if self.memory.num_furniture < 3 or isinstance(self.finder, ObjectFinder):
+        if self.memory.num_furniture < 3:
             return False
         seen = self.memory.last_seen(thing)
         matches = self.memory.resolve(thing).matches
@@ -333,6 +335,11 @@ class MemoryMachine(RuleBasedStateMachine):
         if not is_one or seen is None or not seen.is_there:
             return False
         return self.memory.history(thing)[0].confidence == 1
+
+    @property
+    def _most_change(self) -> float:
+        is_network = isinstance(self.finder, ObjectFinder)
+        return IRRELEVANT_TO_NETWORK if is_network else IRRELEVANT
 
     @precondition(lambda self: self._knows("keys"))
     @rule(data=st.data(), seen=sightings)
@@ -349,7 +356,7 @@ class MemoryMachine(RuleBasedStateMachine):
                 later.step(passed)
                 pair.append(ask(self.finder, later, "keys"))
             change = pair[1] - pair[0]
-            assert np.abs(change).max() <= IRRELEVANT, change
+            assert np.abs(change).max() <= self._most_change, change
 
     @precondition(lambda self: self._knows("keys"))
     @rule()
@@ -362,7 +369,7 @@ class MemoryMachine(RuleBasedStateMachine):
         kept = [n for n, number in enumerate(sorted(after.furniture_ids)) if number != place]
         change = ask(self.finder, after, "keys")[[*kept, -2, -1]]
         change -= ask(self.finder, before, "keys")
-        assert np.abs(change).max() <= IRRELEVANT, change
+        assert np.abs(change).max() <= self._most_change, change
 
 
 class RenamedMachine(RuleBasedStateMachine):
