@@ -19,6 +19,7 @@ from nep.report.results import Results, ScoreSummary, TaskTitle, describe_code, 
 from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
 from sgm.checks import check_at_least
 from sgm.files import write_whole
+from sgm.messages import shorten
 from sgm.network.shipped import list_shipped
 from simulator.command_line import (
     add_home_arguments,
@@ -34,7 +35,7 @@ from simulator.policies import POLICIES, check_policies, list_policies
 from simulator.policies.registry import EVENT_RULES
 from simulator.process import run_main
 from simulator.tasks.evaluation import play_games
-from simulator.tasks.metrics import METRICS, Metric, find_metric
+from simulator.tasks.metrics import METRICS, Metric, check_metric, find_metric
 from simulator.tasks.registry import TASKS, find_task, make_file_name
 from simulator.tasks.scores import TaskScores
 from simulator.test_sets.test_sets import compute_fingerprint, name_test_set
@@ -42,6 +43,8 @@ from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import Streams
 
 _LOG_WIDTH = 100
+_MOST_COMMAND = 300  # characters of a command in a message
+RESULTS_FILE = "results.json"
 
 # By task and by policy.
 Scores = Mapping[str, Mapping[str, TaskScores]]
@@ -95,7 +98,7 @@ class EvaluateConfig:
         check_at_least(1, num_homes=self.num_homes, steps=self.steps)
         check_contestants(self.tasks, self.policies, self.checkpoints)
         for name in self.metrics:
-            find_metric(name)
+            check_metric(find_metric(name), self.num_homes, self.steps)
         self.homes.check_homes(range(self.num_homes))
         self.homes.check_steps(self.steps)
         check_policies(self.policies, self.homes)
@@ -161,7 +164,7 @@ def save_results(
         task: TaskTitle(task_class.title, task_class.metric) for task, task_class in classes.items()
     }
     stored = Results(command, config.describe(), list_versions(), summaries, titles)
-    stored.save(out / "results.json")
+    stored.save(out / RESULTS_FILE)
     parts = [
         make_markdown(classes[task], rows, _make_title(config, task), config.more)
         for task, rows in tables.items()
@@ -211,9 +214,11 @@ def _make_parser() -> ArgumentParser:
     for name, text in several.items():
         default = ("all",) if name in ("tasks", "policies") else ()
         parser.add_argument(f"--{name}", type=tuple[str, ...], default=default, help=text)
+    parser.add_argument("--num_homes", type=int | None, help="homes; 100, or all recorded ones")
     parser.add_argument("--steps", type=int | None, help="time steps; 100, or all that there are")
     parser.add_class_arguments(
-        EvaluateConfig, skip={"homes", "tasks", "policies", "checkpoints", "steps", "metrics"}
+        EvaluateConfig,
+        skip={"homes", "tasks", "policies", "checkpoints", "num_homes", "steps", "metrics"},
     )
     add_home_arguments(parser)
     add_worker_arguments(parser, workers=1)
@@ -233,12 +238,22 @@ def _make_config(options: Namespace) -> EvaluateConfig:
         tasks=tuple(TASKS) if options.tasks == ("all",) else options.tasks,
         policies=policies.get(options.policies, options.policies),
         checkpoints=tuple(Checkpoint.parse(text, options.encoders) for text in options.checkpoint),
-        num_homes=homes.num_homes or options.num_homes,
+        num_homes=homes.num_homes or 100 if options.num_homes is None else options.num_homes,
         steps=homes.num_steps or 100 if options.steps is None else options.steps,
         seed=options.seed,
         split=options.split,
         metrics=tuple(options.metrics),
     )
+
+
+def _check_folder(out: Path, command: str) -> None:
+    """Raise ValueError if a folder holds the results of another command, or a broken file."""
+    path = out / RESULTS_FILE
+    if path.exists() and (other := Results.load(path).command) != command:
+        raise ValueError(
+            f"out must not hold other results, got those of `{shorten(other, _MOST_COMMAND)}` in "
+            f"{out}. Choose another folder."
+        )
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -252,7 +267,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         check_workers(options.workers, options.backend)
         config = _make_config(options)
         config.check()
+        command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
+        _check_folder(options.out, command)
         options.out.mkdir(parents=True, exist_ok=True)
+    for line in config.homes.left_out:
+        console.print(f"Left out: {line}", markup=False)
     num_games = sum(
         len(list_contestants(task, config.policies, config.checkpoints)) for task in config.tasks
     )
@@ -276,7 +295,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for task, players in scores.items()
     }
     tables = {task: compute_rows(find_task(task), players) for task, players in summaries.items()}
-    command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
     save_results(config, summaries, tables, options.out, command)
     for task, rows in tables.items():
         console.print(make_rich_table(find_task(task), rows, _make_title(config, task), more))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from sgm.prior.prior_graph import PriorGraph, load_prior
 from simulator.world.config import HomeConfig
@@ -55,12 +56,19 @@ class HomeOptions:
     replays: int = 1
 
     def __post_init__(self) -> None:
-        """Raise ValueError if options of recorded homes come without a trace."""
+        """Raise ValueError if options of recorded homes come without a trace, or others with it."""
         is_plain = self.step_seconds is None and not self.by_day and self.replays == 1
         if self.trace is None and not is_plain:
             raise ValueError(
                 "step_seconds, by_day and replays must come with trace, got no trace. Name a "
                 "folder."
+            )
+        # A command line hands on what makes a source, with its class as the last argument.
+        source = self.homes.args[-1] if isinstance(self.homes, partial) else self.homes
+        if self.trace is not None and source is not SampledSource:
+            raise ValueError(
+                "homes must be left out with trace, got both. Recorded homes are played as they "
+                "were recorded; leave one out."
             )
 
     def make(self) -> HomeSource:

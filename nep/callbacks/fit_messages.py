@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections.abc import Sized
 from pathlib import Path
@@ -61,19 +62,23 @@ class FitMessages(pl.Callback):
             network = pl_module.predictor
             module = type(getattr(network, "encoder", network)).__module__
             encoders = "" if module.startswith("nep.") else f" --encoders {module}"
-            print("\n".join(["", *list_next_commands(Path(path), log_dir, encoders)]))
+            print("\n".join(["", *list_next_commands(self._name, Path(path), log_dir, encoders)]))
 
 
-def list_next_commands(checkpoint: Path, log_dir: str | None, more: str = "") -> list[str]:
+def list_next_commands(
+    name: str, checkpoint: Path, log_dir: str | None, more: str = ""
+) -> list[str]:
     """List what was written, and the commands that read it, to copy.
 
     Args:
+        name: of the network, in tables.
         checkpoint: of the best epoch.
         log_dir: what TensorBoard shows; None for nothing.
         more: options that name an encoder of one's own.
     """
     python, file = _shorten_path(Path(sys.executable)), _shorten_path(checkpoint)
-    named = f"mine={file}"
+    called = name.replace("@", " ").replace("=", " ")  # which part a name from the rest there
+    named = shlex.quote(f"{called}={file}")
     commands = {
         "play it in homes that it has not seen": (
             f"-m nep.evaluate --checkpoint {named} --policies bayesian persistence "

@@ -407,7 +407,8 @@ class ChangeRow:
         thing_id: of a tracker; empty where words alone tell it apart.
         from_place: id of the place where it was; None if it is new, or that was removed.
         from_name: of that place.
-        to_place: id of the place where it is; None if it is gone or carried.
+        to_place: id of the place where it is, of what is new where it was seen first; None if it
+            is gone or carried, or that is not kept.
         to_name: of that place.
         after: the last look that still showed it as before; None if there was none.
         at: when the change was noticed.

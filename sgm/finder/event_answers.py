@@ -159,7 +159,10 @@ class EventAnswers:
             name: self._asking.say_the(place) if place else ""
             for name, place in (("before", row.from_name), ("where", row.to_name))
         }
-        return self._say(f"change {row.what}", row.thing, when=row.at.words, who=row.by, **told)
+        sentence = (
+            "new somewhere" if row.what == "new" and not row.to_name else f"change {row.what}"
+        )
+        return self._say(sentence, row.thing, when=row.at.words, who=row.by, **told)
 
     def _tell_moved(self) -> Answered:
         """Say whether a thing was moved."""

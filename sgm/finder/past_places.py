@@ -93,10 +93,8 @@ def _list_known(memory: SceneGraphMemory, thing: str) -> Iterator[_Known]:
             yield _Known(event.time, event.furniture, event.relation, event.by, event.confidence)
     relations = {event.furniture: event.relation for event in reversed(events)}
     changes = [change for change in memory.changes(0) if change.thing == thing]
-    has_moved = any(change.kind in ("moved", "picked_up") for change in changes)
     for change in changes:
-        is_first = change.kind == "new" and not has_moved  # else where it came to is not kept
-        if (is_first or change.kind == "moved") and change.to_place is not None:
+        if change.kind in ("new", "moved") and change.to_place is not None:
             relation = relations.get(change.to_place)
             sure = change.probability
             yield _Known(change.time, change.to_place, relation, change.by, sure)

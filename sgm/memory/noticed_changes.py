@@ -28,11 +28,11 @@ class ThingChange:
         thing: its description.
         id: its id; empty if it has none.
         from_place: furniture id where it was; None for what is new, or where that was removed.
-        to_place: furniture id where it is now, of what is new, too; None for what is gone or
-            carried.
+        to_place: furniture id where it is now; of what is new, where it was seen first. None for
+            what is gone or carried, and where the memory keeps no first place of what has been
+            moved since.
         after: time step of the last look that still showed it as before, or, of what is new, of
-            the last one at its place that did not show it; None if there was none, or if what is
-            new has been moved since: where it came to first is not kept.
+            the last one at its first place that did not show it; None if there was none.
         time: time step of the look, or of what was said, that shows the change.
         probability: how sure that is: the confidence of the sighting or statement. Of what is gone,
             by Bayes' rule, with the rates of moves and of misses that the memory has counted.
@@ -215,15 +215,16 @@ class _SeenPlaces:
 
     def tell_new(self, first: int, moved: int) -> ThingChange:
         """Tell that it is new since its first sighting; `moved` is when it was moved last."""
-        number = self._current or 0
-        edge = self.edges[number]
-        before = None
-        if moved <= first:
-            position = int(self.batch.edges["furniture"][edge])
-            before = _find_look_before(self.batch, position, first)
-        place, sure = self.furniture[number], self._get_confidence(edge)
         speaker = self.speakers.get(first, "")
-        return self._make("new", None, place, before, first, sure, speaker)
+        number: int | None = self._current or 0
+        if moved > first:
+            number = self.last_true.index(first) if first in self.last_true else None
+        if number is None:
+            return self._make("new", None, None, None, first, 1.0, speaker)
+        edge = self.edges[number]
+        before = _find_look_before(self.batch, int(self.batch.edges["furniture"][edge]), first)
+        sure = self._get_confidence(edge)
+        return self._make("new", None, self.furniture[number], before, first, sure, speaker)
 
     def tell_picked_up(self, carried: int) -> ThingChange:
         """Tell that the robot carries it since a time step."""

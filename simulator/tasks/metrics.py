@@ -135,6 +135,24 @@ METRICS = _index(
 )
 
 
+def check_metric(metric: Metric, num_homes: int, num_steps: int) -> None:
+    """Compute a metric of made-up scores of so many homes and steps, as a trial.
+
+    Raises:
+        ValueError: if that is no number.
+    """
+    number = np.arange(num_homes * num_steps).reshape(num_homes, num_steps)
+    half, other = number % 2 == 0, number % 3 == 0  # neither all nor none
+    share = np.where(half, 0.75, 0.25)
+    scores = TaskScores(share, half, ~other, other, share, share, share + 1, other, number % 24)
+    value = metric.compute(scores)
+    if isinstance(value, bool) or np.ndim(value) or not isinstance(value, (int, float, np.number)):
+        raise ValueError(
+            f"metric must return a number for all homes together, got {shorten(value)} of "
+            f"{metric.name}. Return a mean, such as float(values.mean())."
+        )
+
+
 def find_metric(name: str) -> Metric:
     """Find a metric of answers by name, or import one of your own: "my_module:my_metric".
 

@@ -150,10 +150,10 @@ class RecordedSource(HomeSource):
             return super().knows
         return frozenset((TRUE_TRANSITIONS,))
 
-    def list_units(self, homes: Sequence[int]) -> tuple[str, ...] | None:
-        """Name the recording of each home: its days and replays are of one household."""
-        traces = (self.episodes[home].trace for home in homes)
-        return tuple(f"{trace.name} {trace.checksum[:8]}" for trace in traces)
+    def list_units(self, homes: Sequence[int]) -> tuple[str, ...]:
+        """Name the recording of each home: its days, replays and copies are of one household."""
+        checksums = (self.episodes[home].trace.checksum for home in homes)
+        return tuple(f"recording {checksum[:12]}" for checksum in checksums)
 
     def check_clock(self) -> None:
         """Raise ValueError if the layout of some home does not say when it starts."""
@@ -224,8 +224,10 @@ class RecordedSource(HomeSource):
         }
 
     def make_title(self, num_homes: int, split: str) -> str:
-        """Say how many homes were recorded."""
-        return f"{num_homes} recorded homes"
+        """Say how many homes were recorded, and how often they are played."""
+        num_recorded = len(set(self.list_units(range(num_homes))))
+        title = f"{num_recorded} recorded home{'' if num_recorded == 1 else 's'}"
+        return title if num_recorded == num_homes else f"{num_homes} plays of {title}"
 
 
 def check_step_seconds(step_seconds: float | None) -> None:

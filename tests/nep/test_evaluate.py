@@ -280,6 +280,32 @@ def refuse(tmp_path, capsys, arguments, message):
     assert not (tmp_path / "out").exists()
 
 
+def mean_by_home(scores):
+    return scores.values.mean(axis=1)
+
+
+def test_a_metric_that_is_no_number_is_refused_before_anything_is_played(tmp_path, capsys):
+    arguments = ["--metrics", f"{__name__}:mean_by_home", "--num_homes", "2", "--steps", "2"]
+    message = r"metric must return a number for all homes together, got .* of .*mean_by_home\. "
+    refuse(tmp_path, capsys, arguments, message)
+    assert not list(tmp_path.iterdir())
+
+
+def test_results_of_another_command_are_kept(tmp_path, capsys):
+    size = ["--num_homes", "1", "--steps", "1", "--tasks", "predict_location"]
+    first = ["--out", str(tmp_path), *size, "--policies", "random"]
+    main(first)
+    before = (tmp_path / "results.json").read_bytes()
+    with pytest.raises(SystemExit) as left:
+        main(["--out", str(tmp_path), *size, "--policies", "bayesian"])
+    assert left.value.code == 2
+    error = capsys.readouterr().err
+    assert "out must not hold other results" in error
+    assert "--policies random" in error
+    main(first)  # the same again
+    assert (tmp_path / "results.json").read_bytes() == before
+
+
 def test_checkpoints_that_do_not_fit_are_refused(tmp_path, capsys, checkpoint):
     clash = ["--checkpoint", f"bayesian={checkpoint}"]
     refuse(tmp_path, capsys, clash, "names of checkpoints must differ .* got 'bayesian' twice")

@@ -1,9 +1,11 @@
 """Policies compared in recorded homes from the command line."""
 
 import json
+import shutil
 
 import pytest
 
+from nep.compare import compare
 from nep.evaluate import main
 from nep.report.results import Results
 from sgm.prior.prior_graph import PriorGraph
@@ -41,7 +43,7 @@ def test_everybody_who_can_plays_in_recorded_homes(home, tmp_path, capsys):
     for task in results["tasks"].values():
         assert "oracle" in task["policies"]
         assert "ceiling" not in task["policies"]  # nobody knows the true dynamics
-    assert "Find Object, 1 recorded homes x 6 steps" in capsys.readouterr().out
+    assert "Find Object, 1 recorded home x 6 steps" in capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -76,6 +78,8 @@ def test_a_replay_ends_with_the_scores_of_the_simulated_homes(tmp_path):
     [
         (["--policies", "ceiling"], "is unknown of the homes, got ceiling, which reads"),
         (["--steps", "7"], "at most the 6 steps of 3600 s"),
+        (["--homes", "mixed"], "homes must be left out with trace, got both"),
+        (["--num_homes", "2"], "home must be one of the 1 that were recorded, got 1"),
         (["--step-seconds", "-1"], "step must be a number of seconds > 0, got -1.0"),
     ],
 )
@@ -107,3 +111,45 @@ def test_replays_of_a_recording_are_one_unit_in_results(home, tmp_path):
     assert len(played.values) % 3 == 0
     assert len(set(played.units)) == len(played.values) // 3
     assert [played.units[0]] * 3 == list(played.units[:3])
+
+
+def test_a_copy_is_the_same_household_and_a_name_says_nothing(home, tmp_path, capsys):
+    """Two runs in one recording under two names are paired; two copies are one unit."""
+    other = shutil.copytree(home, tmp_path / "other")
+    shared = ["--tasks", "predict_location", "--policies", "random", "bayesian", "--steps", "3"]
+    for folders in ([home], [other], [home, other]):
+        main(
+            [
+                *shared,
+                "--trace",
+                *map(str, folders),
+                "--out",
+                str(tmp_path / f"{len(folders)}{folders[0].name}"),
+            ]
+        )
+    first, second, both = (
+        Results.load(tmp_path / name / "results.json") for name in ("1home", "1other", "2home")
+    )
+    assert "minus" not in compare(first, second)
+    assert len(set(both.tasks["predict_location"]["random"].units)) == 1
+    assert "2 plays of 1 recorded home x 3 steps" in " ".join(capsys.readouterr().out.split())
+
+
+def test_fewer_homes_than_were_recorded(home, tmp_path, capsys):
+    other = shutil.copytree(home, tmp_path / "other")
+    options = ["--tasks", "predict_location", "--policies", "random", "--num_homes", "1"]
+    main(["--trace", str(home), str(other), *options, "--out", str(tmp_path / "out")])
+    assert load_results(tmp_path / "out")["config"]["num_homes"] == 1
+    assert "1 recorded home x 6 steps" in " ".join(capsys.readouterr().out.split())
+
+
+def test_days_that_were_recorded_in_part_are_named(home, tmp_path, capsys):
+    layout = json.loads((home / "layout.json").read_text())
+    layout |= {"start": "2026-03-09T18:00", "end_s": 36 * 3600}  # six hours, a day, six hours
+    (home / "layout.json").write_text(json.dumps(layout))
+    options = ["--by_day", "true", "--tasks", "predict_location", "--policies", "random"]
+    main(["--trace", str(home), *options, "--out", str(tmp_path / "out")])
+    told = " ".join(capsys.readouterr().out.split())
+    assert "Left out: home 2026-03-09: only 25% of the day was recorded" in told
+    assert "Left out: home 2026-03-11" in told
+    assert "Left out: home 2026-03-10" not in told

@@ -71,7 +71,8 @@ const KINDS = {new: "new", moved: "moved", gone: "gone", picked_up: "picked up"}
 const sayPlaces = change => {
   const from = change.from ?? "a place that was removed", to = change.to ?? "a place that was removed";
   if (change.kind === "moved") return `${from} → ${to}`;
-  if (change.kind === "new") return `now on or in ${to}`;  // where it came to first is not kept
+  if (change.kind === "new" && change.to_place === null) return "";  // where it was first is not kept
+  if (change.kind === "new") return `on or in ${to}`;
   return `from ${from}`;
 };
 

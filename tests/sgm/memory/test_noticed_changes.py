@@ -54,16 +54,22 @@ def test_new_moved_and_gone(memory):
     }
 
 
-def test_of_what_was_moved_since_it_came_no_look_tells_when_it_came(memory):
+@pytest.mark.parametrize(("sightings", "place", "after"), [(1, FRIDGE, 0), (2, None, None)])
+def test_what_is_new_came_to_its_first_place_or_to_none_that_is_kept(
+    memory, sightings, place, after
+):
+    """Of a place the last sighting is kept: it was the first one, or says nothing of that."""
     memory.observe(SHELF, [])
     memory.step()
-    memory.observe(FRIDGE, [Sighting("milk", "in")])
-    memory.step()
+    for _ in range(sightings):
+        memory.observe(FRIDGE, [Sighting("milk", "in")])
+        memory.step()
+    last, now = memory.time - 1, memory.time
     memory.observe(SHELF, [Sighting("milk")])
     memory.observe(FRIDGE, [])
     new, moved = sorted(memory.changes(5), key=lambda change: change.time)
-    assert tell([new]) == [("new", "milk", None, SHELF, None, 5)]
-    assert tell([moved]) == [("moved", "milk", FRIDGE, SHELF, 5, 6)]
+    assert tell([new]) == [("new", "milk", None, place, after, 5)]
+    assert tell([moved]) == [("moved", "milk", FRIDGE, SHELF, last, now)]
 
 
 def test_how_sure_it_is_that_something_is_gone(memory):
