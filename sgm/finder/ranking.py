@@ -262,6 +262,8 @@ def _count_sought(asked: Asked, num_missed: np.ndarray) -> list[float]:
     A look that showed one of several things missed the others, which are not there: that says
     nothing of what is.
     """
+    if not num_missed.any():  # mostly
+        return [0.0] * num_missed.shape[1]
     edges = asked.current.edges
     is_there = asked.edges[asked.current.find_present(asked.edges)]
     query, edge = np.nonzero(asked.rows[:, None] == edges["object"][is_there])

@@ -321,8 +321,6 @@ class MemoryBatch(Remembered):
             is_new = ~self._was_so(touched, is_seen)
             touched, is_seen, weight = touched[is_new], is_seen[is_new], weight[is_new]
             of_touched = edges["object"][touched], edges["relation"][touched]
-            back = np.unique(seen_object)  # perhaps from another place that this step has shown
-            self.objects["last_furniture"][back] = looked[self.objects["home"][back]]
             is_seen_object &= self.objects["last_observed"] != self.time
             is_seen_object[edges["object"][touched[is_seen]]] = True
             is_seen_object[np.flatnonzero(is_new_true.any(axis=1))] = True
@@ -358,6 +356,8 @@ class MemoryBatch(Remembered):
         self.furniture["num_observed"][home, furniture] += is_counted
         self.furniture["last_observed"][home[is_counted], furniture[is_counted]] = self.time
         self._update_objects(np.flatnonzero(is_seen_object), looked)
+        if is_again:  # what this step has shown elsewhere meanwhile is back
+            self.objects["last_furniture"][seen_object] = looked[self.objects["home"][seen_object]]
         has_changed = is_seen_object.copy()
         has_changed[edges["object"][added]] = True
         return Change(

@@ -369,7 +369,7 @@ class MemoryState:
         if rows and max(rows) >= num_known:
             self._ensure_rows(num_known)
         hidden = self.find_rows(*look.hidden) if look.hidden else []
-        twins = [object_row for object_row in set(rows) if self._has_twin(object_row, place)]
+        twins = self._list_twins(rows, place) if rows else []
         batch.observe(
             _HOME,
             np.array([place]),
@@ -388,8 +388,9 @@ class MemoryState:
                 step.at_once[object_row] = int(batch.objects["num_at_once"][object_row])
         step.at_once.update(dict.fromkeys(twins, 2))
         step.add(look, Counter(rows))
+        at_once = batch.objects["num_at_once"]
         for object_row in {*rows, *before}:
-            self._count_at_once(object_row)
+            at_once[object_row] = self._count_at_once(object_row)
 
     def _begin_look(self, furniture: int | None = None) -> StepLog:
         """Keep the memory before the first look of a step, and return what to note a look in."""
@@ -427,28 +428,35 @@ class MemoryState:
             for object_row in rows
         )
 
-    def _count_at_once(self, object_row: int) -> None:
-        """Count how many things of an object are known at once.
+    def _count_at_once(self, object_row: int) -> int:
+        """Return how many things of an object are known at once.
 
         Those of one look; where several are known, all that the latest looks of a step show. What
         one look after another shows at two places is one thing that was moved meanwhile.
         """
         number = self.step.at_once[object_row]
         if number > 1 and not self._is_single(object_row):
-            number = max(number, self.step.count_shown(object_row))
-        self.batch.objects["num_at_once"][object_row] = number
+            return max(number, self.step.count_shown(object_row))
+        return number
+
+    def _list_twins(self, rows: Sequence[int], place: int) -> list[int]:
+        """Return the things (n,) that are seen at a place, and so show that there are two of them.
+
+        So does one that was seen there before, and never missed, and was seen elsewhere in between,
+        if two of the three sightings were in one time step: else it went and came back so soon.
+        """
+        edges, others = self.batch.edges, self.batch.objects["last_furniture"]
+        is_held = (edges["furniture"] == place) & edges["is_true"]
+        held = set(edges["object"][is_held].tolist()).intersection(rows)
+        away = [object_row for object_row in held if others[object_row] not in (NEVER, place)]
+        return [object_row for object_row in away if self._has_twin(object_row, place)]
 
     def _has_twin(self, object_row: int, place: int) -> bool:
-        """Tell whether a thing that is seen at a place shows that there are two of its name.
-
-        So it does where it was seen before, and never missed, and was seen elsewhere in between, if
-        two of the three sightings were in one time step: else it went away and came back so soon.
-        """
+        """Tell whether a thing that was seen at a place, and elsewhere since, is two now."""
         objects, edges = self.batch.objects, self.batch.edges
-        other = objects["last_furniture"][object_row]
-        if other in (NEVER, place) or self._is_single(object_row):
+        if self._is_single(object_row):
             return False
-        last = objects["last_observed"][object_row]
+        other, last = (objects[name][object_row] for name in ("last_furniture", "last_observed"))
         seen = (edges["object"] == object_row) & edges["is_true"]
         seen_here = edges["last_true"][seen & (edges["furniture"] == place)]
         is_soon = (seen_here == last) | (last == self.batch.time)
