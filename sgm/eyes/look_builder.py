@@ -34,6 +34,7 @@ from sgm.schema import PlaceCode
 MOST_DETECTIONS = 1000  # of a frame; detectors give 300 at most
 _JUMP = 1.0  # metres from one frame to the next that no robot goes
 _LEAST_FRAMES = 3  # that show a thing at no known place, before it gets one
+_MOST_TIMES = 1000  # of the latest frames
 _MAKE_MAPPER = "Write FurnitureMapper(memory)."
 
 
@@ -106,6 +107,7 @@ class LookBuilder:
         self._time = -math.inf
         self._eye = np.zeros(3)  # where the camera was in the last good frame
         self._frame = 0
+        self._times: deque[float] = deque(maxlen=_MOST_TIMES)
         self._spots = Spots()
         self._begin(furniture)
 
@@ -192,6 +194,7 @@ class LookBuilder:
             return False
         assert pose is not None
         self._frame += 1
+        self._times.append(time)
         reach = (self.gate.nearest, self.gate.farthest)
         view = CameraView(self._scene, pose, intrinsics, image, reach)
         sure = self._placing.select(detections)
@@ -258,6 +261,18 @@ class LookBuilder:
             if look is not None:
                 yield look
 
+    def place_loose(self) -> None:
+        """Give things that frames are sure of, and that are at no known place, a place now.
+
+        That is a spot, which furniture that is found there takes over. Without this, they get one
+        when the map is settled next. It is for those who ask what is in view meanwhile. Of what is
+        out of view by now, the look is ready.
+        """
+        if self._loose.has_sure(self._rules.least_confidence, _LEAST_FRAMES):
+            self._settle(is_over=False)
+            self._settled = self._time
+            self._end_over(self._time)
+
     def list_open(self) -> list[BuiltLook]:
         """Return the looks at places that are in view now, as if they ended here.
 
@@ -302,7 +317,12 @@ class LookBuilder:
             for track, (furniture, relation) in zip(tracks, volumes, strict=True):
                 place = self._scene.index[furniture]
                 self._tracks.take_over(track, PlaceCode.of(place, relation))
-                self._visits.begin(place, self._time, self._eye)
+                self._visits.begin(place, self._get_time(track.frames[-1]), self._eye)
+
+    def _get_time(self, frame: int) -> float:
+        """Return when a frame was taken, seconds; of one long ago, when the oldest kept one was."""
+        row = len(self._times) - 1 - (self._frame - frame)
+        return self._times[max(row, 0)]
 
     def _follow_merge(self, look: BuiltLook) -> BuiltLook | None:
         """Return a look at the furniture that its place has become a part of, a glimpse of it.
@@ -333,7 +353,7 @@ class LookBuilder:
             self._settle(is_over=True)  # before time passes: what was seen was seen then
             self._settled = time
         self._time = time
-        self._end(self._visits.take_ended(time, self._rules.pause, self._rules.longest))
+        self._end_over(time)
         age = 0.0
         if pose_time is not None:
             age = time - pose_time if is_finite(pose_time) else math.nan
@@ -357,6 +377,10 @@ class LookBuilder:
             if time - self._settled >= self._mapper.rules.settle:
                 self._settle(is_over=False)
                 self._settled = time
+
+    def _end_over(self, time: float) -> None:
+        """Make the looks of the visits that are over at a time."""
+        self._end(self._visits.take_ended(time, self._rules.pause, self._rules.longest))
 
     def _end(self, visits: list[Visit]) -> None:
         """Make the looks of visits that are over, in the order in which they began."""

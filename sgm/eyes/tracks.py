@@ -134,6 +134,14 @@ class Track:
         self.height += share * (measured.height - self.height)
         self.sd += (measured.sd - self.sd) / len(self.frames)
 
+    def is_sure(self, least_confidence: float, least_frames: int) -> bool:
+        """Tell whether enough frames are sure of it, and of where it is."""
+        return (
+            len(self.frames) >= least_frames
+            and self.depth_sd <= _WELL_PLACED
+            and self.compute_confidence() >= least_confidence
+        )
+
     def _note_given(self, detection: Detection) -> None:
         """Note whether a detection says the same as those before it."""
         if detection.center is None or detection.size is None:
@@ -225,15 +233,16 @@ class Tracks:
         """
         found, kept = [], []
         for track in self._tracks:
-            is_sure = len(track.frames) >= least_frames
-            is_sure &= track.depth_sd <= _WELL_PLACED
-            is_sure &= track.compute_confidence() >= least_confidence
-            if is_sure:
+            if track.is_sure(least_confidence, least_frames):
                 found.append(track)
             elif frame - track.frames[-1] < _MOST_AGE:
                 kept.append(track)
         self._tracks = kept
         return found
+
+    def has_sure(self, least_confidence: float, least_frames: int) -> bool:
+        """Tell whether `take_sure` would take something out."""
+        return any(track.is_sure(least_confidence, least_frames) for track in self._tracks)
 
     def take(self, place: int) -> list[Track]:
         """Take out the things at a place, as `find` returns them."""

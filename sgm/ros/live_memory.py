@@ -257,6 +257,7 @@ class LiveMemory:
                 self._zero = now - seconds
                 self._read(now)
                 self._go_to(now)
+        self.builder.place_loose()
         looks = self.builder.list_open()
         if not looks:
             return self.memory, []

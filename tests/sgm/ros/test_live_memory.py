@@ -4,9 +4,11 @@ from collections import deque
 from datetime import datetime, timedelta
 from types import SimpleNamespace as Message
 
+import numpy as np
 import pytest
 
 from sgm import Bayesian, Clock, Finder, SceneGraphMemory
+from sgm.eyes import FurnitureMapper, Pose
 from sgm.memory.log_reader import read_log
 from sgm.replay.replay import replay
 from sgm.ros import HomeMap, LiveMemory
@@ -22,6 +24,7 @@ from tests.sgm.ros.test_feed import MAP, find_box, play
 
 MUG = put_on(TABLE, 0.1, 0.3)
 POSES = look_around(TABLE.center)[:8]
+TURN = [(np.cos(angle), np.sin(angle), -0.2) for angle in np.linspace(0.2, 3.0, 18)]  # ahead
 START = datetime(2026, 11, 16, 20, 0).timestamp()
 DAY = 86400.0
 
@@ -297,6 +300,41 @@ def test_what_is_in_view_now_is_an_answer():
     live.finish()
     assert live.memory.last_seen("mug").times_looked == 1
     assert not live.rank("mug")[0].evidence.is_in_view
+
+
+def test_a_thing_on_furniture_that_is_not_drawn_yet_is_in_view_now():
+    """Where no map is known: it lies at a spot, and on the table when that is drawn."""
+    memory = SceneGraphMemory()
+    live, wall, _ = make(memory, discover=FurnitureMapper(memory))
+    things, poses = (("mug", MUG), ("table", TABLE)), look_around(TABLE.center, num=30)
+    for number in range(4):
+        show(live, wall, START + 0.2 * number, things, poses[number])
+    answer = live.rank("mug")
+    assert answer[0].evidence.is_in_view
+    assert answer[0].position == pytest.approx(MUG.center, abs=0.05)
+    assert "in view now" in live.find_next("mug").outcome
+    assert str(live.rank("mug")) == str(answer)  # asking is no look
+    for number in range(4, 8):  # and not where the camera has turned away
+        show(live, wall, START + 2 + 0.2 * number, (("table", TABLE),), poses[number])
+    for number in range(8, 30):
+        show(live, wall, START + 2 + 0.2 * number, things, poses[number])
+    live.finish()
+    assert live.rank("mug")[0].name.startswith("table")
+    assert memory.resolve("mug").matches == ("mug",)
+    assert len(memory.ask(["mug"]).rows) == 1
+
+
+def test_a_thing_that_was_in_view_is_no_more_when_it_gets_a_spot():
+    memory = SceneGraphMemory()
+    live, wall, _ = make(memory, discover=FurnitureMapper(memory))
+    for number in range(4):
+        show(live, wall, START + 0.2 * number)
+    turned = [Pose.look_at(POSES[3].position, POSES[3].position + ahead) for ahead in TURN]
+    for number, pose in enumerate(turned, 4):  # the mug goes out of the image
+        show(live, wall, START + 0.2 * number, (), pose)
+    answer = live.rank("mug")
+    assert answer[0].last_seen.is_there
+    assert not answer[0].evidence.is_in_view
 
 
 def test_that_a_thing_has_left_is_seen_at_once():
