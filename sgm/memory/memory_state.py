@@ -867,8 +867,9 @@ class MemoryState:
         That is the memory before the looks of this step, which `knows_all` objects of these, if so
         said; or the memory itself, where there are none, or as `list_changed` says.
         """
+        present = self.batch  # takes over the layout, which makes another memory before the looks
         if not self._keep_looks():
-            return self.batch
+            return present
         before = self._copy_before()
         if knows_all:
             self._add_to(before)

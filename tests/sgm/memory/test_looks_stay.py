@@ -1,5 +1,7 @@
 """What is no look, within a step, keeps what the looks of this step have shown."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 
@@ -159,6 +161,23 @@ def test_it_is_saved_as_it_is(change, tmp_path):
         again.step()
         again.observe(TABLE, [Sighting("pen")])
         assert dump(other) == dump(again)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", CHANGES)
+def test_to_read_a_memory_between_two_changes_makes_no_difference(first):
+    """What was seen in a room that was removed was known, or not, by whether it was read before."""
+    for second in CHANGES:
+        dumps = []
+        for reads in (False, True):
+            memory = make_memory(1, 2)
+            for change in (first, second):
+                with suppress(ValueError, KeyError):  # it is gone by then
+                    CHANGES[change](memory)
+                if reads:
+                    dump(memory)
+            dumps.append(dump(memory))
+        assert dumps[0] == dumps[1], second
 
 
 def test_what_was_renamed_has_been_seen_and_missed_under_its_new_name():
