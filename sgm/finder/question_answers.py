@@ -258,10 +258,13 @@ class QuestionAnswers(EventAnswers):
         self._refuse_time()
         where = self._sentence.where
         phrase = self._phrases.read(where)
-        if phrase.excluded:
+        if phrase.excluded or phrase.is_not_there:
             where = phrase.name or where
         left_out = {name for thing in phrase.excluded for name in self._resolve(thing).matches}
         places = self._find_places(where)
+        if phrase.is_not_there:  # "in the garage but not on the workbench"
+            away = self._find_places(phrase.where)
+            places = [place for place in places if place not in away]
         rows = [row for row in self._list_at(places) if row.thing not in left_out]
         return self._tell_rows(where, places, rows)
 

@@ -103,6 +103,12 @@ def test_what_is_left_out_is_not_told():
         assert {row.thing for row in make_service().ask(sentence).things} == {"fanta", "coke"}
 
 
+def test_a_part_of_a_room_is_left_out():
+    rows = make_service().ask("what is in the kitchen but not in the fridge?").things
+    assert {"milk", "fanta", "coke"}.isdisjoint({row.thing for row in rows})
+    assert {"red mug", "blue mug"} <= {row.thing for row in rows}
+
+
 @pytest.mark.parametrize(
     ("sentence", "meant"),
     [
