@@ -137,7 +137,7 @@ def write_whole(path: str | Path, content: bytes) -> None:
     """
     try:
         target = find_target(path)
-        partial, file = _open_partial(target)
+        partial, file = open_partial(target)
         try:
             with file:
                 file.write(content)
@@ -256,7 +256,7 @@ def find_target(path: str | Path) -> Path:
     return target
 
 
-def _open_partial(target: Path) -> tuple[Path, BinaryIO]:
+def open_partial(target: Path) -> tuple[Path, BinaryIO]:
     """Make a file under a temporary name, lock it, and remove those that were left over."""
     for number in count():
         partial = _name_partial(target, number)

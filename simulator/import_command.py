@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph, load_prior
 from simulator.command_line import make_parser, parse, pick
@@ -94,7 +94,7 @@ def _add_outputs(parser: ArgumentParser) -> None:
 
 
 def _bring_bag(arguments: Sequence[str]) -> int:
-    """Make a log of looks, a memory or a trace of a recording of ROS 2."""
+    """Make a memory or a trace of a recording of ROS 2."""
     from simulator.trace.importers.bag import (
         BagOptions,
         read_bag,
@@ -102,30 +102,30 @@ def _bring_bag(arguments: Sequence[str]) -> int:
 
     parser = make_parser(
         f"{PROG} import bag",
-        "Let a memory look at a recording of ROS 2 (sqlite3 or MCAP), and write its log, the "
-        "memory or a trace (docs/bags.md). Needs the package rosbags (extra bag), and no ROS.",
+        "Let a memory look at a recording of ROS 2 (sqlite3 or MCAP), and write the memory "
+        "or a trace (docs/bags.md). Needs the package rosbags (extra bag), and no ROS.",
     )
     parser.add_argument("folder", type=Path, help="of the bag, or its file, .mcap or .db3")
     _add_map(parser)
     parser.add_class_arguments(BagOptions)
-    _add_look_outputs(parser)
+    _add_outputs(parser)
     options = parse(parser, arguments)
     read_map = _read_map(options)
 
-    def read(prior: PriorGraph, log: Path | None) -> ImportedLooks:
+    def read(prior: PriorGraph, file: Path | None) -> ImportedLooks:
         bag_options = BagOptions(**pick(options, BagOptions))
-        return read_bag(options.folder, options=bag_options, prior=prior, log=log, **read_map)
+        return read_bag(options.folder, options=bag_options, prior=prior, file=file, **read_map)
 
     return _write_looks(options, options.folder.name, read)
 
 
 def _bring_frigate(arguments: Sequence[str]) -> int:
-    """Make a log of looks, a memory or a trace of events of Frigate."""
+    """Make a memory or a trace of events of Frigate."""
     from simulator.trace.importers.frigate import load_places, read_frigate
 
     parser = make_parser(
         f"{PROG} import frigate",
-        "Let a memory look at what cameras of Frigate have tracked, and write its log, the memory "
+        "Let a memory look at what cameras of Frigate have tracked, and write the memory "
         "or a trace (docs/importers.md).",
     )
     parser.add_argument(
@@ -140,26 +140,26 @@ def _bring_frigate(arguments: Sequence[str]) -> int:
         "--ignore", type=tuple[str, ...], default=("person",), help="labels that are no things"
     )
     parser.add_class_arguments(TimeOptions)
-    _add_look_outputs(parser)
+    _add_outputs(parser)
     options = parse(parser, arguments)
     places = None if options.places is None else load_places(options.places)
 
-    def read(prior: PriorGraph, log: Path | None) -> ImportedLooks:
+    def read(prior: PriorGraph, file: Path | None) -> ImportedLooks:
         times = TimeOptions(**pick(options, TimeOptions))
         ignore = tuple(options.ignore)
-        return read_frigate(options.file, places, times, ignore=ignore, prior=prior, log=log)
+        return read_frigate(options.file, places, times, ignore=ignore, prior=prior, file=file)
 
     return _write_looks(options, options.file.stem, read)
 
 
 def _bring_coco(arguments: Sequence[str]) -> int:
-    """Make a log of looks, a memory or a trace of detections in the format of COCO."""
+    """Make a memory or a trace of detections in the format of COCO."""
     from simulator.trace.importers.coco import CocoOptions, read_coco
 
     parser = make_parser(
         f"{PROG} import coco",
         "Let a memory look at detections in the format of COCO, with poses of the camera, and "
-        "write its log, the memory or a trace (docs/importers.md).",
+        "write the memory or a trace (docs/importers.md).",
     )
     parser.add_argument(
         "file", type=Path, help="images, categories and annotations, or a list of results"
@@ -176,11 +176,11 @@ def _bring_coco(arguments: Sequence[str]) -> int:
     parser.add_argument("--depth", type=Path | None, help="folder of depth images, PNG of 16 bits")
     _add_map(parser)
     parser.add_class_arguments(CocoOptions)
-    _add_look_outputs(parser)
+    _add_outputs(parser)
     options = parse(parser, arguments)
     read_map = _read_map(options)
 
-    def read(prior: PriorGraph, log: Path | None) -> ImportedLooks:
+    def read(prior: PriorGraph, file: Path | None) -> ImportedLooks:
         return read_coco(
             options.file,
             options.poses,
@@ -189,7 +189,7 @@ def _bring_coco(arguments: Sequence[str]) -> int:
             images=options.images,
             depth=options.depth,
             prior=prior,
-            log=log,
+            file=file,
             **read_map,
         )
 
@@ -227,33 +227,23 @@ def _read_map(options: Namespace) -> dict[str, Any]:
     }
 
 
-def _add_look_outputs(parser: ArgumentParser) -> None:
-    """Add the options of what is made of looks."""
-    parser.add_argument("--log", type=Path | None, help="new file for the log of the looks")
-    _add_outputs(parser)
-
-
 def _write_looks(
     options: Namespace, name: str, read: Callable[[PriorGraph, Path | None], ImportedLooks]
 ) -> int:
-    """Read a recording with a prior and a log, and write what was asked for."""
-    if options.out is None and options.memory is None and options.log is None:
-        raise ValueError(
-            "import must make something, got none of them. Give --log, --memory or --out."
-        )
-    if options.log is not None and options.log.exists():
-        raise ValueError(f"log must be a new file, got {options.log}. Name another one.")
+    """Read a recording with a prior into a memory file, and write what was asked for."""
+    if options.out is None and options.memory is None:
+        raise ValueError("import must make something, got none of them. Give --memory or --out.")
+    if options.memory is not None and options.memory.exists():
+        raise ValueError(f"memory must be a new file, got {options.memory}. Name another one.")
     with TemporaryDirectory() as folder:
-        log = options.log or (options.out and Path(folder) / "looks.jsonl")
-        looks = read(load_prior(options.prior), log)
+        file = options.memory or Path(folder) / "home.sgm"
+        looks = read(load_prior(options.prior), file)
+        looks.memory.close()
         print(looks.summarise())
-        if options.log is not None:
-            print(f"log: {options.log}")
         if options.memory is not None:
-            looks.memory.save(options.memory)
             print(f"memory: {options.memory}")
         if options.out is not None:
-            save_trace(make_trace(read_log(log), name), options.out)
+            save_trace(make_trace(read_events(file), name), options.out)
             print(f"trace: {options.out}")
     return 0
 

@@ -31,9 +31,9 @@ DESIGN = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
 # the commands of all its folders.
 ORDER = """
     sgm.schema sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.text
-    sgm.prior sgm.names sgm.layout sgm.memory sgm.replay sgm.belief sgm.evidence
+    sgm.prior sgm.names sgm.layout sgm.store sgm.memory sgm.replay sgm.belief sgm.evidence
     sgm.policies
-    sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm.export sgm
+    sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm.export sgm.check sgm.backup sgm
     sgm.__main__
     simulator.caches simulator.kernel_store simulator.kernel simulator.yaml_text simulator.process
     simulator.fan_out
@@ -263,7 +263,7 @@ def test_a_variable_says_what_its_value_is(folder):
 @pytest.mark.parametrize(
     "part",
     "arrays belief evidence export eyes finder layout memory names network policies prior replay "
-    "ros serve text".split(),
+    "ros serve store text".split(),
 )
 def test_a_variable_of_sgm_says_what_its_value_is(part):
     """Detection, sighting, box, volume, position, area, ...: no pronoun and no adverb either."""

@@ -40,13 +40,13 @@ change("sgm.layout.box", before, volume + before)
 MEMORY = """
 from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
 from sgm.finder.search_plan import plan_search
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.replay.replay import replay
 from simulator.snapshots.nodes_and_edges import Pairs, join_nodes, propose_edges
 from simulator.snapshots.taken import take_snapshots
 
 folder = Path(sys.argv[1])
-memory = SceneGraphMemory(log=folder / "looks.jsonl")
+memory = SceneGraphMemory(path=folder / "looks.sgm")
 kitchen = memory.add_room("kitchen")
 fridge, table = (memory.add_furniture(label, kitchen) for label in ("fridge", "table"))
 memory.observe(fridge, [Sighting("cup", "next to"), Sighting("milk", "in")])
@@ -57,7 +57,7 @@ places = {name: memory.last_seen(name) for name in ("cup", "milk", "broom")}
 print({name: (at.relation, at.is_there) for name, at in places.items()})
 memory.save(folder / "home.sgm")
 again = SceneGraphMemory.load(folder / "home.sgm")
-*_, (replayed, _, _) = replay(read_log(folder / "looks.jsonl"))
+*_, (replayed, _, _) = replay(read_events(folder / "looks.sgm"))
 assert again.to_dict() == replayed.to_dict() == memory.to_dict()
 found = Finder(Adaptive()).rank(memory, "broom")
 print(found.places[0].relation, plan_search("broom", found.places[:1]).looks[0].instruction)

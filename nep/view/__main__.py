@@ -15,10 +15,11 @@ from nep.view.document import save_page
 from nep.view.page_state import Judges, Stage
 from nep.view.server import DEFAULT_PORT, PageServer
 from sgm.checks import check_at_least
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.prior.prior_graph import load_prior
+from sgm.store.connection import name_wal
 from simulator.command_line import add_home_arguments, make_parser, one_line_errors, parse, pick
 from simulator.home_options import SOURCES, HomeOptions
 from simulator.policies import find_policy
@@ -33,7 +34,6 @@ GRID = "igridson"
 PLAYED = (WEEK, *(name for name in SOURCES if name != "recorded"), GRID)
 DEFAULT_STEPS = 336  # a week of half hours
 GRID_SEARCHES = 60
-LOG_ENDING = ".jsonl"
 
 # What the week is short for; options of the command line come after.
 _WEEK_OPTIONS = (
@@ -60,7 +60,7 @@ def list_options(source: str) -> list[str]:
         return ["--trace", source]
     if not path.exists():
         raise ValueError(
-            f"source must be a memory file, a log of looks ({LOG_ENDING}), a folder with a trace, "
+            f"source must be a memory file, a folder with a trace, "
             f"or one of {', '.join(PLAYED)}, got {shorten(source)}. Check the path."
         )
     return []
@@ -131,13 +131,24 @@ def open_source(source: str, homes: HomeOptions, options: ViewOptions | None = N
     prior = None if homes.prior is None else load_prior(homes.prior)
 
     def load() -> Story:
-        if path.suffix != LOG_ENDING:
+        events = read_events(path)
+        if len(events) == 1:  # saved without what led to it
             return StillMemory(SceneGraphMemory.load(path, prior), path.name)
-        story = Replay(read_log(path), path.name, prior=prior)
+        story = Replay(events, path.name, prior=prior)
         story.memory_at(story.num_steps)  # a line that cannot be made again is refused now
         return story
 
-    return Stage(load, lambda: (path.stat().st_mtime_ns, path.stat().st_size), doors)
+    return Stage(load, lambda: _find_state(path), doors)
+
+
+def _find_state(path: Path) -> tuple[int, ...]:
+    """Return what changes with every change of a memory file."""
+    status = path.stat()
+    try:
+        beside = name_wal(path).stat()
+    except FileNotFoundError:
+        return status.st_mtime_ns, status.st_size
+    return status.st_mtime_ns, status.st_size, beside.st_mtime_ns, beside.st_size
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -145,8 +156,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     parser = make_parser(
         "python -m nep.view [SOURCE]",
-        "Open a page that looks into a memory. SOURCE is a memory file (home.sgm), a log of looks "
-        f"(looks.jsonl), a folder with a trace, or a home that is played: {', '.join(PLAYED)}. "
+        "Open a page that looks into a memory. SOURCE is a memory file (home.sgm), "
+        f"a folder with a trace, or a home that is played: {', '.join(PLAYED)}. "
         f"Left out: {WEEK}, a simulated week with people.",
     )
     parser.add_class_arguments(ViewOptions)

@@ -13,19 +13,18 @@ from pathlib import Path
 from types import FrameType
 from typing import BinaryIO
 
-from sgm.export.log_tail import LogTail
 from sgm.export.mcap_file import McapFile
 from sgm.export.timeline import NUM_THINGS, Timeline
 from sgm.files import make_write_error, write_whole
-from sgm.memory.log_reader import LogLine
-from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.memory_event import MemoryEvent, parse_rows, read_kept
 from sgm.messages import shorten
 from sgm.names.words import read_words
 from sgm.replay.replay import replay
 from sgm.serve.finders import make_finder
+from sgm.store.home_reader import HomeReader
 
 _MAGIC = b"\x89MCAP0\r\n"
-_SECONDS = 0.25  # between two looks at a log that is followed
+_SECONDS = 0.25  # between two looks at a file that is followed
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -44,7 +43,7 @@ def make_parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     add = mcap.add_argument
-    add("source", type=Path, help="a memory file, whose logs lie beside it, or a log of looks")
+    add("source", type=Path, help="a memory file")
     add("out", type=Path, help="file to write, out.mcap")
     add(
         "--things",
@@ -56,7 +55,7 @@ def make_parser() -> argparse.ArgumentParser:
     add(
         "--follow",
         action="store_true",
-        help="go on with what is written to the log, as by a server, until Ctrl-C",
+        help="go on with what is written to the file, as by a server, until Ctrl-C",
     )
     return parser
 
@@ -77,23 +76,21 @@ def _export(options: argparse.Namespace) -> None:
     for name in options.things or ():
         read_words("thing", name)
     _check_out(options.out)
-    with LogTail(options.source) as tail:
-        _write(options, tail)
+    with HomeReader(options.source) as reader:
+        _write(options, reader)
 
 
-def _write(options: argparse.Namespace, tail: LogTail) -> None:
-    lines = tail.read_new()
+def _write(options: argparse.Namespace, reader: HomeReader) -> None:
+    reader.has_changed()
+    lines = read_kept(reader, from_first=True)
     things = options.things
     if things is None:
-        things = _choose_things(lines, options.source) or None
+        things = _choose_things(lines) or None
     about = {"source": options.source.name, "frame": "map", "times": "local, as if they were UTC"}
 
     def begin(file: McapFile) -> Timeline:
         timeline = Timeline(file, lambda: make_finder(options.finder), things)
-        if lines:
-            timeline.take(lines)
-        elif not tail.is_log:
-            timeline.show(SceneGraphMemory.load(options.source))
+        timeline.take(lines)
         timeline.finish_step()
         return timeline
 
@@ -101,7 +98,7 @@ def _write(options: argparse.Namespace, tail: LogTail) -> None:
         with _open_new(options.out) as out, McapFile(out, about, at_once=True) as file:
             timeline = begin(file)
             print(f"following {options.source}; Ctrl-C ends {options.out}", flush=True)
-            _follow(tail, timeline)
+            _follow(reader, timeline, lines[-1].number)
     else:
         content = io.BytesIO()
         with McapFile(content, about) as file:
@@ -110,7 +107,7 @@ def _write(options: argparse.Namespace, tail: LogTail) -> None:
     print(f"mcap: {options.out}, {file.num_messages} messages in {file.num_topics} topics")
 
 
-def _follow(tail: LogTail, timeline: Timeline) -> None:
+def _follow(reader: HomeReader, timeline: Timeline, number: int) -> None:
     """Go on until the process is asked to end."""
     is_ending = False
 
@@ -121,22 +118,21 @@ def _follow(tail: LogTail, timeline: Timeline) -> None:
     before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         while not is_ending:
-            lines = tail.read_new()
-            timeline.take(lines)
-            timeline.finish_step()
-            if not lines:
+            if not reader.has_changed():
                 time.sleep(_SECONDS)
+                continue
+            events = parse_rows(reader.read_events(number), reader.path)
+            timeline.take(events)
+            timeline.finish_step()
+            number = events[-1].number if events else number
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
-def _choose_things(lines: Sequence[LogLine], source: Path) -> list[str]:
+def _choose_things(lines: Sequence[MemoryEvent]) -> list[str]:
     """Return the things that were seen last, each name once."""
-    if lines:
-        memory = deque(replay(lines), maxlen=1)[0][0]
-    else:
-        memory = SceneGraphMemory.load(source)
+    memory = deque(replay(lines), maxlen=1)[0][0]
     return list(dict.fromkeys(name for name, _ in memory.list_seen(most=NUM_THINGS)[0]))
 
 

@@ -18,11 +18,11 @@ from sgm.export.scene_messages import (
 )
 from sgm.finder.finder import Finder
 from sgm.memory.clock import Clock
-from sgm.memory.log_reader import LogLine
+from sgm.memory.memory_event import MemoryEvent
+from sgm.memory.replayer import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Point
 from sgm.messages import shorten
-from sgm.replay.replay import Replayer
 
 if TYPE_CHECKING:
     from sgm.export.mcap_file import McapFile
@@ -36,7 +36,7 @@ _CHANGES_NOTHING = ("query",)
 
 
 class Timeline:
-    """Follows a memory through the lines of its logs, and writes a file.
+    """Follows a memory through its events, and writes a file.
 
     A time step of the memory begins at its time by the clock; its changes follow at a thousandth of
     its length. Without a clock, step 0 is the beginning of 1970, and a step is an hour.
@@ -58,20 +58,13 @@ class Timeline:
         self.memory = SceneGraphMemory()
         self._file, self._make_finder, self._things = file, make_finder, things
         self._finder: Finder | None = None
-        self._replayer: Replayer | None = None
+        self._replayer: Replayer[SceneGraphMemory] | None = None
         self._scene: HomeScene | None = None
         self._step, self._num_in_step, self._time = -1, 0, 0
         self._is_believed = True  # whether what is believed now was written
         self._topics: dict[str, str] = {}
 
-    def show(self, memory: SceneGraphMemory) -> None:
-        """Write what a memory holds that has no log."""
-        self.memory = memory
-        self._go_on()
-        self._write_scene()
-        self._write_beliefs()
-
-    def take(self, lines: Iterable[LogLine]) -> None:
+    def take(self, lines: Iterable[MemoryEvent]) -> None:
         """Make changes in the memory, and write what each has changed.
 
         Raises:
@@ -120,7 +113,7 @@ class Timeline:
     def _stamp(self) -> str:
         return f"{(_EPOCH + timedelta(microseconds=self._time)).isoformat()}Z"
 
-    def _write_look(self, line: LogLine, furniture: Mapping[int, int]) -> None:
+    def _write_look(self, line: MemoryEvent, furniture: Mapping[int, int]) -> None:
         """Write from where a look was: the camera, else where one stands to look at the place."""
         point = line.values["viewpoint"]
         if point is not None:

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from sgm.files import read_file, write_whole
 from sgm.finder.home_map import HomeMap
-from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
-from sgm.replay.replay import replay
 from sgm.ros.map_file import write_map
 
 _MOST_BYTES = 1 << 24  # of a map
-_LOG = ".jsonl"
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -30,16 +26,11 @@ def make_parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(dest="command", required=True)
     drawn = commands.add_parser("map", help="write rooms and furniture as YAML")
-    drawn.add_argument(
-        "looks",
-        type=Path,
-        nargs="+",
-        help=f"a memory file, or logs of looks of one home in their order ({_LOG})",
-    )
+    drawn.add_argument("memory", type=Path, help="memory file")
     drawn.add_argument("--out", type=Path, required=True, help="file for the map, map.yaml")
     drawn.add_argument("--frame", default="map", help="name of the frame of coordinates")
     mend = commands.add_parser("correct", help="take a corrected map into a memory")
-    mend.add_argument("memory", type=Path, help="memory file, which is written anew")
+    mend.add_argument("memory", type=Path, help="memory file, in which it is written")
     mend.add_argument("--map", type=Path, required=True, help="the corrected map.yaml")
     return parser
 
@@ -49,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = make_parser().parse_args(arguments)
     try:
         if options.command == "map":
-            draw(options.looks, options.out, options.frame)
+            draw(options.memory, options.out, options.frame)
         else:
             correct(options.memory, options.map)
     except (ValueError, KeyError, OSError, ModuleNotFoundError) as error:
@@ -59,18 +50,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def draw(looks: Sequence[Path], out: Path, frame: str) -> None:
-    """Write the map of a memory, or of the one that logs of looks make."""
-    if all(path.suffix == _LOG for path in looks):
-        lines = [line for path in looks for line in read_log(path)]
-        memory = deque(replay(lines), maxlen=1)[0][0]
-    elif len(looks) == 1:
-        memory = SceneGraphMemory.load(looks[0])
-    else:
-        raise ValueError(
-            f"looks must be one memory file, or logs ending in {_LOG}, got "
-            f"{shorten([str(path) for path in looks])}. Name one memory, or its logs."
-        )
+def draw(path: Path, out: Path, frame: str) -> None:
+    """Write the map of a memory."""
+    memory = SceneGraphMemory.load(path)
     layout = memory.layout
     write_whole(out, write_map(layout, frame).encode())
     print(f"map: {out}, {len(layout.rooms)} rooms, {len(memory.boxes)} pieces of furniture")
@@ -78,9 +60,8 @@ def draw(looks: Sequence[Path], out: Path, frame: str) -> None:
 
 def correct(path: Path, map_file: Path) -> None:
     """Take a corrected map into a memory file."""
-    memory = SceneGraphMemory.load(path)
-    counts = load_map(map_file).correct(memory)
-    memory.save(path)
+    with SceneGraphMemory.open(path) as memory:
+        counts = load_map(map_file).correct(memory)
     said = ", ".join(f"{number} {change}" for change, number in counts.items() if number)
     print(f"memory: {path}, {said or 'nothing to correct'}")
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 from datetime import datetime
-from typing import Any, Literal
+from types import UnionType
+from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 from sgm.layout.box import Box
 from sgm.memory.clock import Clock
@@ -506,6 +507,23 @@ def to_json(answer: Any) -> Any:
         for name, field in kind.__dataclass_fields__.items()
         if (value := getattr(answer, name)) is not None or not field.metadata
     }
+
+
+def read_answer(kind: Any, value: Any) -> Any:
+    """Return the answer of a type that `to_json` has made such JSON values of."""
+    if value is None or kind is Any:
+        return value
+    if is_dataclass(kind):
+        hints, make = get_type_hints(kind), cast("Any", kind)
+        return make(**{name: read_answer(hints[name], part) for name, part in value.items()})
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is tuple and parts[-1] is Ellipsis:
+        return tuple(read_answer(parts[0], part) for part in value)
+    if origin is tuple:
+        return tuple(map(read_answer, parts, value))
+    if origin in (Union, UnionType):
+        return read_answer(next(part for part in parts if part is not type(None)), value)
+    return value
 
 
 def write_json(answer: Any) -> bytes:

@@ -18,7 +18,7 @@ def pass_time(memory: SceneGraphMemory, seconds: float, step_seconds: float) -> 
 
 
 def note_fault(memory: SceneGraphMemory, steady: SteadyClock, warn: Callable[[str], None]) -> None:
-    """Say that a clock is wrong, and note in the log of the memory what it said."""
+    """Say that a clock is wrong, and note in the file of the memory what it said."""
     state = memory.parts.state
     with state.lock:
         state.write("step", num_steps=0, wall=steady.tell_reading(memory.clock))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from sgm.belief import compute_stay
+from sgm.memory.noticed_changes import ThingEvent
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 
 
@@ -32,17 +32,6 @@ class WasAt:
     by: str
 
 
-@dataclass(frozen=True, slots=True)
-class _Known:
-    """Where a thing is known to have been at a time step; attributes as of `WasAt`."""
-
-    time: int
-    furniture: int | None
-    relation: str | None
-    by: str
-    sure: float
-
-
 def find_past_places(
     memory: SceneGraphMemory, thing: str, begin: int, end: int
 ) -> tuple[WasAt, ...]:
@@ -53,11 +42,11 @@ def find_past_places(
     name one place, at least one of them has to be right. Nothing is said about the time before
     a thing was first seen.
     """
-    known = sorted(_list_known(memory, thing), key=lambda where: where.time)
+    known = memory.list_known(thing, begin, end)
     within = [where for where in known if begin <= where.time <= end]
     if within:
         last = within[-1]
-        return (_tell(thing, last, last.sure),)
+        return (_tell(thing, last, last.confidence),)
     before = [where for where in known if where.time < begin][-1:]
     after = [where for where in known if where.time > end][:1]
     if not before:
@@ -66,10 +55,10 @@ def find_past_places(
     stay = compute_stay(memory.batch, np.array(gaps)).tolist()
     first = before[0]
     if not after:
-        return (_tell(thing, first, stay[0] * first.sure),)
+        return (_tell(thing, first, stay[0] * first.confidence),)
     later = after[0]
     if (first.furniture, first.relation) == (later.furniture, later.relation):
-        both = 1 - (1 - stay[0] * first.sure) * (1 - stay[1] * later.sure)
+        both = 1 - (1 - stay[0] * first.confidence) * (1 - stay[1] * later.confidence)
         return (_tell(thing, first if gaps[0] <= gaps[1] else later, both),)
     total = stay[0] + stay[1]
     apart = 1 - (1 - stay[0]) * (1 - stay[1])
@@ -81,20 +70,5 @@ def find_past_places(
     return tuple(sorted(found, key=lambda was: -was.probability))
 
 
-def _tell(thing: str, where: _Known, probability: float) -> WasAt:
+def _tell(thing: str, where: ThingEvent, probability: float) -> WasAt:
     return WasAt(thing, where.furniture, where.relation, probability, where.time, where.by)
-
-
-def _list_known(memory: SceneGraphMemory, thing: str) -> Iterator[_Known]:
-    """List when a thing is known to have been where: last sightings, statements, arrivals."""
-    events = memory.history(thing)
-    for event in events:
-        if event.kind != "missed":
-            yield _Known(event.time, event.furniture, event.relation, event.by, event.confidence)
-    relations = {event.furniture: event.relation for event in reversed(events)}
-    changes = [change for change in memory.changes(0) if change.thing == thing]
-    for change in changes:
-        if change.kind in ("new", "moved") and change.to_place is not None:
-            relation = relations.get(change.to_place)
-            sure = change.probability
-            yield _Known(change.time, change.to_place, relation, change.by, sure)

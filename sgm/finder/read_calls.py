@@ -145,8 +145,8 @@ class ReadCalls(WhereCalls):
     def history(self, thing: str, k: int = DEFAULT_ROWS) -> EventList:
         """List what is known of a thing over time, the latest first.
 
-        Where it was seen last at each place, the first look that missed it there, and what was said
-        of it and done with it; the log has all.
+        Each stay at a place by its last sighting, the first look that missed it where it was, and
+        what was said of it and done with it. A memory without a file has the last of each place.
 
         Args:
             thing: in words; of several things that it means, all are listed.

@@ -261,7 +261,7 @@ class ObjectSearch:
             coverage: share of the furniture that was in view, or shares by relation,
                 as `SceneGraphMemory.observe` takes them.
             hidden: descriptions of things whose own spots were out of view.
-            viewpoint: from where the camera looked, for the log.
+            viewpoint: from where the camera looked, for the file.
 
         Returns:
             Whether what is looked for was among it.

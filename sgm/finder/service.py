@@ -26,7 +26,7 @@ from sgm.finder.meanings import (
 from sgm.finder.running_search import RunningSearch
 from sgm.finder.seen import Seen, read_seen
 from sgm.finder.travel_costs import find_distance
-from sgm.finder.written import writes
+from sgm.finder.written import compute_digest, writes
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.thing import ROBOT
 from sgm.messages import shorten
@@ -48,7 +48,7 @@ class MemoryService(MapCalls):
 
     A write may have a `key`, any text of its own. A write that is sent again with the same key, as
     its answer was lost, is not made again: it gets the same answer. The latest 5,000 keys are
-    known, as long as the service lives.
+    known, of a memory with a file also in the next process.
 
     Example:
         >>> service = MemoryService(memory, ObjectFinder.load())
@@ -73,7 +73,7 @@ class MemoryService(MapCalls):
             finder: such as `ObjectFinder.load()`.
             now: tells the local time; None where the caller itself calls `memory.step`. Where it
                 jumps, steps go on evenly (`SteadyClock`), and `clock_fault`, the answers of writes
-                and the log say so.
+                and the file say so.
             accept_jump: whether the first time is right, however far ahead of the memory's.
             ignore: names of what is no thing, such as "person" and "wall": `observe` leaves it out.
             monotonic: seconds that pass, from any start, by a clock that is never set; None for
@@ -186,10 +186,13 @@ class MemoryService(MapCalls):
             )
         sightings = read_seen(seen)
         running = self._searches.get(search_id)
+        about = (result, tuple(sightings), coverage, thing)
         if running is None:
+            told = self._find_look(search_id, look, about)
+            if told is not None:
+                return told
             return Searching("unknown", search_id, "", outcome=self._asking.say("search ended"))
         self._searches.move_to_end(search_id)
-        about = (result, tuple(sightings), coverage, thing)
         before = running.find_told(look, about)
         if before is not None:
             return before
@@ -213,7 +216,29 @@ class MemoryService(MapCalls):
         sentence = "note found" if found else "note not found"
         said = self._say(sentence, names=names, place=self._tell_place(where))
         self._note("search_next", search.description, where, said)
-        return running.note(about)
+        answer = running.note(about)
+        if self.memory.path is not None:  # a search ends with the process, its answers do not
+            key = f"look {search_id} {search.num_looks}"
+            self._keep_answer(key, compute_digest(about), answer)
+        return answer
+
+    def _find_look(self, search_id: str, look: int | None, about: object) -> Searching | None:
+        """Return the answer of a look of a search in a process before this one; None of a new one.
+
+        Raises:
+            ValueError: if something else was said to come of it.
+        """
+        found = None if look is None else self._find_answer(f"look {search_id} {look}")
+        if found is None:
+            return None
+        said, answer = found
+        if said != compute_digest(about):
+            raise ValueError(
+                f"look {shorten(look)} must have come to one result, got another one than before. "
+                "Send the look that is next."
+            )
+        assert isinstance(answer, Searching)
+        return answer
 
     @writes
     def observe(

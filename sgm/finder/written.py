@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
@@ -12,7 +14,15 @@ from inspect import signature
 from threading import RLock
 from typing import Any, TypeVar, cast
 
-from sgm.finder.answers import LEFT_OUT, ChangeRow, Moment, Noted, Searching
+from sgm.finder.answers import (
+    LEFT_OUT,
+    ChangeRow,
+    Moment,
+    Noted,
+    Searching,
+    read_answer,
+    write_json,
+)
 from sgm.finder.finder import Finder
 from sgm.finder.meanings import Unclear, tell_doubt
 from sgm.finder.passing_time import note_fault, pass_time
@@ -67,21 +77,27 @@ def writes(method: _Method) -> _Method:
     def write(self: WriteCalls, *args: Any, **kwargs: Any) -> Noted | Searching:
         key = kwargs.get("key")
         with self._writing:
-            if key is None:
-                return self._answer(method, args, kwargs)
-            said = parameters.bind(self, *args, **kwargs).arguments
-            about = hash((method.__name__, repr({**said, "self": None})))
-            before = self._find_done(key, about)
-            if before is not None:
-                return before
-            answer = self._answer(method, args, kwargs)
-            if answer.status == "ok":  # else nothing was done
-                self._done[key] = about, answer
-                while len(self._done) > MOST_KEYS:
-                    self._done.popitem(last=False)
+            with self.memory.transaction():
+                if key is None:
+                    answer = self._answer(method, args, kwargs)
+                else:
+                    said = parameters.bind(self, *args, **kwargs).arguments
+                    about = compute_digest(method.__name__, {**said, "self": None})
+                    before = self._find_done(key, about)
+                    if before is not None:
+                        return before
+                    answer = self._answer(method, args, kwargs)
+                    if answer.status == "ok":  # else nothing was done
+                        self._keep_answer(f"key {key}", about, answer)
+            self._tell_happened()
             return answer
 
     return cast("_Method", write)
+
+
+def compute_digest(*about: object) -> str:
+    """Return the SHA-256 of what a write is about, the same in every process."""
+    return hashlib.sha256(repr(about).encode("utf-8", "surrogatepass")).hexdigest()
 
 
 class WriteCalls(ReadCalls):
@@ -100,9 +116,10 @@ class WriteCalls(ReadCalls):
             monotonic = read_even_seconds
         self._now, self._clock = now, SteadyClock(monotonic)
         self._writing = RLock()
-        self._done: OrderedDict[str, tuple[int, Noted | Searching]] = OrderedDict()  # by key
+        self._done: OrderedDict[str, tuple[str, Noted | Searching]] = OrderedDict()  # by key
         self._listeners: list[Callable[[Happened], None]] = []
         self._num_happened = 0
+        self._happened: list[Happened] = []  # to be told once it is in the file
         self._found: tuple[int, frozenset[ChangeRow]] = (-1, frozenset())  # changes of a time step
 
     def subscribe(self, listener: Callable[[Happened], None]) -> Callable[[], None]:
@@ -170,7 +187,7 @@ class WriteCalls(ReadCalls):
                 thing=unclear.thing, place=None, said=self._asking.say("not noted"), at=now, **told
             )
 
-    def _find_done(self, key: object, about: int) -> Noted | Searching | None:
+    def _find_done(self, key: object, about: str) -> Noted | Searching | None:
         """Return what the write of a key was answered; None of a new key.
 
         Raises:
@@ -181,13 +198,42 @@ class WriteCalls(ReadCalls):
                 f"key must be a text of 1 to {MAX_LENGTH} characters, got {shorten(key)}. Give "
                 "every write one of its own, any text, or leave it out."
             )
-        before, answer = self._done.get(key, (about, None))
+        before, answer = self._find_answer(f"key {key}") or (about, None)
         if before != about:
             raise ValueError(
                 f"key must be of one write, got {shorten(key)} of another one again. Give every "
                 "write one of its own, and the same one only where you send a write again."
             )
         return answer
+
+    def _find_answer(self, key: str) -> tuple[str, Noted | Searching] | None:
+        """Return what a write was about, and its answer, also of a process before this one."""
+        known, file = self._done.get(key), self.memory.parts.files.file
+        if known is not None or file is None:
+            return known
+        found = file.find_answer(key)
+        if found is None:
+            return None
+        about, text = found
+        values = json.loads(text)
+        return about, read_answer(Searching if "search_id" in values else Noted, values)
+
+    def _keep_answer(self, key: str, about: str, answer: Noted | Searching) -> None:
+        """Keep an answer, in the transaction of what it tells of."""
+        file = self.memory.parts.files.file
+        if file is not None:
+            file.note_answer(key, about, write_json(answer).decode("utf-8", "surrogatepass"))
+            return
+        self._done[key] = about, answer
+        while len(self._done) > MOST_KEYS:
+            self._done.popitem(last=False)
+
+    def _tell_happened(self) -> None:
+        """Tell all who listen what is in the file now."""
+        happened, self._happened = self._happened, []
+        for change in happened:
+            for listener in tuple(self._listeners):
+                listener(change)
 
     def _note(
         self, call: str, thing: str, place: int | None, said: str, room: int | None = None
@@ -199,9 +245,7 @@ class WriteCalls(ReadCalls):
         if self._listeners:
             changes = self._find_new_changes()
             told = call, thing, place, said, now, changes, position
-            happened = Happened(self._num_happened, *told)
-            for listener in tuple(self._listeners):
-                listener(happened)
+            self._happened.append(Happened(self._num_happened, *told))
         number = None if room is None else int(room)  # a `RoomId` is no number of JSON
         about: dict[str, Any] = {
             "clock_fault": self.clock_fault,

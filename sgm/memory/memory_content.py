@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from sgm.files import VERSION
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.lone_looks import SoughtLooks, add_sought
 from sgm.memory.look import StepLook
-from sgm.memory.look_log import write_line
 from sgm.memory.same_furniture import merge_places
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.thing import SaidOf, Thing, read_things, write_things
@@ -23,6 +21,7 @@ from sgm.memory.written_tables import (
     Tables,
     check_tables,
     keep_rows,
+    list_parts,
     make_empty_tables,
     read_tables,
     write_tables,
@@ -31,6 +30,7 @@ from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import read_words
 from sgm.schema import MAX_TIME
+from sgm.store.snapshot import Snapshot
 
 HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 
@@ -157,8 +157,43 @@ class MemoryContent:
         )
         return content.remove(furniture=[other])
 
+    def to_snapshot(self, event: int) -> Snapshot:
+        """Return what a file holds of it after an event, from which the same content is made."""
+        columns = {
+            f"{part}.{name}": column
+            for part, columns in write_tables(self.tables).items()
+            for name, column in columns.items()
+        }
+        return Snapshot(event, self.time, self._write_values(), columns)
+
+    @classmethod
+    def from_snapshot(cls, snapshot: Snapshot) -> MemoryContent:
+        """Read what a file holds.
+
+        Raises:
+            ValueError: if a part is missing, of the wrong kind, or does not fit the others.
+        """
+        if not isinstance(snapshot.values, dict):
+            raise ValueError("no values by name")
+        tables: dict[str, dict[str, np.ndarray]] = {part: {} for part in list_parts()}
+        for name, column in snapshot.arrays.items():
+            part, _, column_name = name.partition(".")
+            tables.setdefault(part, {})[column_name] = column
+        content = cls.from_json({**tables, **snapshot.values})
+        if content.time != snapshot.time:
+            raise ValueError(f"time {shorten(snapshot.time)}")
+        return content
+
     def to_json(self) -> dict[str, Any]:
         """Return JSON values, from which `from_json` makes the same content."""
+        tables = {
+            part: {name: column.tolist() for name, column in columns.items()}
+            for part, columns in write_tables(self.tables).items()
+        }
+        return {**self._write_values(), **tables}
+
+    def _write_values(self) -> dict[str, Any]:
+        """Return JSON values of all but the tables."""
         scores = self.score_calibration
         return {
             "time": self.time,
@@ -169,7 +204,6 @@ class MemoryContent:
             "num_furniture_ever": self.layout.num_furniture_ever,
             "descriptions": [thing.description for thing in self.things],
             **write_things(self.things),
-            **write_tables(self.tables),
             "history": self.history.to_json(),
             "week": self.history.week.to_json(),
             "asked": self.asked,
@@ -270,20 +304,6 @@ class MemoryContent:
             raise ValueError("two objects of one description, or a label that is there twice")
         if self.labels[:2] != HOME_LABELS or not isinstance(self.prior, str):
             raise ValueError("no labels of house and floor, or no checksum of the prior")
-
-
-def write_start(content: MemoryContent, *, is_new: bool = False, file: str = "") -> bytes:
-    """Return the line of a memory that begins (`is_new`) or goes on; see `LookLog`."""
-    clock = content.clock
-    values = {
-        "version": VERSION,
-        "prior": content.prior,
-        "clock": None if clock is None else clock.to_json(),
-        **content.layout.to_json(),
-        "memory": None if is_new and content.score_calibration is None else content.to_json(),
-        **({"file": file} if file else {}),
-    }
-    return write_line("start", content.time, clock, values)
 
 
 def _read_event(event: Any, furniture: Collection[int], time: int) -> str | SaidOf:

@@ -1,112 +1,26 @@
-"""The part of a memory for its file and its log.
-
-Memory files are JSON with a version and a checksum, written whole or not at all.
-"""
+"""The part of a memory for its file, a database of SQLite: what it holds, and every change."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from threading import Lock
-from typing import Any
 
 from sgm.checks import read_optional
-from sgm.files import (
-    VERSION,
-    check_version,
-    make_read_error,
-    parse_json,
-    read_file,
-    write_whole,
-)
 from sgm.layout.layout import read_map_id
 from sgm.memory.clock import Clock
-from sgm.memory.locks import SaveLock
-from sgm.memory.log_reader import read_lines
-from sgm.memory.look_log import LookLog, read_checksum
-from sgm.memory.memory_content import MemoryContent, write_start
-from sgm.memory.memory_state import MemoryState
+from sgm.memory.memory_content import MemoryContent
+from sgm.memory.memory_state import MemoryState, write_file
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph, find_shipped
+from sgm.store.connection import check_folder
+from sgm.store.home_file import HomeFile
 
-FORMAT = "scene graph memory"
-_END = b"}\n"
-
-
-def save_content(path: str | Path, data: dict[str, Any]) -> None:
-    """Write `MemoryContent.to_json` to a file; an older file is replaced only by a whole new one.
-
-    Raises:
-        OSError: if the folder does not exist or the disk does not take it.
-    """
-    path = Path(path)
-    if not path.name:
-        raise FileNotFoundError(f"memory file must have a name, got {path}. Name it home.sgm.")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(
-            f"folder of a memory file must exist, got {shorten(str(path.parent))} for {path}. Make "
-            "it."
-        )
-    write_whole(path, write_file(data))
-
-
-def write_file(data: Any) -> bytes:
-    """Return a memory file: one line of JSON, which names the checksum of what it holds."""
-    body = json.dumps(data, ensure_ascii=False, separators=(",", ":")).encode()
-    return b"".join((_write_head(body), body, _END))
-
-
-def _write_head(body: bytes | memoryview) -> bytes:
-    """Return what a file says of its content, as it is written."""
-    checksum = hashlib.sha256(body).hexdigest()
-    head = {"format": FORMAT, "version": VERSION, "checksum": checksum}
-    text = json.dumps(head, separators=(",", ":"))
-    return f'{text[:-1]},"content":'.encode()
-
-
-def load_content(path: str | Path) -> MemoryContent:
-    """Read a memory from a file.
-
-    Raises:
-        FileNotFoundError: if there is no such file; it is a `ValueError`, too.
-        ValueError: if it is none of ours, comes from another version of the
-            package, or was altered or cut short.
-    """
-    try:
-        written = read_file(path)
-        file = parse_json(written, allow_nan=True)
-    except OSError as error:
-        rule = "memory file must be one that can be read"
-        raise make_read_error(error, rule, f"for {path}. Check the path.") from error
-    except ValueError as error:
-        raise ValueError(
-            f"memory file must be whole JSON, got {error} for {path}. It was altered, cut short, "
-            "or is another file: use a copy, or start a new memory."
-        ) from error
-    if not isinstance(file, dict) or file.get("format") != FORMAT:
-        raise ValueError(
-            f"memory file must be one that SceneGraphMemory.save wrote, got another file at {path}."
-            " Check the path."
-        )
-    check_version("memory file's", file.get("version"), path)
-    try:
-        body = memoryview(written)[_HEAD_BYTES : -len(_END)]
-        if not written.startswith(_write_head(body)) or not written.endswith(_END):
-            raise ValueError("another checksum than the one it states")
-        return MemoryContent.from_json(file["content"])
-    except ValueError as error:
-        raise ValueError(
-            f"memory file must be as it was saved, got {error} for {path}. It was altered: use a "
-            "copy, or start a new memory."
-        ) from error
-
-
-_HEAD_BYTES = len(_write_head(b""))  # of any content
+ReadAgain = Callable[[Path], tuple[MemoryContent, PriorGraph]]
 
 
 def begin_content(
@@ -122,15 +36,15 @@ def begin_content(
     return replace(content, score_calibration=score_calibration), prior
 
 
-def load_given(
+def take_given(
+    content: MemoryContent,
     path: str | Path,
     prior: PriorGraph | None,
     clock: Clock | None,
     score_calibration: ScoreCalibration | None,
     map_id: str,
 ) -> tuple[MemoryContent, PriorGraph]:
-    """Read what a saved memory goes on with; arguments as of `SceneGraphMemory.load`."""
-    content = load_content(path)
+    """Return what a saved memory goes on with; arguments as of `SceneGraphMemory.load`."""
     prior = prior if prior is not None else find_shipped(content.prior)
     if prior is None:
         raise ValueError(
@@ -166,73 +80,133 @@ def _check_given(prior: object, clock: object, score_calibration: object) -> Non
 
 
 class MemoryFiles:
-    """The file of a memory and its log; `SceneGraphMemory` says what each call does and raises."""
+    """The file of a memory; `SceneGraphMemory` says what each call does and raises."""
 
     def __init__(self, state: MemoryState) -> None:
         """Begin with the state that all parts share."""
         self._state = state
+        self.read_again: ReadAgain | None = None  # reads what a file holds
         self._saving = Lock()  # never waited for while the lock of the state is held
-        # Of the file saved last and of that in which it is kept, as long as the memory lives.
-        self._save_lock: SaveLock | None = None
-        self._kept_lock: SaveLock | None = None
+
+    def copy_content(self) -> tuple[MemoryContent, PriorGraph]:
+        """Return all that the memory holds, and its prior, for another one."""
+        with self._state.lock:
+            return self._state.get_content_to_save().copy(), self._state.prior
 
     def go_on_from(self, content: MemoryContent, prior: PriorGraph) -> None:
-        """Become a memory of that content, as a log says that one went on."""
+        """Become a memory of that content, as a file says that one went on."""
         with self._state.lock:
             self._state.begin(content.copy(), prior)
-            self.start_log(goes_on=True)
+
+    @property
+    def file(self) -> HomeFile | None:
+        """The file that is written; None of a memory that lives in the process alone."""
+        return self._state.file
+
+    @property
+    def path(self) -> Path | None:
+        """Of the file, without links; None without one."""
+        return None if self._state.file is None else self._state.file.path
+
+    def begin(self, path: str | Path) -> None:
+        """Have a new file for a memory that begins."""
+        check_folder(Path(path))
+        if os.path.lexists(path):
+            raise FileExistsError(
+                f"memory file must be a new one, got one that is there for {path}. Go on with it: "
+                "SceneGraphMemory.open; or choose another one."
+            )
+        write_file(self._state.get_content_to_save(), Path(path))
+        self._state.file = HomeFile(Path(path))
 
     def save(self, path: str | Path) -> None:
-        """Write the memory to a file, from which `load` goes on; it holds no code."""
-        self._save(path)
+        """Write the memory to a file, from which `load` goes on; it holds no code.
 
-    def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
-        """Write the memory to a file, and begin its log anew from there."""
-        if self._state.log is None:
-            raise ValueError(
-                f"memory must have a log to begin anew, got none for {path}. Give log= when it is "
-                "made or loaded."
-            )
-        self._save(path, Path(old_log))
-
-    def _save(self, path: str | Path, old_log: Path | None = None) -> None:
+        To its own file that is a snapshot, to another one a copy with all events.
+        """
         # Of two saves the later one lasts; no other call waits for the disk.
-        with self._saving, SaveLock.hold(path, self) as lock:
-            before = "" if old_log is None else read_checksum(Path(path))
-            with self._state.lock:
-                content = self._state.get_content_to_save().copy()
-                if self._state.log is not None and old_log is not None:
-                    self._state.renew_lost_log()
-                    self._state.log.rotate(old_log, write_start(content, file=before))
-            save_content(path, content.to_json())
-            self._save_lock = lock
+        with self._saving:
+            file = self._state.file
+            if file is None or not file.is_held:
+                with self._state.lock:
+                    content = self._state.get_content_to_save().copy()
+                write_file(content, Path(path))
+            elif os.path.realpath(path) == str(file.path):
+                self.snapshot()
+            else:
+                self.snapshot()
+                file.copy(Path(path))
 
-    def sync_log(self) -> None:
-        """Have the disk take all of the log, to survive a loss of power; raises OSError if not."""
-        if self._state.log is not None:
-            self._state.log.sync()
-
-    def follow(self, listener: Callable[[bytes], None] | None) -> Callable[[], bytes]:
-        """Have a function called with every line that the log gets from now on; None for none."""
+    def snapshot(self) -> None:
+        """Write what the memory holds into its file, so that the next start is quick."""
         with self._state.lock:
-            if self._state.log is None:
-                raise ValueError(
-                    "memory must have a log to be followed, got none. Give log= when it is made or "
-                    "loaded."
-                )
-            self._state.log.listener = listener
-            return partial(write_start, self._state.get_content_to_save().copy())
+            file = self._state.renew_lost_file()
+            if file is None:
+                return
+            content, number = self._state.get_content_to_save().copy(), file.number
+        snapshot = content.to_snapshot(number)
+        seconds = None if content.clock is None else content.clock.step_seconds
+        file.add_snapshot(snapshot, seconds)
 
-    def start_log(self, path: str | Path | None = None, goes_on: bool = False) -> None:
-        """Write into a log that a new memory begins, or how the one is that goes on."""
-        if path is not None:
-            self._state.log = LookLog(path, read_lines)
-        if self._state.log is not None:
-            content = self._state.get_content_to_save()
-            self._state.log.start(write_start(content, is_new=not goes_on))
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        """Write all changes that are made meanwhile at once; no other thread changes the memory.
+
+        A change that raises an error ends it: those before it stay, in memory and file. If the disk
+        does not take them, the memory is again what the file holds.
+
+        Raises:
+            OSError: if the disk does not take it; then nothing was changed.
+        """
+        with self._state.lock:
+            file = self._state.file
+            if file is None or not file.is_held:
+                yield
+                return
+            caught: Exception | None = None
+            number = file.num_written
+            try:
+                with file.transaction():
+                    try:
+                        yield
+                    except OSError:
+                        raise
+                    except Exception as error:
+                        caught = error
+            except OSError:
+                if file.num_written > number:  # changes that are not in it
+                    assert self.read_again is not None
+                    self._state.begin(*self.read_again(file.path))
+                raise
+            if caught is not None:
+                raise caught
+
+    def sync(self) -> None:
+        """Have the disk take all changes, to survive a loss of power; raises OSError if not."""
+        if self._state.file is not None:
+            self._state.file.sync()
+
+    def checkpoint(self) -> None:
+        """Move what lies beside the file into it, once that is much; no call waits for it."""
+        if self._state.file is not None:
+            self._state.file.checkpoint()
+
+    def close(self) -> None:
+        """Write a snapshot, and let go of the file; the memory lives on in the process alone."""
+        with self._saving, self._state.lock:
+            file = self._state.file
+            if file is None:
+                return
+            try:
+                # Of a file that was taken away, the events are where it is now.
+                if file.is_held and file.num_new and file.is_in_place:
+                    self.snapshot()
+            finally:
+                file.close()
+                self._state.file = None
 
     def start_clock(self, clock: Clock) -> None:
-        """Have a clock from now on; the log begins anew with it."""
+        """Have a clock from now on."""
         _check_given(None, clock, None)
         with self._state.lock:
             content = self._state.get_content_to_save()
@@ -242,18 +216,26 @@ class MemoryFiles:
                     "it with SceneGraphMemory.load(path, clock=...)."
                 )
             clock.get_time(content.time)  # or it is refused
-            content = replace(content, clock=clock)
-            if self._state.log is not None:
-                self._state.renew_lost_log()
-                self._state.log.start(write_start(content, is_new=False))
-            self._state.begin(content.copy(), self._state.prior)
+            self._state.configure(replace(content, clock=clock), self._state.prior)
 
-    def go_on_in(self, log: Path) -> None:
-        """Write into a log whose last line left the memory as it is."""
-        self._state.log = LookLog(log, read_lines)
-        self._state.log.go_on()
+    def go_on_in(
+        self,
+        file: HomeFile,
+        clock: Clock | None,
+        prior: PriorGraph | None,
+        score_calibration: ScoreCalibration | None,
+        map_id: str,
+    ) -> None:
+        """Go on writing a file whose events have made the memory; arguments as of `open`."""
+        with self._state.lock:
+            self._state.file = file
+            content = before = self._state.get_content_to_save().copy()
+            content, prior = take_given(content, file.path, prior, None, score_calibration, map_id)
+            if clock is not None and content.clock is None:
+                content = replace(content, clock=begin_before(clock, content.time))
+            self._state.configure(replace(content, prior=prior.checksum), prior, before)
 
-    def keep(self, path: Path) -> None:
-        """Have a file in which no other memory is saved, while this one lives."""
-        self._kept_lock = SaveLock.keep(path, self)
-        self._state.kept_file = self._kept_lock.path
+
+def begin_before(clock: Clock, time: int) -> Clock:
+    """Return the clock of step 0 by one of a later step."""
+    return clock.shift(-time * clock.step_seconds)

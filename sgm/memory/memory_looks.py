@@ -130,21 +130,22 @@ class MemoryLooks:
             num_in_step = state.step.num_looks.get(look.furniture, 0.0)
             calibration = state.score_calibration
             self.watch.note(look, place, num_in_step, state.clock, calibration is not None)
-            if state.log is not None:
-                self._state.write(
-                    "look",
-                    furniture=look.furniture,
-                    coverage=share,
-                    seen=[sighting.to_row() for sighting in sightings],
-                    hidden=tuple(name.text for name in names),
-                    viewpoint=viewpoint,
-                )
             if calibration is not None:
                 sure = [
                     replace(sighting, confidence=calibration(sighting.confidence))
                     for sighting in sightings
                 ]
                 look = replace(look, seen=tuple(sure))
+            if state.file is not None:
+                self._state.write(
+                    "look",
+                    look=look,
+                    furniture=look.furniture,
+                    coverage=share,
+                    seen=[sighting.to_row() for sighting in sightings],
+                    hidden=tuple(name.text for name in names),
+                    viewpoint=viewpoint,
+                )
             state.look(look)
 
     @property

@@ -15,12 +15,19 @@ from sgm.arrays.table import clone
 from sgm.layout.called import CalledFurniture
 from sgm.layout.layout import FurnitureNames
 from sgm.memory.clock import make_clock_rows
+from sgm.memory.home_rows import (
+    find_keys,
+    list_said_rows,
+    list_seen_rows,
+    make_key,
+    write_clock,
+    write_home_file,
+)
 from sgm.memory.lone_looks import SoughtLooks, add_sought, note_lone_look
 from sgm.memory.look import StepLog, StepLook, average_coverage
-from sgm.memory.look_log import LookLog, read_checksum
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.memory_content import HOME_LABELS, MemoryContent, write_start
+from sgm.memory.memory_content import HOME_LABELS, MemoryContent
 from sgm.memory.merged_things import find_roots
 from sgm.memory.queries import Queries
 from sgm.memory.seen_positions import forget_positions, note_positions
@@ -40,8 +47,13 @@ from sgm.names.words import read_words
 from sgm.prior.copies import get_copies
 from sgm.prior.prior_graph import PriorGraph
 from sgm.schema import NEVER, RELATIONS
+from sgm.store.home_file import HomeFile
+from sgm.store.past import Past
 
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
+MOST_NEW = 1000  # events until all that the memory holds is written, too
+# What an event says only where there is any.
+_LEFT_OUT = ("by", "box", "open_cost", "hidden", "viewpoint")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,20 +73,26 @@ class BeforeLooks:
     sought: dict[tuple[str, int], SoughtLooks]
 
 
+def write_file(content: MemoryContent, path: Path) -> None:
+    """Write a new file of a content; see `write_home_file`."""
+    about = content.prior, content.clock, content.layout, content.things, content.tables
+    write_home_file(path, *about, content.to_snapshot(0))
+
+
 class MemoryState:
     """The state of a `SceneGraphMemory`, which is given to each of its parts.
 
-    That is one home as a batch and what it is called, the lock before it, and its log. It is made
+    That is one home as a batch and what it is called, the lock before it, and its file. It is made
     of a `MemoryContent`, and `get_content` is a view of it: what a file, a copy or the memory
     without some of its nodes is made of.
 
-    A part holds the lock while it reads or changes anything, and writes a change into the log
+    A part holds the lock while it reads or changes anything, and writes a change into the file
     before it makes it.
 
     Attributes:
         lock: held by every call, from its first word on the state to its last.
-        log: where changes are written; None for nowhere.
-        kept_file: the memory file that the log lies beside, where the memory is kept in one.
+        file: where changes are written; None for nowhere.
+        reader: of the file that another process writes, where this memory is read along.
         prior: where things tend to be.
         vocabulary: labels by index.
         clock: what time it is at every time step; None if it is unknown.
@@ -90,8 +108,8 @@ class MemoryState:
     """
 
     lock: RLock
-    log: LookLog | None
-    kept_file: Path | None
+    file: HomeFile | None
+    reader: Past | None
     step: StepLog
     before: BeforeLooks | None
     sought: dict[tuple[str, int], SoughtLooks]
@@ -113,7 +131,7 @@ class MemoryState:
         `table` says what things are called besides, and which names are of which type of the prior;
         `encoder` gives vectors of names that are not in it.
         """
-        self.lock, self.log, self.kept_file = RLock(), None, None
+        self.lock, self.file, self.reader = RLock(), None, None
         self._naming = Lock()  # never waited for while the lock is held
         self._table, self._encoder = table, encoder
         self.language = table.language
@@ -128,7 +146,7 @@ class MemoryState:
         self.take(content)
 
     def copy(self) -> MemoryState:
-        """Return a state of the same content that goes its own way; it has no log.
+        """Return a state of the same content that goes its own way; it has no file.
 
         Nothing is counted again, no name is read again, and what policies believed of it holds
         (`version`).
@@ -141,7 +159,7 @@ class MemoryState:
         with self.lock:
             copied, batch = clone(self), self.batch.copy()
             copied.lock, copied._naming, copied._names = RLock(), Lock(), names
-            copied.log = copied.kept_file = None
+            copied.file = copied.reader = None
             copied.layout, copied._furniture, copied._called = self.layout.copy(), None, None
             copied.things, copied.step = self.things.copy(), self.step.copy()
             copied.vocabulary, copied._batch = self.vocabulary.copy(), batch
@@ -155,25 +173,82 @@ class MemoryState:
                 batch.count_history(self.batch.history.copy())  # to ask again is no new question
         return copied
 
-    def write(self, kind: str, time: int | None = None, **values: Any) -> None:
-        """Append a change (`LogLine`) to the log, if there is one, before it is made.
+    def write(
+        self, kind: str, time: int | None = None, look: StepLook | None = None, **values: Any
+    ) -> None:
+        """Write a change (`MemoryEvent`) into the file, if there is one, before it is made.
 
-        A log that was moved or removed is begun anew.
+        A file that was moved or removed is begun anew. Now and then all that the memory holds is
+        written, too, so that the next start has few events to make again.
+
+        Args:
+            kind: what was called.
+            time: time step after it; None for the present one.
+            look: with probabilities as confidences, of a look.
+            values: arguments.
 
         Raises:
-            OSError: if another file lies in its place, or it cannot be written.
+            ValueError: if another memory or process has the file.
+            OSError: if another file lies in its place, or it cannot be written; nothing is written.
         """
-        if self.log is not None:
-            self.renew_lost_log()
-            self.log.write(kind, self.time if time is None else time, self.clock, values)
+        file = self.renew_lost_file()
+        if file is None:
+            return
+        if file.num_new >= MOST_NEW:
+            self._write_snapshot(file)
+        said = {
+            name: value
+            for name, value in values.items()
+            if name not in _LEFT_OUT or value not in (None, ())
+        }
+        if look is not None:
+            rows = list_seen_rows(look.furniture, self._call_renamed(look))
+        else:
+            rows = list_said_rows(kind, said)
+        file.append(kind, self.time if time is None else time, said, find_keys(values), rows)
 
-    def renew_lost_log(self) -> None:
-        """Begin the log anew if it was moved or removed, and warn who called the memory."""
-        log = self.log
-        if log is not None and log.is_lost():
-            warn_caller(f"the log was moved or removed: it is begun anew at {log.path}")
-            file = read_checksum(self.kept_file)
-            log.start(write_start(self.get_content_to_save(), file=file))
+    def configure(
+        self, content: MemoryContent, prior: PriorGraph, before: MemoryContent | None = None
+    ) -> None:
+        """Go on with a content of another clock, prior, map or calibration, and write that."""
+        before = self.get_content_to_save() if before is None else before
+        changed: dict[str, Any] = {}
+        if content.clock != before.clock:
+            changed["clock"] = content.clock
+        if content.prior != before.prior:
+            changed["prior"] = content.prior
+        if content.layout.map_id != before.layout.map_id:
+            changed["map"] = content.layout.map_id
+        if content.score_calibration != before.score_calibration:
+            changed["score_calibration"] = content.score_calibration
+        if not changed:
+            return
+        file = self.renew_lost_file()
+        if file is not None:
+            with file.transaction():
+                self.write("configure", **changed)
+                columns: dict[str, Any] = {
+                    name: changed[name] for name in ("prior", "map") if name in changed
+                }
+                if "clock" in changed:
+                    columns |= write_clock(content.clock)
+                file.configure(columns)
+        self.begin(content.copy(), prior)
+
+    def renew_lost_file(self) -> HomeFile | None:
+        """Begin the file anew if it was moved or removed, and warn who called the memory."""
+        file = self.file
+        if file is not None and file.is_held and file.is_lost():
+            warn_caller(f"the memory file was moved or removed: it is begun anew at {file.path}")
+            file.close()
+            write_file(self.get_content_to_save(), file.path)
+            self.file = HomeFile(file.path)
+            self.file.kept_bytes, self.file.kept_days = file.kept_bytes, file.kept_days
+        return self.file
+
+    def _write_snapshot(self, file: HomeFile) -> None:
+        seconds = None if self.clock is None else self.clock.step_seconds
+        file.add_snapshot(self.get_content_to_save().to_snapshot(file.number), seconds)
 
     def resolve(
         self,
@@ -302,6 +377,15 @@ class MemoryState:
             looks=tuple(step.looks),
             between=tuple(step.between),
         )
+
+    @property
+    def past(self) -> Past | None:
+        """What knows where things were before; None where that is this memory alone."""
+        return self.file if self.file is not None and self.file.is_held else self.reader
+
+    def list_keys(self, object_row: int) -> list[str]:
+        """Return by what a file tells a thing, and what was merged with it, from others."""
+        return [make_key(self.things[row].name) for row in self.list_members(object_row)]
 
     @property
     def batch(self) -> MemoryBatch:

@@ -25,11 +25,11 @@ class MemoryStatements:
     """What is said of things; `SceneGraphMemory` says what each call does, takes and raises.
 
     Things are named exactly, or by the id of a tracker: see `resolve_exact`. A name that is less
-    than that, or means several things, is an error that says what may be meant. A log names nodes
+    than that, or means several things, is an error that says what may be meant. A file names nodes
     (`ThingName`).
 
     What was said counts as a sighting of that thing alone, whose confidence is the one of who said
-    it, and later looks outweigh it. It stays in the log and in the evidence of finders.
+    it, and later looks outweigh it. It stays in the file and in the evidence of finders.
     """
 
     def __init__(self, state: MemoryState) -> None:

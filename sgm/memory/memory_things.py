@@ -13,8 +13,11 @@ from sgm.memory.memory_state import MemoryState
 from sgm.memory.noticed_changes import (
     ThingChange,
     ThingEvent,
+    list_arrivals,
     list_changes,
     list_events,
+    list_sighted,
+    read_past,
     read_since,
 )
 from sgm.memory.seen_places import (
@@ -65,7 +68,7 @@ class MemoryThings:
             return tuple(dict.fromkeys(thing_id for thing_id in ids if thing_id))
 
     def list_named(self, *names: str, place: int | None = None) -> tuple[ThingName, ...]:
-        """Return the things of some names or ids, as logs name them; what was merged is one."""
+        """Return the things of some names or ids, as files name them; what was merged is one."""
         with self._state.lock:
             state = self._state
             rows = state.find_rows(*names)
@@ -118,7 +121,7 @@ class MemoryThings:
         return next(iter(self.places_of(description)), None)
 
     def history(self, thing: str) -> list[ThingEvent]:
-        """Return what is kept of a thing over time, the latest first; the log has all."""
+        """Return what is kept of a thing over time, the latest first."""
         matches = self._state.resolve(thing).matches
         with self._state.lock:
             state = self._state
@@ -127,8 +130,26 @@ class MemoryThings:
             for object_row in state.find_rows(thing) or state.find_rows(*matches):
                 said, ids = state.get_said(object_row), state.furniture.ids
                 places = list_places(fused, object_row, said, ids)
-                found += list_events(fused, said.thing, object_row, places, ids)
+                past = None
+                if state.past is not None:
+                    is_single = bool(fused.objects["num_at_once"][object_row] <= 1)
+                    runs = state.past.list_runs(state.list_keys(object_row), is_single=is_single)
+                    past = read_past(runs, state.layout.furniture)
+                found += list_events(fused, said.thing, object_row, places, ids, past)
         return sorted(found, key=lambda event: -event.time)
+
+    def list_known(self, thing: str, begin: int, end: int) -> list[ThingEvent]:
+        """Return where a thing is known to have been around a time, the earliest first."""
+        state = self._state
+        with state.lock:
+            if state.past is not None:
+                near = [
+                    row
+                    for object_row in state.find_rows(thing)
+                    for row in state.past.list_near(state.list_keys(object_row), begin, end)
+                ]
+                return list_sighted(read_past(near, state.layout.furniture))
+            return list_arrivals(self.history(thing), self.changes(0), thing)
 
     def changes(self, since: datetime | int) -> list[ThingChange]:
         """Return what is new, was moved or is gone, as looks have shown and people have said."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Any
@@ -13,9 +13,10 @@ from sgm.arrays.grouped import compute_starts, join_groups
 from sgm.memory.clock import Clock
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import SeenAt
-from sgm.memory.thing import Thing
+from sgm.memory.thing import STATEMENTS, Thing
 from sgm.messages import shorten
-from sgm.schema import NEVER, RELATIONS
+from sgm.schema import MAX_TIME, NEVER, RELATIONS
+from sgm.store.past import StoredSighting
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,26 +310,21 @@ def _compute_gone(batch: MemoryBatch, edge: int) -> float:
 
 
 def list_events(
-    batch: MemoryBatch, thing: Thing, object_row: int, places: Sequence[SeenAt], ids: Sequence[int]
+    batch: MemoryBatch,
+    thing: Thing,
+    object_row: int,
+    places: Sequence[SeenAt],
+    ids: Sequence[int],
+    past: Sequence[StoredSighting] | None = None,
 ) -> list[ThingEvent]:
     """List what is kept of a thing over time, the latest first.
 
-    That is what was said of it, and `places` where it was ever seen; `ids` are of furniture, by
-    position.
+    That is what was said of it, and where it was seen: all that a file has of it, `past`, the
+    latest first; without one, the last that was said, and the last sighting at each of the
+    `places` where it was ever seen. `ids` are of furniture, by position.
     """
     edges = batch.edges
     events = [
-        ThingEvent(
-            statement.time,
-            statement.kind,
-            statement.furniture,
-            statement.relation,
-            statement.confidence,
-            statement.by,
-        )
-        for statement in reversed(thing.statements)  # of one time step, the latest first, too
-    ]
-    events += [
         ThingEvent(seen.time, "seen", None, None, 1.0)
         for seen in places
         if seen.furniture is None and not seen.by
@@ -336,14 +332,95 @@ def list_events(
     told = {(statement.time, statement.furniture) for statement in thing.statements}
     seen_edges = np.flatnonzero((edges["object"] == object_row) & (edges["num_true"] > 0))
     seen_edges = seen_edges[np.argsort(~find_last_edges(batch, seen_edges), kind="stable")]
+    if past is None:
+        events = [*_list_said(thing), *events]
+    else:
+        events += _list_past(thing, past)
     for edge in seen_edges.tolist():
         furniture = ids[edges["furniture"][edge]]
         relation = RELATIONS[edges["relation"][edge]]
         seen, changed = int(edges["last_true"][edge]), int(edges["last_changed"][edge])
-        if (seen, furniture) not in told:
+        if past is None and (seen, furniture) not in told:
             sure = float(edges["confidence"][edge])
             picture = thing.find_picture(furniture, relation)
             events.append(ThingEvent(seen, "seen", furniture, relation, sure, picture=picture))
         if not edges["is_true"][edge] and not any(time == changed for time, _ in told):
             events.append(ThingEvent(changed, "missed", furniture, relation, 1.0))
     return sorted(events, key=lambda event: -event.time)
+
+
+def _list_said(thing: Thing) -> Iterator[ThingEvent]:
+    """Yield what was said of a thing last; of one time step, the latest first, too."""
+    for statement in reversed(thing.statements):
+        about = statement.furniture, statement.relation, statement.confidence, statement.by
+        yield ThingEvent(statement.time, statement.kind, *about)
+
+
+def _list_past(thing: Thing, past: Sequence[StoredSighting]) -> Iterator[ThingEvent]:
+    """Yield what a file has of a thing; its last picture at a place is that of the last time."""
+    pictured: set[tuple[int, str]] = set()
+    for row in past:
+        picture = None
+        if row.said is None and row.place is not None and row.relation is not None:
+            if (row.place, row.relation) not in pictured:
+                picture = thing.find_picture(row.place, row.relation)
+            pictured.add((row.place, row.relation))
+        about = row.place, row.relation, row.confidence, row.by or ""
+        yield ThingEvent(row.time, row.said or "seen", *about, picture=picture)
+
+
+def read_past(rows: Iterable[StoredSighting], places: Collection[int]) -> list[StoredSighting]:
+    """Return what a file has of a thing; a place that came to it since is left out.
+
+    Raises:
+        ValueError: for what no memory wrote; the file may come from anyone.
+    """
+    found = []
+    for row in rows:
+        is_right = (
+            type(row.time) is int
+            and 0 <= row.time <= MAX_TIME
+            and (row.place is None or type(row.place) is int)
+            and row.relation in (None, *RELATIONS)
+            and (row.place is None) == (row.relation is None)
+            and isinstance(row.confidence, float)
+            and 0 <= row.confidence <= 1
+            and row.said in (None, *STATEMENTS)
+            and (row.by is None or isinstance(row.by, str))
+        )
+        if not is_right:
+            raise ValueError(
+                f"every sighting of a memory file must be one that SceneGraphMemory wrote, got "
+                f"{shorten(tuple(row))}. It was altered: use a copy."
+            )
+        if row.place is None or row.place in places:
+            found.append(row)
+    return found
+
+
+def list_sighted(rows: Iterable[StoredSighting]) -> list[ThingEvent]:
+    """Return what a file has of a thing around a time, the earliest first."""
+    events = [
+        ThingEvent(
+            row.time, row.said or "seen", row.place, row.relation, row.confidence, row.by or ""
+        )
+        for row in rows
+    ]
+    return sorted(events, key=lambda event: event.time)
+
+
+def list_arrivals(
+    events: Iterable[ThingEvent], changes: Iterable[ThingChange], thing: str
+) -> list[ThingEvent]:
+    """Return when a thing is known to have been where, by all that is kept, the earliest first.
+
+    That is its `events` without those that missed it, and its arrivals by all `changes`.
+    """
+    found = [event for event in events if event.kind != "missed"]
+    relations = {event.furniture: event.relation for event in reversed(found)}
+    of_thing = [change for change in changes if change.thing == thing]
+    for change in of_thing:
+        if change.kind in ("new", "moved") and change.to_place is not None:
+            about = change.to_place, relations.get(change.to_place), change.probability
+            found.append(ThingEvent(change.time, "seen", *about, change.by))
+    return sorted(found, key=lambda event: event.time)

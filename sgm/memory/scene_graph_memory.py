@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,7 +19,8 @@ from sgm.memory.clock import Clock
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_clock import MemoryClock
 from sgm.memory.memory_content import MemoryContent
-from sgm.memory.memory_files import MemoryFiles, begin_content, load_given
+from sgm.memory.memory_event import MemoryEvent, read_kept
+from sgm.memory.memory_files import MemoryFiles, begin_content, take_given
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.memory_looks import MemoryLooks
 from sgm.memory.memory_questions import Asked, MemoryQuestions, Scorer
@@ -25,6 +29,7 @@ from sgm.memory.memory_statements import MemoryStatements
 from sgm.memory.memory_things import MemoryThings
 from sgm.memory.noticed_changes import ThingChange, ThingEvent
 from sgm.memory.queries import Queries
+from sgm.memory.replayer import Replayer
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import SeenAt, Sighting
 from sgm.memory.thing import ROBOT, Statement, ThingName
@@ -36,21 +41,25 @@ from sgm.names.resolution import Resolution
 from sgm.names.sections import ENGLISH
 from sgm.names.sentence import Sentence
 from sgm.prior.prior_graph import PriorGraph
+from sgm.store.home_file import HomeFile
+from sgm.store.home_reader import HomeReader
 
 if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame
 
 
 class MemoryParts(NamedTuple):
-    """What a memory hands some of its calls to, and the state that all its parts share.
+    """What a memory hands its calls to, and the state that all its parts share.
 
-    For what is made of logs (`sgm.replay`), which makes a memory what it was: these calls write no
-    line, say more in it, or change which files are written. A robot calls the memory itself.
+    For what replays events, which makes a memory what it was: these calls say more in an event, or
+    change which file is written. A robot calls the memory itself.
     """
 
     state: MemoryState
     layout: MemoryLayout
     looks: MemoryLooks
+    clock: MemoryClock
+    questions: MemoryQuestions
     statements: MemoryStatements
     files: MemoryFiles
 
@@ -90,7 +99,7 @@ class SceneGraphMemory:
         self,
         prior: PriorGraph | None = None,
         clock: Clock | None = None,
-        log: str | Path | None = None,
+        path: str | Path | None = None,
         aliases: Aliases | None = None,
         encoder: Encode | None = None,
         score_calibration: ScoreCalibration | None = None,
@@ -104,9 +113,9 @@ class SceneGraphMemory:
                 things of homes that people live in (docs/priors.md).
             clock: what time it is now, and how long a step is, for networks that were trained with
                 `features.clock`; the shipped one reads none.
-            log: file to which every look and every change is appended, such as "looks.jsonl", from
-                which `python -m simulator.trace from-log` makes a trace; None for no log. Asking
-                writes nothing.
+            path: of a new file in which every look and every change is kept from now on, such as
+                "home.sgm"; None for a memory that lives in the process alone. Asking writes
+                nothing. `open` goes on with a file.
             aliases: what things are called besides, and what they are kinds of, added to the
                 shipped table (`AliasTable`): a CSV file with columns name, kind and aliases, or a
                 mapping such as {"thermos": ["vacuum flask"], "beagle": {"kind": "dog"}}.
@@ -121,16 +130,16 @@ class SceneGraphMemory:
         Raises:
             TypeError: if the prior, the clock, the aliases, the encoder or the calibration is
                 something else.
-            ValueError: if the aliases or the map id are malformed, the log is another file, or
-                another process writes it. In one process the latest memory that opened a log has
-                it, and changes of earlier ones raise this.
-            FileNotFoundError: if there is no file of aliases.
-            OSError: if the log cannot be written, here or with any later change; a change that
+            ValueError: if the aliases or the map id are malformed.
+            FileNotFoundError: if there is no file of aliases, or no folder for the file.
+            FileExistsError: if there is a file of that path.
+            OSError: if the file cannot be written, here or with any later change; a change that
                 could not be written was not made.
         """
         content, prior = begin_content(prior, clock, score_calibration, map_id)
         self._make(content, prior, aliases, encoder, language)
-        self._files.start_log(log)
+        if path is not None:
+            self._files.begin(path)
 
     def _make(
         self,
@@ -155,6 +164,59 @@ class SceneGraphMemory:
         self._things = MemoryThings(state)
         self._statements = MemoryStatements(state)
         self._files = MemoryFiles(state)
+        self._files.read_again = _read_again
+
+    @classmethod
+    def open(
+        cls,
+        path: str | Path,
+        prior: PriorGraph | None = None,
+        clock: Clock | None = None,
+        aliases: Aliases | None = None,
+        encoder: Encode | None = None,
+        score_calibration: ScoreCalibration | None = None,
+        map_id: str = "",
+        language: str = ENGLISH,
+        *,
+        is_new: bool = False,
+    ) -> SceneGraphMemory:
+        """Go on with a memory in its file, as it was when its last process ended, to the bit.
+
+        Every change is written before it is made. One process at a time writes a file, by whatever
+        names and links it came to it; in one process the latest to open it has it.
+
+        Example:
+            >>> with SceneGraphMemory.open("home.sgm") as memory:
+            ...     memory.observe(fridge, [Sighting("milk")])  # a kill now loses nothing
+
+        Args:
+            path: of a file that `save` or a memory with a path has written.
+            prior: as in `load`.
+            clock: of the present step, for a memory that has none.
+            aliases: as in the constructor; they are not in the file.
+            encoder: as in the constructor.
+            score_calibration: as in `load`.
+            map_id: as in `load`.
+            language: as in the constructor.
+            is_new: whether an empty memory begins, where there is no file.
+
+        Raises:
+            FileNotFoundError: if there is no file, and `is_new` does not say so, or no folder; it
+                is a `ValueError`, too.
+            ValueError: as of `load`, and if another process writes the file.
+            OSError: if the file cannot be written, or lies on a network drive.
+        """
+        path = Path(path)
+        if is_new and not path.exists():
+            return cls(prior, clock, path, aliases, encoder, score_calibration, map_id, language)
+        file = HomeFile(path)  # first of all, so that no process writes while it is read
+        try:
+            memory = cls._read(path, prior, aliases, encoder, language)
+            memory._files.go_on_in(file, clock, prior, score_calibration, map_id)
+        except BaseException:
+            file.close()
+            raise
+        return memory
 
     @classmethod
     def load(
@@ -162,24 +224,24 @@ class SceneGraphMemory:
         path: str | Path,
         prior: PriorGraph | None = None,
         clock: Clock | None = None,
-        log: str | Path | None = None,
         aliases: Aliases | None = None,
         encoder: Encode | None = None,
         score_calibration: ScoreCalibration | None = None,
         map_id: str = "",
         language: str = ENGLISH,
     ) -> SceneGraphMemory:
-        """Go on with a memory that was saved: every later answer is what it would have been.
+        """Read a memory from its file, also beside the process that writes it.
+
+        Every later answer is what it would have been. What is changed from then on is in this
+        process alone: `open` goes on in the file.
 
         Args:
-            path: written by `save`.
-            prior: None for the one that the memory was saved with, which must then be one that
-                ships. A prior that is given is taken, whether it is the same or not; another one
-                changes what is said about places, and nothing of what was observed.
+            path: of a file that `save` or a memory with a path has written.
+            prior: None for the one of the memory, which must then be one that ships. A prior that
+                is given is taken, whether it is the same or not; another one changes what is said
+                about places, and nothing of what was observed.
             clock: of step 0, for a memory that was saved without one, or to replace its own; None
                 to keep what was saved.
-            log: where changes from now on are written, as in the constructor; a file of the same
-                home is gone on with.
             aliases: as in the constructor; they are not in the file.
             encoder: as in the constructor.
             score_calibration: of looks from now on; None for what was saved.
@@ -193,14 +255,47 @@ class SceneGraphMemory:
                 with another prior than those that ship and none is given, or its present step is
                 no date by the clock that is given.
         """
-        content, prior = load_given(path, prior, clock, score_calibration, map_id)
-        memory = cls.__new__(cls)
-        memory._make(content, prior, aliases, encoder, language)
-        memory._files.start_log(log, goes_on=True)
+        memory = cls._read(path, prior, aliases, encoder, language)
+        content, _ = memory._files.copy_content()
+        content, prior = take_given(content, path, prior, clock, score_calibration, map_id)
+        if (clock, score_calibration) != (None, None) or map_id:
+            memory._files.go_on_from(content, prior)
         return memory
 
+    @classmethod
+    def _read(
+        cls,
+        path: str | Path,
+        prior: PriorGraph | None,
+        aliases: Aliases | None,
+        encoder: Encode | None,
+        language: str,
+    ) -> SceneGraphMemory:
+        """Make a memory of what a file holds."""
+        with HomeReader(path) as reader:
+            start, *events = read_kept(reader)
+        content: MemoryContent = start.values["memory"]
+        content, own_prior = take_given(content, path, prior, None, None, "")
+        memory = cls.__new__(cls)
+        memory._make(content, own_prior, aliases, encoder, language)
+        memory._replay(events, prior)
+        return memory
+
+    def _replay(self, events: Sequence[MemoryEvent], prior: PriorGraph | None) -> None:
+        """Make events again, which go on from what the memory holds."""
+        if not events:
+            return
+        warns, self._looks.watch.warns_of_scores = self._looks.watch.warns_of_scores, False
+        replayer = Replayer(self, prior)
+        replayer.start_from(self._state.layout)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the process that looked was warned
+            for event in events:
+                replayer.apply(event)
+        self._looks.watch.warns_of_scores = warns
+
     def copy(self) -> SceneGraphMemory:
-        """Return a memory of the same content that goes its own way; it writes no log."""
+        """Return a memory of the same content that goes its own way; it writes to no file."""
         memory = type(self).__new__(type(self))
         memory._make_parts(self._state.copy())
         memory._looks.watch.warns_of_scores = self._looks.watch.warns_of_scores
@@ -208,11 +303,13 @@ class SceneGraphMemory:
 
     @property
     def parts(self) -> MemoryParts:
-        """The parts that what is made of logs calls; see `MemoryParts`."""
+        """The parts that replays call; see `MemoryParts`."""
         return MemoryParts(
             state=self._state,
             layout=self._layout,
             looks=self._looks,
+            clock=self._clock,
+            questions=self._questions,
             statements=self._statements,
             files=self._files,
         )
@@ -461,7 +558,7 @@ class SceneGraphMemory:
                 was not in view: {"in": 0, "onTop": 0.8} of a fridge that is shut.
             hidden: descriptions of things whose own spots were out of view, behind something else:
                 that they were not seen is not counted against them.
-            viewpoint: from where the camera looked, for the log and the page that shows it; the
+            viewpoint: from where the camera looked, for the file and the page that shows it; the
                 memory does not use it.
 
         Looks must lie some time apart: a memory that seems to get every frame of a video
@@ -550,7 +647,7 @@ class SceneGraphMemory:
         Raises:
             TypeError: if it is no clock.
             ValueError: if the memory has one, or the present step is no date by it.
-            OSError: if the log cannot be written.
+            OSError: if the file cannot be written.
         """
         self._files.start_clock(clock)
 
@@ -680,7 +777,7 @@ class SceneGraphMemory:
         """Ask for an object; until the next `step` its hypothetical edges are in the graph.
 
         A place that is looked at meanwhile, and does not show it, is remembered as one where it
-        was not. So this changes the memory, as `rank` and `ask` do not, and is logged.
+        was not. So this changes the memory, as `rank` and `ask` do not, and is written.
 
         Args:
             description: what to look for, whether it was seen before or not.
@@ -721,7 +818,7 @@ class SceneGraphMemory:
         return self._things.list_ids(thing)
 
     def list_named(self, *names: str, place: int | None = None) -> tuple[ThingName, ...]:
-        """Return the things of some names or ids, as logs name them; what was merged is one.
+        """Return the things of some names or ids, as files name them; what was merged is one.
 
         Args:
             names: descriptions or ids, of exactly these things.
@@ -768,10 +865,13 @@ class SceneGraphMemory:
         return self._things.last_seen(description)
 
     def history(self, thing: str) -> list[ThingEvent]:
-        """Return what is kept of a thing over time, the latest first; the log has all.
+        """Return what is kept of a thing over time, the latest first.
 
-        That is the last sighting at each place, the look that missed it there first since, and the
-        last things that were said of it. Of several things that a name means, all.
+        A memory with a file tells all that the file keeps: each stay at a place, by the last
+        sighting there, and all that was said. Where a name is that of several things, that is the
+        last sighting at each place. A memory without one has the last sighting at each place, and
+        the last things that were said. Both tell which look missed it there first since. Of several
+        things that a name means, all.
 
         Args:
             thing: name or id.
@@ -780,6 +880,19 @@ class SceneGraphMemory:
             ValueError: if the name is none (`read_words`).
         """
         return self._things.history(thing)
+
+    def list_known(self, thing: str, begin: int, end: int) -> list[ThingEvent]:
+        """Return where a thing is known to have been around a time, the earliest first.
+
+        Of a memory with a file that is the last sighting or statement before it, the last one in
+        it, and the first one after it; without one, all that is kept.
+
+        Args:
+            thing: its exact name or id.
+            begin: first time step.
+            end: last time step.
+        """
+        return self._things.list_known(thing, begin, end)
 
     def changes(self, since: datetime | int) -> list[ThingChange]:
         """Return what is new, was moved or is gone, as looks have shown and people have said.
@@ -930,7 +1043,7 @@ class SceneGraphMemory:
     def list_statements(self) -> list[tuple[ThingName, Statement]]:
         """Return what was said of things, or done with them, the oldest first.
 
-        Kept are the last eight statements about each; the log has all.
+        Kept are the last eight statements about each; the file has all.
         """
         return self._statements.list_statements()
 
@@ -944,7 +1057,7 @@ class SceneGraphMemory:
         Args:
             thing: name or id.
             name: description from now on.
-            by: who says so; it stands in the log.
+            by: who says so; it stands in the file.
 
         Raises:
             KeyError: if there is no such thing.
@@ -962,7 +1075,7 @@ class SceneGraphMemory:
         Args:
             thing: name or id.
             other: name or id of the other one.
-            by: who says so; it stands in the log.
+            by: who says so; it stands in the file.
 
         Raises:
             KeyError: if there is no such thing.
@@ -982,7 +1095,7 @@ class SceneGraphMemory:
             place: furniture id, to tell apart what words did not: what was seen there is another
                 thing.
             name: description of that other thing.
-            by: who says so; it stands in the log.
+            by: who says so; it stands in the file.
 
         Raises:
             KeyError: if there is no such thing or place.
@@ -998,7 +1111,7 @@ class SceneGraphMemory:
 
         Args:
             gone: name or id of a thing, or a furniture id.
-            by: who says so; it stands in the log.
+            by: who says so; it stands in the file.
 
         Raises:
             KeyError: if there is no such thing or furniture.
@@ -1018,48 +1131,72 @@ class SceneGraphMemory:
         """
         self._statements.remove_object(description)
 
-    # File and log
+    # The file
+
+    @property
+    def path(self) -> Path | None:
+        """Of the file in which every change is kept, without links; None without one."""
+        return self._files.path
 
     def save(self, path: str | Path) -> None:
-        """Write the memory to a file, from which `load` goes on; it holds no code.
+        """Write the memory to a file, from which `load` and `open` go on; it holds no code.
+
+        Of a memory that is kept in a file, that is a copy of it with all events; to its own file it
+        is a snapshot, after which the next start has no event to make again.
 
         Args:
             path: such as "home.sgm".
 
         Raises:
-            ValueError: if a memory of another process saved the file, and still lives.
+            ValueError: if another memory, in this process or another one, is kept in that file.
             OSError: if the folder does not exist, or the disk does not take the file; an older
                 file is left as it was.
         """
         self._files.save(path)
 
-    def save_and_rotate(self, path: str | Path, old_log: str | Path) -> None:
-        """Write the memory to a file, and begin its log anew from there; see `KeptHome.snapshot`.
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        """Write all changes that are made meanwhile at once; other threads wait.
 
-        No call of another thread comes between the two: what the file holds and the lines of the
-        new log are the memory. A process that is killed meanwhile leaves the old log whole, and
-        perhaps the new one. Without a log, ValueError is raised, and errors as of `save`; when the
-        file was not written, the new log alone is the memory.
+        A change that raises an error ends it: those before it stay.
+
+        Raises:
+            OSError: if the disk does not take them; then none was made.
         """
-        self._files.save_and_rotate(path, old_log)
+        with self._files.transaction():
+            yield
 
-    def sync_log(self) -> None:
-        """Have the disk take all of the log, to survive a loss of power; raises OSError if not.
+    def sync(self) -> None:
+        """Have the disk take all changes, to survive a loss of power; raises OSError if not.
 
         What was changed before this call survives a kill of the process without it.
         """
-        self._files.sync_log()
+        self._files.sync()
 
-    def follow(self, listener: Callable[[bytes], None] | None) -> Callable[[], bytes]:
-        """Have a function called with every line that the log gets from now on; None for none.
+    def close(self) -> None:
+        """Write a snapshot, and let go of the file; the memory lives on in the process alone.
 
-        It is called by who makes the change, just before that is made, and must not wait.
-
-        Returns:
-            What writes the line that stands for all up to now. It takes as long as `save`, and
-            keeps no other call waiting.
+        A file that was moved or removed is left as it is, with every change so far.
 
         Raises:
-            ValueError: if the memory writes no log.
+            OSError: if the disk does not take the snapshot; the next start makes all events again.
         """
-        return self._files.follow(listener)
+        self._files.close()
+
+    def __enter__(self) -> SceneGraphMemory:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Let go of the file."""
+        self.close()
+
+
+def _read_again(path: Path) -> tuple[MemoryContent, PriorGraph]:
+    """Return what a file holds."""
+    return SceneGraphMemory.load(path)._files.copy_content()

@@ -119,12 +119,12 @@ class ThingName:
         return f"{self.description} (id {self.id})" if self.id else self.description
 
     def to_json(self) -> dict[str, Any]:
-        """Return JSON values for a log."""
+        """Return JSON values for a file."""
         return {"description": self.description, **({"id": self.id} if self.id else {})}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> ThingName:
-        """Read JSON values of a log."""
+        """Read JSON values of a file."""
         return cls(str(data["description"]), str(data.get("id", "")))
 
 

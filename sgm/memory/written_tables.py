@@ -24,6 +24,11 @@ def list_written(table: str) -> tuple[Column, ...]:
     return tuple(column for column in TABLES[table] if not column.is_derived)
 
 
+def list_parts() -> tuple[str, ...]:
+    """Return how a file calls the tables."""
+    return tuple(map(_get_part, TABLES))
+
+
 def make_empty_tables() -> Tables:
     """Return tables without rows."""
     none = np.zeros(0, dtype=np.int64)
@@ -71,9 +76,9 @@ def keep_rows(content: Tables, kept: Mapping[str, np.ndarray]) -> tuple[Tables, 
     return left, stays["edges"]
 
 
-def write_tables(content: Tables) -> dict[str, dict[str, list[float]]]:
-    """Return the tables as JSON values, without the columns that are as guessed."""
-    written: dict[str, dict[str, list[float]]] = {}
+def write_tables(content: Tables) -> dict[str, dict[str, np.ndarray]]:
+    """Return the tables as 64-bit numbers, without the columns that are as guessed."""
+    written: dict[str, dict[str, np.ndarray]] = {}
     objects = _widen("objects", content["objects"])
     for table in TABLES:
         columns, part = _widen(table, content[table]), written.setdefault(_get_part(table), {})
@@ -81,7 +86,7 @@ def write_tables(content: Tables) -> dict[str, dict[str, list[float]]]:
             values = columns[column.name]
             guess = column.make_guess(columns, objects, len(values)) if part else None
             if guess is None or not np.array_equal(values, guess):
-                part[column.name] = values.tolist()
+                part[column.name] = values
     return written
 
 
@@ -135,7 +140,7 @@ def _widen(table: str, columns: Columns) -> Columns:
 def _read_column(column: Column, values: Any) -> np.ndarray:
     """Read one column; `ValueError` if it is of another kind."""
     dtype = np.dtype(np.int64 if column.is_whole else float)
-    array = np.array(values or np.zeros(0, dtype))
+    array = np.array(values if len(values) else np.zeros(0, dtype))
     if array.ndim != 1 or array.dtype != dtype:
         raise ValueError(f"{column.name} must be {'whole ' * column.is_whole}numbers")
     return array

@@ -1,1 +1,1 @@
-"""What is made of the log of a memory: the memory again, one that outlives its process."""
+"""What is made of the events of a memory: it again, also beside the process that writes it."""

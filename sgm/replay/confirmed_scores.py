@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.score_calibration import FEWEST_SCORES, ScoreCalibration
 from sgm.names.words import read_words
 from sgm.replay.replay import replay
@@ -16,8 +16,8 @@ _MOST_CERTAIN = 0.2  # of the scores, the highest: taken for right
 _ROUNDS = 30
 
 
-def fit_from_log(log: str | Path) -> ScoreCalibration:
-    """Fit the scores of a detector from the log of a memory, without labels.
+def fit_from_log(path: str | Path) -> ScoreCalibration:
+    """Fit the scores of a detector from the file of a memory, without labels.
 
     Every detection is judged by the next look of a later step at the same furniture: it confirms
     it, or does not show the thing. A right detection is not always confirmed, for a detector
@@ -26,18 +26,18 @@ def fit_from_log(log: str | Path) -> ScoreCalibration:
     again and again, label detections and use `ScoreCalibration.fit`.
 
     Args:
-        log: written by `SceneGraphMemory(log=...)`; with the scores as they were given.
+        path: of `SceneGraphMemory(path=...)`; its looks have the scores as they were given.
 
     Raises:
-        ValueError: if the file is no log, or fewer than `FEWEST_SCORES` detections with a score
+        ValueError: if it is no memory file, or fewer than `FEWEST_SCORES` detections with a score
             were looked at again.
         FileNotFoundError: if there is none.
     """
-    scores, confirmed = _list_confirmed(log)
+    scores, confirmed = _list_confirmed(path)
     if len(scores) < FEWEST_SCORES:
         raise ValueError(
-            f"log must have at least {FEWEST_SCORES} scores that a later look at the same place "
-            f"judges, got {len(scores)} in {log}. Look at places again, or label detections."
+            f"memory file must have at least {FEWEST_SCORES} scores that a later look at the same "
+            f"place judges, got {len(scores)} in {path}. Look at places again, or label detections."
         )
     certain = scores >= np.quantile(scores, 1 - _MOST_CERTAIN)
     ceiling = min(max(float(confirmed[certain].mean()), 0.05), 0.999)
@@ -50,11 +50,11 @@ def fit_from_log(log: str | Path) -> ScoreCalibration:
     return fitted
 
 
-def _list_confirmed(log: str | Path) -> tuple[np.ndarray, np.ndarray]:
+def _list_confirmed(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Return the scores of detections and whether the next look confirmed each, (n,) both."""
     waiting: dict[int, tuple[int, dict[str, float]]] = {}  # by furniture: time, scores by name
     scores, confirmed = [], []
-    for memory, line, furniture in replay(read_log(log)):
+    for memory, line, furniture in replay(read_events(path)):
         if line.kind == "start":
             waiting.clear()
         if line.kind != "look" or line.values["coverage"] != 1:

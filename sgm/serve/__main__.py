@@ -13,14 +13,15 @@ from pathlib import Path
 
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.names.language import list_languages
 from sgm.names.sections import ENGLISH
-from sgm.replay.kept_home import KeptHome
 from sgm.serve.caller import DEFAULT_TIMEOUT, Caller
 from sgm.serve.finders import make_finder, warm_up
 from sgm.serve.guard import DEFAULT_RATE, LOCAL_NAMES, Guard, is_local
 from sgm.serve.reader import Reader
+from sgm.store.home_file import KEPT_BYTES
 
 DEFAULT_PORT = 8600
 TOKEN_VARIABLE = "SGM_TOKEN"
@@ -36,7 +37,7 @@ def make_parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     add = parser.add_argument
-    add("home", type=Path, help="memory file, such as home.sgm; its log lies beside it")
+    add("home", type=Path, help="memory file, such as home.sgm")
     add("--new", action="store_true", help="begin an empty home where there is none")
     add("--host", default="127.0.0.1", help="address; any but this machine's needs a token")
     add("--port", type=int, default=DEFAULT_PORT, help="0 for any that is free")
@@ -69,11 +70,18 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add("--snapshot_seconds", type=float, default=300.0, help="time between snapshots")
     add(
+        "--keep_mb",
+        type=float,
+        default=KEPT_BYTES / 2**20,
+        help="of events, from which on the oldest are removed",
+    )
+    add("--keep_days", type=float, help="after which events are removed; left out: by size alone")
+    add(
         "--processes",
         type=int,
         choices=_PROCESSES,
         default=min(os.cpu_count() or 1, _PROCESSES[-1]),
-        help="2: another one, with a copy of the memory, answers what only reads",
+        help="2: another one, which reads the file, answers what only reads",
     )
     add("--timeout", type=float, default=DEFAULT_TIMEOUT, help="seconds for a call")
     add("--rate", type=float, default=DEFAULT_RATE, help="requests of one address in a second")
@@ -98,8 +106,8 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> None:
-    for name in ("step_seconds", "snapshot_seconds", "timeout", "rate"):
-        if not 0 < getattr(options, name) < 1e9:
+    for name in ("step_seconds", "snapshot_seconds", "timeout", "rate", "keep_mb", "keep_days"):
+        if getattr(options, name) is not None and not 0 < getattr(options, name) < 1e9:
             raise ValueError(
                 f"--{name} must be a number above 0, got {getattr(options, name):g}. Leave it out."
             )
@@ -113,18 +121,16 @@ def _run(options: argparse.Namespace) -> None:
     token = _read_token(options.token_file)
     guard = _make_guard(options, token)
     clock = Clock(datetime.now().replace(microsecond=0), options.step_seconds)
-    home = KeptHome.open(options.home, clock, options.aliases, options.language, is_new=options.new)
     finder = make_finder(options.finder)
-    service = MemoryService(
-        home.memory, finder, accept_jump=options.accept_jump, ignore=options.ignore
-    )
+    memory = _open(options, clock)
+    service = MemoryService(memory, finder, accept_jump=options.accept_jump, ignore=options.ignore)
     reader = None if options.stdio or options.processes == 1 else _make_reader(options)
-    caller = Caller(service, home, options.sync, options.timeout, reader)
+    caller = Caller(service, options.sync, options.timeout, reader)
     try:
         if options.stdio:
             from sgm.serve.tools import MCPTools
 
-            warm_up(finder, home.memory)
+            warm_up(finder, memory)
             asyncio.run(MCPTools(caller).run_stdio())
             return
         from sgm.serve import server  # here, as tests of the options need no uvicorn
@@ -136,10 +142,24 @@ def _run(options: argparse.Namespace) -> None:
         host, port = listening.getsockname()[:2]
         where = f"[{host}]" if ":" in host else host
         said = f"serving {options.home} at http://{where}:{port}/"
-        warm_up(finder, home.memory)
+        warm_up(finder, memory)
         server.serve(application, listening, lambda: print(said, flush=True))
     finally:
         caller.close()
+
+
+def _open(options: argparse.Namespace, clock: Clock) -> SceneGraphMemory:
+    memory = SceneGraphMemory.open(
+        options.home,
+        clock=clock,
+        aliases=options.aliases,
+        language=options.language,
+        is_new=options.new,
+    )
+    file = memory.parts.files.file
+    assert file is not None
+    file.kept_bytes, file.kept_days = int(options.keep_mb * 2**20), options.keep_days
+    return memory
 
 
 def _make_reader(options: argparse.Namespace) -> Reader:

@@ -253,15 +253,15 @@ class Application:
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
     def _list_gauges(self) -> dict[str, float]:
-        memory, home = self.caller.service.memory, self.caller.home
-        reader = self.caller.reader
+        memory, reader = self.caller.service.memory, self.caller.reader
+        file = memory.parts.files.file
         return {
             "sgm_writes_total": self.caller.num_writes,
             "sgm_things": len(memory.descriptions),
             "sgm_places": memory.num_furniture,
             "sgm_time_step": memory.time,
             "sgm_feed_listeners": 0 if self.feed is None else self.feed.num_listeners,
-            "sgm_log_bytes": 0 if home is None else home.log_bytes,
+            "sgm_file_bytes": 0 if file is None else file.num_bytes,
             "sgm_reader_cpu_seconds_total": 0 if reader is None else reader.processor_seconds,
         }
 

@@ -12,7 +12,6 @@ from typing import Any
 
 from sgm.finder.answers import write_json
 from sgm.finder.service import MemoryService
-from sgm.replay.kept_home import KeptHome
 from sgm.serve.calls import Call
 from sgm.serve.guard import Refused
 from sgm.serve.reader import Reader, ReaderFailed
@@ -114,7 +113,7 @@ class Caller:
     """Makes the calls of a service, and keeps its memory on disk.
 
     Calls take turns (`Turns`), and none waits for the disk but those that write. Writes are made by
-    one thread. A line of the log has left the process before its call is answered; when the disk
+    one thread. A change is committed to the memory file before its call is answered; when the disk
     has it, `sync` says: "answer" before the call is answered, "second" within a second, "never"
     when the system likes. What only reads is answered by a process of its own, where there is one
     (`Reader`).
@@ -123,15 +122,13 @@ class Caller:
     def __init__(
         self,
         service: MemoryService,
-        home: KeptHome | None = None,
         sync: str = "second",
         timeout: float = DEFAULT_TIMEOUT,
         reader: Reader | None = None,
     ) -> None:
-        """Make calls of a service, each within seconds; `home` is where its memory is kept."""
+        """Make calls of a service, each within seconds; its memory may be kept in a file."""
         self.service = service
         self.reader = reader
-        self.home = home
         self.timeout = timeout
         self._sync = sync
         self._readers = ThreadPoolExecutor(NUM_READERS, "sgm-read")
@@ -160,7 +157,7 @@ class Caller:
         try:
             answer = await self._turns.run(pool, run, self.timeout)
             if call.is_write and self._sync == "answer":
-                await asyncio.wait_for(self._sync_log(), self.timeout)
+                await asyncio.wait_for(self._sync_file(), self.timeout)
         except asyncio.TimeoutError:
             raise self._refuse_slow(call.is_write) from None
         return answer
@@ -179,8 +176,9 @@ class Caller:
 
     async def start_reader(self) -> None:
         """Begin the process that answers what only reads, if there is to be one."""
-        if self.reader is not None:
-            await self._try(self.reader.start(self.service.memory))
+        path = self.service.memory.path
+        if self.reader is not None and path is not None:
+            await self._try(self.reader.start(path))
 
     async def close_reader(self) -> None:
         """End that process."""
@@ -208,17 +206,17 @@ class Caller:
         self.num_writes += 1
         return answer
 
-    async def _sync_log(self) -> None:
+    async def _sync_file(self) -> None:
         """Have the disk take all writes: those made during one sync go together with the next."""
         made = self.num_writes
         async with self._syncing:
             if self._num_synced < made:
                 made = self.num_writes
-                await asyncio.to_thread(self.service.memory.sync_log)
+                await asyncio.to_thread(self.service.memory.sync)
                 self._num_synced = made
 
     async def keep(self, snapshot_seconds: float) -> None:
-        """Let time pass, write to the disk and begin logs anew, until it is cancelled.
+        """Let time pass, write to the disk and take snapshots, until it is cancelled.
 
         Snapshots are written some seconds apart, while there is something new.
         """
@@ -228,12 +226,11 @@ class Caller:
             await asyncio.sleep(SYNC_SECONDS)
             await self._try(self._turns.run(self._writer, self._let_time_pass, self.timeout))
             if self._sync == "second":
-                await self._try(self._sync_log())
-            is_due = loop.time() - saved_at >= snapshot_seconds
-            if self.home is not None and self.num_writes > self._num_saved:
-                if is_due or self.home.is_log_long:
-                    saved_at = loop.time()
-                    await self._try(asyncio.to_thread(self.save))
+                await self._try(self._sync_file())
+            await self._try(asyncio.to_thread(self.service.memory.parts.files.checkpoint))
+            if loop.time() - saved_at >= snapshot_seconds:
+                saved_at = loop.time()
+                await self._try(asyncio.to_thread(self.save))
 
     async def _try(self, doing: Awaitable[object]) -> None:
         """Wait until something is done; what goes wrong is reported, and tried again later."""
@@ -245,16 +242,17 @@ class Caller:
                 print(f"warning: {error}", file=sys.stderr, flush=True)
 
     def save(self) -> None:
-        """Write a snapshot, if there is anything new; raises OSError, and then the log has all."""
-        if self.home is not None and self.num_writes > self._num_saved:
+        """Write a snapshot, if there is anything new; raises OSError, and then the events stay."""
+        path = self.service.memory.path
+        if path is not None and self.num_writes > self._num_saved:
             self._num_saved = self.num_writes
-            self.home.snapshot()
+            self.service.memory.save(path)
 
     def close(self) -> None:
-        """Wait for the calls that were begun, and `save`."""
+        """Wait for the calls that were begun, and let go of the file."""
         for pool in (self._readers, self._writer):
             pool.shutdown(wait=True)
-        self.save()
+        self.service.memory.close()
 
     def _let_time_pass(self) -> None:
         if self.service.let_time_pass():

@@ -22,7 +22,7 @@ except ModuleNotFoundError:  # Windows has no such limit
 IS_POSIX = os.name == "posix"
 MOST_CONNECTIONS = 500
 _LEAST_CONNECTIONS = 4
-# Files that are opened beside connections: log, snapshot, files with hard links, the event loop.
+# Files that are open beside connections: the memory file, what lies beside it, the event loop.
 _OTHER_FILES = 32
 _TELL_SECONDS = 3600.0  # between two lines that say that the bound was reached
 _NO_FILES = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)

@@ -12,9 +12,8 @@ _HEAD = struct.Struct("<BQI")  # what it is, number of the question, bytes that 
 class Kind(IntEnum):
     """What is sent."""
 
-    LINE = 0  # of the log
     QUESTION = 1  # JSON: name of the call, and its arguments
-    READY = 2  # the first line was read
+    READY = 2  # the file was read
     ANSWER = 3  # processor seconds of the process so far, then JSON
     ERROR = 4  # the call has raised something: who asked calls itself, and gets the same
 

@@ -1,4 +1,4 @@
-"""The process behind `sgm.serve.reader`: a copy of a memory that follows its log, and is asked."""
+"""The process behind `sgm.serve.reader`: it reads along what another one writes, and is asked."""
 
 from __future__ import annotations
 
@@ -12,53 +12,45 @@ import warnings
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
+from threading import Lock
 
 from sgm.finder.answers import write_json
 from sgm.finder.read_calls import ReadCalls
-from sgm.memory.log_reader import read_line
-from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.sections import ENGLISH
-from sgm.replay.replay import Replayer
+from sgm.replay.followed_memory import FollowedMemory
 from sgm.serve.caller import NUM_READERS, Turns
 from sgm.serve.calls import BY_NAME
 from sgm.serve.finders import make_finder, warm_up
 from sgm.serve.frames import Kind, pack, read_frame
 from sgm.serve.reader import SECONDS
 
-_PIPE = Path("the pipe")  # where a line that is none comes from
-
 
 class ReadProcess:
-    """Applies lines of a log, and answers questions, in the order in which they come.
+    """Answers questions about what a memory file holds.
 
-    Questions take turns in threads, as in the server itself. A line is applied before the next
-    thing is read.
+    Questions take turns in threads, as in the server itself; before each, what was written since is
+    read.
     """
 
-    def __init__(self, replayer: Replayer, reads: ReadCalls, timeout: float) -> None:
-        """Answer from the memory of a replayer; none waits longer than `timeout` seconds."""
-        self._replayer, self._reads, self._timeout = replayer, reads, timeout
+    def __init__(self, followed: FollowedMemory, reads: ReadCalls, timeout: float) -> None:
+        """Answer from a memory that is read along; none waits longer than `timeout` seconds."""
+        self._followed, self._reads, self._timeout = followed, reads, timeout
         self._turns, self._pool = Turns(), ThreadPoolExecutor(NUM_READERS, "sgm-read")
+        self._catching_up = Lock()
         self._answering: set[asyncio.Task[None]] = set()
-        self._is_ready = False
 
     async def run(self, stream: asyncio.StreamReader, output: asyncio.WriteTransport) -> None:
         """Answer until the input ends."""
+        warm_up(self._reads.finder, self._reads.memory)
+        output.write(pack(Kind.READY, 0))
         while True:
             try:
-                frame_kind, number, body = await read_frame(stream)
+                _, number, body = await read_frame(stream)
             except asyncio.IncompleteReadError:
                 break
-            if frame_kind == Kind.QUESTION:
-                task = asyncio.create_task(self._answer(number, body, output))
-                self._answering.add(task)
-                task.add_done_callback(self._answering.discard)
-                continue
-            self._replayer.apply(read_line(body, _PIPE))
-            if not self._is_ready:
-                self._is_ready = True
-                warm_up(self._reads.finder, self._reads.memory)
-                output.write(pack(Kind.READY, 0))
+            task = asyncio.create_task(self._answer(number, body, output))
+            self._answering.add(task)
+            task.add_done_callback(self._answering.discard)
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     async def _answer(self, number: int, body: bytes, output: asyncio.WriteTransport) -> None:
@@ -71,6 +63,8 @@ class ReadProcess:
         output.write(pack(Kind.ANSWER, number, seconds + answer))
 
     def _call(self, body: bytes) -> bytes:
+        with self._catching_up:
+            self._followed.catch_up()
         name, values = json.loads(body)
         call = BY_NAME[name]
         return write_json(call.run(self._reads, call.read(values)))
@@ -79,6 +73,7 @@ class ReadProcess:
 def main(argv: list[str]) -> int:
     """Run the process, on standard input and output, until the input ends."""
     parser = argparse.ArgumentParser(allow_abbrev=False)
+    parser.add_argument("home", type=Path)
     parser.add_argument("--finder", required=True)
     parser.add_argument("--aliases", type=Path)
     parser.add_argument("--language", default=ENGLISH)
@@ -94,6 +89,6 @@ async def _run(options: argparse.Namespace) -> None:
     loop, stream = asyncio.get_running_loop(), asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(stream), sys.stdin.buffer)
     output, _ = await loop.connect_write_pipe(asyncio.BaseProtocol, sys.stdout.buffer)
-    memory = SceneGraphMemory(aliases=options.aliases, language=options.language)
-    reads = ReadCalls(memory, make_finder(options.finder))
-    await ReadProcess(Replayer(memory), reads, options.timeout).run(stream, output)
+    followed = FollowedMemory(options.home, options.aliases, options.language)
+    reads = ReadCalls(followed.memory, make_finder(options.finder))
+    await ReadProcess(followed, reads, options.timeout).run(stream, output)

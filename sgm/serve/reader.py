@@ -1,4 +1,4 @@
-"""A second process with a copy of the memory, which answers what only reads."""
+"""A second process that reads the memory file, and answers what only reads."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from datetime import datetime
+from pathlib import Path
 from typing import Any
 
-from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.serve.frames import Kind, pack, read_frame
 
 SECONDS = struct.Struct("<d")
@@ -22,14 +22,14 @@ class ReaderFailed(Exception):
 
 
 class Reader:
-    """Asks a process that follows the log of a memory.
+    """Asks a process that reads a memory file beside the one that writes it.
 
-    One interpreter runs one thread at a time, so that reading beside reading takes two. Every line
-    of the log is sent to the process before what was written is answered, and a question after it:
-    so an answer knows all that was answered before.
+    One interpreter runs one thread at a time, so that reading beside reading takes two. A write is
+    in the file before it is answered, and the process reads what is new before each question: so an
+    answer knows all that was answered before.
 
     Attributes:
-        is_ready: whether it has read what the memory held when it began.
+        is_ready: whether it has read the file.
         processor_seconds: of the process.
         num_waiting: questions that are not answered yet.
     """
@@ -45,8 +45,6 @@ class Reader:
         self._waiting: dict[int, asyncio.Future[bytes]] = {}
         self._number = 0
         self._is_closing = False
-        # Lines that came before the first one was sent; None from then on.
-        self._early: list[bytes] | None = []
         self.is_ready = False
         self.processor_seconds = 0.0
 
@@ -55,8 +53,8 @@ class Reader:
         """Questions that are not answered yet."""
         return len(self._waiting)
 
-    async def start(self, memory: SceneGraphMemory) -> None:
-        """Begin the process, and have it follow a memory, which writes a log."""
+    async def start(self, path: Path) -> None:
+        """Begin the process, and have it read a memory file."""
         # The modules of this process, whatever the folder is: `-m` would look there first.
         code = (
             f"import sys; sys.path[:] = {sys.path!r}; "
@@ -66,22 +64,13 @@ class Reader:
             sys.executable,
             "-c",
             code,
+            str(path),
             *self._arguments,
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
         )
-        loop = asyncio.get_running_loop()
-
-        def listen(line: bytes) -> None:
-            loop.call_soon_threadsafe(self._follow, line)
-
-        write_start = memory.follow(listen)
-        first = await asyncio.to_thread(write_start)
-        early, self._early = self._early or [], None
-        for line in (first, *early):
-            self._follow(line)
         assert process.stdout is not None
-        self._listening = asyncio.create_task(self._listen(process.stdout, memory))
+        self._listening = asyncio.create_task(self._listen(process.stdout))
 
     async def ask(self, name: str, arguments: Mapping[str, Any], seconds: float) -> bytes:
         """Return the answer of a call that only reads, as JSON.
@@ -118,19 +107,13 @@ class Reader:
         if self._listening is not None:
             await self._listening
 
-    def _follow(self, line: bytes) -> None:
-        if self._early is None:
-            self._send(pack(Kind.LINE, 0, line))
-        else:
-            self._early.append(line)
-
     def _send(self, frame: bytes) -> None:
         assert self._process is not None
         assert self._process.stdin is not None
         if not self._process.stdin.is_closing():
             self._process.stdin.write(frame)
 
-    async def _listen(self, stream: asyncio.StreamReader, memory: SceneGraphMemory) -> None:
+    async def _listen(self, stream: asyncio.StreamReader) -> None:
         """Hand out answers until the process ends."""
         with suppress(asyncio.IncompleteReadError, ConnectionError):
             while True:
@@ -147,7 +130,6 @@ class Reader:
                     (self.processor_seconds,) = SECONDS.unpack_from(body)
                     ended.set_result(body[SECONDS.size :])
         self.is_ready = False
-        memory.follow(None)
         for ended in self._waiting.values():
             if not ended.done():
                 ended.set_exception(ReaderFailed())

@@ -1,4 +1,4 @@
-"""Which thing of a log a name meant at the time, whatever it was called before and after."""
+"""Which thing of a memory file a name meant at the time, whatever it was called otherwise."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sgm.memory.log_reader import LogLine
 from sgm.memory.memory_content import MemoryContent
+from sgm.memory.memory_event import MemoryEvent
 from sgm.memory.thing import ThingName
 from sgm.names.words import read_name
 
@@ -16,7 +16,7 @@ _Key = tuple[str, ...] | str  # by which a thing is known: its words, or its id
 
 
 class PastThings:
-    """Follows the things of a log over renames, merges and splits; a thing is a number.
+    """Follows the things of a file over renames, merges and splits; a thing is a number.
 
     Attributes:
         seen: numbers of the things that each look showed, look by look.
@@ -33,7 +33,7 @@ class PastThings:
         self._same_as: dict[int, int] = {}
 
     def note_look(self, time: int, furniture: int, seen: Iterable[tuple[Any, ...]]) -> None:
-        """Note what a look at a place showed: the arguments of each sighting, as a log has them."""
+        """Note what a look at a place showed: the arguments of each sighting, as in events."""
         self._furniture.append(furniture)
         ids = ((sighting[0], sighting[4] or "" if len(sighting) > 4 else "") for sighting in seen)
         self.seen.append([self._find(time, description, number) for description, number in ids])
@@ -43,10 +43,10 @@ class PastThings:
         number = -1 if name is None else self._find(time, name.description, name.id)
         self.spoken_of.append(number)
 
-    def note_change(self, line: LogLine, furniture: Mapping[int, int]) -> None:
-        """Note a line of a log that changes what things are called, or which of them are one.
+    def note_change(self, line: MemoryEvent, furniture: Mapping[int, int]) -> None:
+        """Note an event that changes what things are called, or which of them are one.
 
-        `furniture` are the ids of the places, by those of the log.
+        `furniture` are the ids of the places, by those of the file.
         """
         values, time = line.values, line.time
         if line.kind == "start":

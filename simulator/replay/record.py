@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.files import VERSION
-from sgm.memory.log_reader import LogLine
 from sgm.memory.memory_content import MemoryContent
+from sgm.memory.memory_event import MemoryEvent
 from sgm.schema import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import make_policy
@@ -48,7 +47,7 @@ class RunRecorder:
     def end_step(self) -> None:
         """Note that a step of the task was played."""
         self._note_truth()
-        self._lines.append(LogLine("step", self._rollout.memory.time, {"num_steps": 1}))
+        self._lines.append(MemoryEvent("step", self._rollout.memory.time, {"num_steps": 1}))
 
     def finish(self, title: str, plan: FloorPlan | None = None) -> Replay:
         """Return the run; title and, if it has one, plan are those of the home."""
@@ -83,7 +82,7 @@ class RunRecorder:
             ]
             furniture, coverage = int(seen.furniture[look]), float(seen.coverage[look])
             values = {"furniture": furniture, "coverage": coverage, "seen": rows}
-            self._lines.append(LogLine("look", self._rollout.memory.time, values))
+            self._lines.append(MemoryEvent("look", self._rollout.memory.time, values))
 
     def _note_answer(self, answer: Answer) -> None:
         keys = self._rollout.memory.objects["key"][answer.queries.object]
@@ -132,19 +131,20 @@ def record_run(
     return recorder.finish(f"{about.get('source') or about.get('homes')} home {home}")
 
 
-def _describe_start(homes: Homes) -> list[LogLine]:
+def _describe_start(homes: Homes) -> list[MemoryEvent]:
     """Return the lines with which a memory of the home begins: its start, rooms and furniture."""
     clock = homes.make_clock()
     content = MemoryContent.empty(homes.prior.checksum, clock)
-    start = {"version": VERSION, "clock": clock, "layout": content.layout, "memory": content}
-    lines = [LogLine("start", 0, start)]
+    start = {"clock": clock, "layout": content.layout, "memory": content}
+    lines = [MemoryEvent("start", 0, start)]
     rooms = number_names([label for label in homes.room_labels[0] if label])
     lines += [
-        LogLine("room", 0, {"room": number, "label": label}) for number, label in enumerate(rooms)
+        MemoryEvent("room", 0, {"room": number, "label": label})
+        for number, label in enumerate(rooms)
     ]
     labels = [label for label in homes.furniture_labels[0] if label]
     for node, (label, name) in enumerate(zip(labels, number_names(labels), strict=True)):
         room = int(homes.furniture_room[0, node])
         values = {"furniture": node, "label": label, "room": room, "description": name}
-        lines.append(LogLine("furniture", 0, values))
+        lines.append(MemoryEvent("furniture", 0, values))
     return lines

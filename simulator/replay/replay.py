@@ -1,4 +1,4 @@
-"""A memory at any step of the past, from its log; without one, as it is now."""
+"""A memory at any step of the past, from its events; without any, as it is now."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ from bisect import bisect_right
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from threading import RLock
 
 from sgm.memory.clock import Clock
-from sgm.memory.log_reader import LogLine
+from sgm.memory.memory_event import MemoryEvent
+from sgm.memory.replayer import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.thing import STATEMENTS, ThingName
 from sgm.prior.prior_graph import PriorGraph
-from sgm.replay.replay import Replayer
 from sgm.schema import MAX_TIME
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.replay.past_things import PastThings
@@ -25,16 +24,20 @@ _EDGES_KEPT = 1_000_000  # of all memories that are kept, a hundred bytes each
 _FEWEST_KEPT, _MOST_KEPT = 8, 512  # memories
 _OF_THINGS = (*STATEMENTS, "rename", "merge", "split", "split_off", "remove_object")
 _OF_FURNITURE = ("name", "merge_furniture")
+_OF_CLOCK = ("start", "configure")
+
+
+Player = Replayer[SceneGraphMemory]
 
 
 class Replay(Story):
-    """What happened to a memory, from the first line of its log on."""
+    """What happened to a memory, from the first of its events on."""
 
     first_step = 0
 
     def __init__(
         self,
-        lines: Sequence[LogLine],
+        lines: Sequence[MemoryEvent],
         title: str,
         *,
         prior: PriorGraph | None = None,
@@ -43,19 +46,19 @@ class Replay(Story):
         questions: Sequence[PastQuestion] = (),
         plan: FloorPlan | None = None,
     ) -> None:
-        """Take over a log.
+        """Take over the events of a file.
 
         Args:
-            lines: of `read_log`, or as a memory would write them.
+            lines: of `read_events`, or as a memory would write them.
             title: of the home.
             prior: of the memory; None for the household prior.
-            clock: of step 0; None for that of the log.
+            clock: of step 0; None for that of the file.
             truth: where everything was.
             questions: what was asked.
             plan: of the home.
 
         Raises:
-            ValueError: if a line names a room or furniture that there is not, or the log goes on
+            ValueError: if a line names a room or furniture that there is not, or they go on
                 for longer than a memory can.
         """
         self.title = title
@@ -63,7 +66,7 @@ class Replay(Story):
         self.questions = tuple(questions)
         self.plan = plan
         self._prior = prior
-        clocks = [line.values["clock"] for line in lines if line.kind == "start"]
+        clocks = [line.values.get("clock") for line in lines if line.kind in _OF_CLOCK]
         self.clock = clock or next(filter(None, clocks), None)
         # Every line says when it was: those that only let time pass are needed for the end alone.
         timed = list(_follow_time(lines))
@@ -72,15 +75,15 @@ class Replay(Story):
         self._times = [line.time for line in self._lines]
         if self.num_steps > MAX_TIME:
             raise ValueError(
-                f"log must end by time step {MAX_TIME}, got {self.num_steps}. Take the lines that "
-                "are too far ahead out."
+                f"events must end by time step {MAX_TIME}, got {self.num_steps}. Use a "
+                "copy of the file."
             )
         if self.clock is not None:
             self.clock.get_time(self.num_steps)  # raises where it cannot go on for so long
         self._lock = RLock()
         # By the number of lines that were played and the step until which time then passed: the
         # work and what is kept follow the lines, however many steps lie between them.
-        self._memories: OrderedDict[tuple[int, int], Replayer] = OrderedDict()
+        self._memories: OrderedDict[tuple[int, int], Player] = OrderedDict()
         self.things = PastThings()
         looks: list[PastLook] = []
         self.statements = tuple(self._follow(looks, self.things))
@@ -103,11 +106,11 @@ class Replay(Story):
                     kept for kept in self._memories if kept[0] <= key[0] and kept[1] <= key[1]
                 ]
                 begin = max(earlier, default=(0, 0))
-                player = self._memories[begin].copy() if earlier else self._make_player()
+                player = _copy(self._memories[begin]) if earlier else self._make_player()
                 first = begin[0]
                 for stop in range(first - first % _KEEP_EVERY + _KEEP_EVERY, key[0], _KEEP_EVERY):
                     self._play(player, first, stop)
-                    self._keep((stop, player.memory.time), player.copy())
+                    self._keep((stop, player.memory.time), _copy(player))
                     first = stop
                 self._play(player, first, key[0])
                 _go_to(player.memory, step)
@@ -115,28 +118,18 @@ class Replay(Story):
             self._memories.move_to_end(key)
             return self._memories[key].memory
 
-    def write_log(self, path: str | Path, step: int) -> None:
-        """Write the log that a memory would have written by the end of a step into a new file.
-
-        Raises:
-            OSError: if the file cannot be written.
-        """
-        player = self._make_player(log=path)
-        self._play(player, 0, bisect_right(self._times, step))
-        _go_to(player.memory, step)
-
-    def _make_player(self, log: str | Path | None = None) -> Replayer:
-        memory = SceneGraphMemory(self._prior, self.clock, log=log)
+    def _make_player(self) -> Player:
+        memory = SceneGraphMemory(self._prior, self.clock)
         return Replayer(memory, self._prior, self.clock, gives_new_ids=True)
 
-    def _play(self, player: Replayer, first: int, end: int) -> None:
+    def _play(self, player: Player, first: int, end: int) -> None:
         """Apply the lines from number `first` to before `end`, each at its time."""
         for line in self._lines[first:end]:
             _go_to(player.memory, line.time)
             player.apply(line)
             _go_to(player.memory, line.time)  # what was started again may begin earlier
 
-    def _keep(self, key: tuple[int, int], player: Replayer) -> None:
+    def _keep(self, key: tuple[int, int], player: Player) -> None:
         self._memories[key] = player
         num_edges = max(player.memory.batch.edges.num_rows, 1)
         most = min(max(_EDGES_KEPT // num_edges, _FEWEST_KEPT), _MOST_KEPT)
@@ -183,7 +176,7 @@ class Replay(Story):
                 things.note_change(line, player.furniture)
 
 
-def _read_statement(line: LogLine, player: Replayer, num_looks: int) -> PastStatement | None:
+def _read_statement(line: MemoryEvent, player: Player, num_looks: int) -> PastStatement | None:
     """Return what a line says that was said or done; None of another line."""
     values = line.values
     is_gone = line.kind == "remove_furniture" and "by" in values
@@ -211,22 +204,27 @@ def _read_statement(line: LogLine, player: Replayer, num_looks: int) -> PastStat
     )
 
 
-def _find_furniture(line: LogLine, number: int | None, player: Replayer) -> int | None:
+def _find_furniture(line: MemoryEvent, number: int | None, player: Player) -> int | None:
     """Return the id in the replayed memory of furniture that a line names."""
     if number is not None and number not in player.furniture:
         raise ValueError(
-            f"every {line.kind} of a log must be of what was added, got furniture {number} at time "
-            f"step {line.time}. Mend the line, or take it out."
+            f"every {line.kind} of a memory must be of what was added, got furniture {number} at "
+            f"time step {line.time}. Use a copy of the file."
         )
     return None if number is None else player.furniture[number]
 
 
+def _copy(player: Player) -> Player:
+    """Return one that goes on alone."""
+    return player.copy_to(player.memory.copy())
+
+
 def _go_to(memory: SceneGraphMemory, step: int) -> None:
-    """Let time pass; a log may say it in one line for many steps."""
+    """Let time pass; an event may be of many steps."""
     memory.step(step - memory.time, accept_jump=True)
 
 
-def _follow_time(lines: Sequence[LogLine]) -> Iterator[LogLine]:
+def _follow_time(lines: Sequence[MemoryEvent]) -> Iterator[MemoryEvent]:
     """Yield the lines with steps that never go back: a new memory begins where the old one ended.
 
     With clocks, it begins when its clock says.
@@ -272,7 +270,7 @@ class StillMemory(Story):
         if step != self.num_steps:
             raise ValueError(
                 f"step must be {self.num_steps}, got {step}: this memory knows no other. Log looks "
-                'with SceneGraphMemory(log="looks.jsonl") to look back.'
+                'with SceneGraphMemory(path="home.sgm") to look back.'
             )
         return self._memory
 

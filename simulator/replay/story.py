@@ -98,7 +98,7 @@ class PastStatement:
 
     Attributes:
         step: when.
-        kind: as a log calls it: "moved", "picked_up", "put_down", "rename", "merge", "split",
+        kind: as an event calls it: "moved", "picked_up", "put_down", "rename", "merge", "split",
             "split_off", "remove_object", "remove_furniture", "name" or "merge_furniture".
         thing: description of the thing; empty of furniture.
         by: who said so; "robot" for what it did itself, empty where it was not said.

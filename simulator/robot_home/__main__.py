@@ -49,7 +49,7 @@ def play(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("--ask", type=str | None, help="what to rank at the end; the last errand")
     parser.add_argument(
-        "--save", type=Path | None, help="folder for home.sgm and looks.jsonl (nep.view opens both)"
+        "--save", type=Path | None, help="folder for home.sgm, which nep.view opens"
     )
     parser.add_argument("--quiet", type=bool, default=False, help="no progress bar")
     options = parse(parser, arguments)
@@ -59,16 +59,16 @@ def play(arguments: Sequence[str]) -> int:
     source = HomeOptions(**pick(options, HomeOptions)).make()
     source.check_homes([options.number])
     source.check_steps(rules.steps)
-    log = None
+    path = None
     if options.save is not None:
         options.save.mkdir(parents=True, exist_ok=True)
-        log = options.save / "looks.jsonl"
-        if log.exists():
+        path = options.save / "home.sgm"
+        if path.exists():
             raise ValueError(
-                f"save must be a folder without a log, got {log}. Name another one, or move it."
+                f"save must be a folder without a memory, got {path}. Name another one, or move it."
             )
     body = BodyRules(position_sd=options.position_sd, angle_sd=options.position_sd / 4)
-    week = Week(source, options.number, options.seed, rules, body, log)
+    week = Week(source, options.number, options.seed, rules, body, path)
     seeing = week.robots["eyes"]
     assert isinstance(seeing, SeeingRobot)
     world = seeing.world
@@ -86,8 +86,8 @@ def play(arguments: Sequence[str]) -> int:
     asked = options.ask or week.tallies[0].errands[-1].description
     print(Finder(Adaptive()).rank(seeing.memory, asked, k=3))
     if options.save is not None:
-        seeing.memory.save(options.save / "home.sgm")
-        print(f"saved: {options.save / 'home.sgm'}, {log}")
+        seeing.memory.close()
+        print(f"saved: {path}")
     return 0
 
 

@@ -106,15 +106,15 @@ class Week:
         seed: int,
         rules: WeekRules,
         body: BodyRules,
-        log: Path | None = None,
+        path: Path | None = None,
         names: Sequence[str] = tuple(ROBOTS),
     ) -> None:
-        """Make the home of this number for each robot; `log` is of the first one."""
+        """Make the home of this number for each robot; `path` is of the memory of the first one."""
         self._rules = rules
         self.robots: dict[str, HomeRobot] = {}
         for name in names:
             world = BoxWorld(source.make(Streams(seed, "test", [home])))
-            options: dict[str, Any] = {"clock": world.homes.make_clock(), "log": log}
+            options: dict[str, Any] = {"clock": world.homes.make_clock(), "path": path}
             maps = ROBOTS[name] is MappingRobot
             memory = (
                 SceneGraphMemory(world.homes.prior, **options)
@@ -125,7 +125,7 @@ class Week:
             self.robots[name] = ROBOTS[name](
                 robot_body, memory, Finder(Adaptive()), rules.most_looks
             )
-            log = None
+            path = None
         self.tallies = tuple(Tally(name) for name in names)
         self._world = next(iter(self.robots.values())).world
         self._choices = self._world.homes.streams.generator("box errands", 0)

@@ -9,7 +9,7 @@ from pathlib import Path
 from sgm.checks import check_at_least
 from sgm.files import write_whole
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.prior.prior_graph import PRIOR_HELP, SHIPPED, load_prior
 from simulator.command_line import choose, make_parser, parse
 from simulator.home_options import HomeOptions
@@ -134,14 +134,14 @@ def draw_rooms(arguments: Sequence[str]) -> int:
 
 
 def bring_log(arguments: Sequence[str]) -> int:
-    """Make traces of a home from the log of a robot's memory, to train on and to measure with."""
+    """Make traces of a home from a robot's memory, to train on and to measure with."""
     parser = make_parser(
         f"{PROG} from-log",
-        "Make traces of a home from the log of a robot's memory: the first part of the time to "
+        "Make traces of a home from the file of a robot's memory: the first part of the time to "
         "train on, the next to validate on, the last to measure with "
         "(docs/traces.md says what they assume).",
     )
-    parser.add_argument("log", type=Path, help='of SceneGraphMemory(log="looks.jsonl")')
+    parser.add_argument("memory", type=Path, help='of SceneGraphMemory(path="home.sgm")')
     parser.add_argument(
         "--out", type=Path, required=True, help="folder for the traces train, val and test"
     )
@@ -152,8 +152,8 @@ def bring_log(arguments: Sequence[str]) -> int:
         "--test_share", type=float, default=0.2, help="share of the time for test; 0 for none"
     )
     options = parse(parser, arguments)
-    trace = make_trace(read_log(options.log))
-    print(f"{options.log}: {summarise(trace)}")
+    trace = make_trace(read_events(options.memory))
+    print(f"{options.memory}: {summarise(trace)}")
     shares = {"val": options.val_share, "test": options.test_share}
     for name, part in split_trace(trace, shares).items():
         save_trace(part, options.out / name)

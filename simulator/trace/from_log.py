@@ -1,4 +1,4 @@
-"""A trace from the log of a robot's memory: where things were, as far as its looks tell."""
+"""A trace from the events of a robot's memory: where things were, as far as its looks tell."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
 from sgm.layout.turns import turn_flat
 from sgm.memory.clock import DEFAULT_STEP_SECONDS, Clock
-from sgm.memory.log_reader import LogLine
 from sgm.memory.look import Coverage, split_coverage
+from sgm.memory.memory_event import MemoryEvent
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import Point, read_relation
 from sgm.names.words import read_name, read_words
@@ -60,8 +60,8 @@ class LoggedThing:
     unseen: float = 0.0  # parts of looks at its place that did not show it since
 
 
-def make_trace(lines: Sequence[LogLine], name: str = "home") -> Trace:
-    """Make a trace from a log.
+def make_trace(lines: Sequence[MemoryEvent], name: str = "home") -> Trace:
+    """Make a trace from the events of a memory.
 
     Where a thing was between two looks is unknown. The trace says: where it was last seen, until
 
@@ -175,7 +175,7 @@ class _LogReader:
         self._places: dict[int, int] = {}
         self._calibration: ScoreCalibration | None = None  # of the memory that goes on
 
-    def read(self, line: LogLine) -> None:
+    def read(self, line: MemoryEvent) -> None:
         """Take over what a line says; KeyError if what it names was never added."""
         values = line.values
         if line.kind == "start":
@@ -266,7 +266,7 @@ class _LogReader:
             ),
         )
 
-    def _start(self, line: LogLine) -> None:
+    def _start(self, line: MemoryEvent) -> None:
         """Go on with another memory of the home; what has the same number and name is the same."""
         clock: Clock | None = line.values["clock"]
         self._step_seconds = DEFAULT_STEP_SECONDS if clock is None else clock.step_seconds

@@ -62,6 +62,7 @@ NOT_RUN = {
     "docs/agents.md": [("claude mcp add", "needs Claude Code")],
     "docs/any_home.md": [("python -m nep.fit", "hours; tests/tools/test_any_home.py")],
     "docs/box_world.md": [("python -m tools.eyes", "tests/tools/eyes/test_eyes.py")],
+    "docs/database.md": [("sqlite3", "a program; tests/docs/test_database.py runs the queries")],
     "docs/igridson.md": [("python -m simulator.igridson play", "needs a screen and keys")],
     "docs/importers.md": [
         ("python -m simulator.trace import procthor", _IMPORTED),

@@ -34,7 +34,7 @@ PAGES = [
 ]
 BLOCKS = {page: list_blocks((ROOT / page).read_text("utf-8")) for page in PAGES}
 PACKAGES = ("sgm", "simulator", "datamodules", "nep", "tools")
-LANGUAGES = {"python", SHELL, "text", "json", "yaml", "toml", "csv", "diff", "javascript"}
+LANGUAGES = {"python", SHELL, "text", "json", "yaml", "toml", "csv", "sql", "diff", "javascript"}
 RESEARCH = {"simulator", "datamodules", "nep", "tools", "torch", "matplotlib"}
 # What comes with an extra: with which.
 EXTRAS = {

@@ -60,7 +60,7 @@ COMMANDS = (
         ("record", "--out=copy", "--num_homes=1", "--steps=2", *SMALL),
         ("step_seconds", "start", "seed", "split", "homes"),
     ),
-    ("simulator.trace", ("from-log", "looks.jsonl", "--out=log"), ("val_share", "test_share")),
+    ("simulator.trace", ("from-log", "looks.sgm", "--out=log"), ("val_share", "test_share")),
     ("simulator.priors", ("show", "--no_picture"), ("room", "object", "top", "out")),
     (
         "simulator.trace",
@@ -123,7 +123,7 @@ def make_inputs(folder: Path) -> None:
     targets.make_sources(folder)
     targets.make_memory().save(folder / "home.sgm")
     targets.PriorGraph.default().save(folder / "prior.json")
-    memory = targets.SceneGraphMemory(log=folder / "looks.jsonl")
+    memory = targets.SceneGraphMemory(path=folder / "looks.sgm")
     shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
     for _ in range(20):
         memory.observe(shelf, [targets.Sighting("mug")])

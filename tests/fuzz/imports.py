@@ -11,7 +11,7 @@ from typing import Any
 import mutate
 import numpy as np
 
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.from_log import make_trace
 from simulator.trace.importers.bag import load_home_map, read_bag
@@ -104,11 +104,11 @@ def _keep_trace(trace: Trace, folder: Path) -> None:
 
 
 def _keep_looks(read: Callable[..., ImportedLooks], folder: Path, *given: Any, **more: Any) -> None:
-    log = folder / "looks.jsonl"
-    looks = read(*given, prior=PriorGraph.default(), log=log, **more)
+    file = folder / "looks.sgm"
+    looks = read(*given, prior=PriorGraph.default(), file=file, **more)
     looks.summarise()
     looks.memory.save(folder / "home.sgm")
-    save_trace(make_trace(read_log(log), "home"), folder / "copy")
+    save_trace(make_trace(read_events(file), "home"), folder / "copy")
 
 
 def _use_virtualhome(folder: Path) -> None:

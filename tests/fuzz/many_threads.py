@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay
 
@@ -35,7 +35,7 @@ def change(folder: Path, rng: Rng) -> None:
 def use(folder: Path) -> None:
     """Run up to four threads at once, and check what they leave."""
     seed, plan = (folder / "plan").read_text().split(" ", 1)
-    log, path = folder / "looks.jsonl", folder / "home.sgm"
+    log, path = folder / "looks.sgm", folder / "home.sgm"
     memory = make_home(log)
     memory.save(path)
     works: list[Callable[[Rng], None]]
@@ -54,7 +54,7 @@ def use(folder: Path) -> None:
     load(path)
     assert not list(folder.glob("*.part")), "a file that is not whole was left"
     try:
-        story = Replay(read_log(log), "home")
+        story = Replay(read_events(log), "home")
         again = story.memory_at(story.num_steps)
     except ValueError as error:
         raise AssertionError("a log of legal calls must replay") from error
@@ -85,7 +85,7 @@ def run(works: list[Callable[[Rng], None]], seed: int) -> None:
 
 def make_home(log: Path | None = None) -> SceneGraphMemory:
     """Return a memory of three places."""
-    memory = SceneGraphMemory(log=log)
+    memory = SceneGraphMemory(path=log)
     kitchen = memory.add_room("kitchen")
     for label in ("shelf", "desk", "fridge"):
         memory.add_furniture(label, kitchen)
@@ -95,7 +95,7 @@ def make_home(log: Path | None = None) -> SceneGraphMemory:
 def open_log(log: Path) -> SceneGraphMemory:
     """Go on in a log that another one may be writing: one at a time, the others are told."""
     try:
-        return make_home(log)
+        return SceneGraphMemory.open(log)
     except (ValueError, OSError) as error:
         check_message(error)
         return make_home()
@@ -106,7 +106,7 @@ def write_in_turn(log: Path, rng: Rng) -> None:
     try:
         write(open_log(log), rng)
     except ValueError as error:
-        if "log must be written by one memory at a time" not in str(error):
+        if "memory file must be written by one memory at a time" not in str(error):
             raise
         check_message(error)
 

@@ -13,8 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from sgm.memory.locks import LogLock, SaveLock
-from sgm.replay.kept_home import KeptHome
 from simulator import Clock, SceneGraphMemory, Sighting
 
 Rng = np.random.Generator
@@ -23,14 +21,14 @@ CLOCK = Clock(datetime(2026, 11, 16, 7), 600)
 
 
 def make_home(folder: Path) -> None:
-    """Write a home with a log and one that was ended."""
+    """Write a home with a snapshot and events since."""
     (folder / "a").mkdir()
-    home = KeptHome.open(folder / "a" / "home.sgm", CLOCK, is_new=True)
-    home.memory.add_furniture("shelf", home.memory.add_room("kitchen"))
-    home.snapshot()
+    home = SceneGraphMemory(clock=CLOCK, path=folder / "a" / "home.sgm")
+    home.add_furniture("shelf", home.add_room("kitchen"))
+    home.save(folder / "a" / "home.sgm")
     for number in range(20):
-        home.memory.observe(0, [Sighting(f"thing {number}")])
-        home.memory.step()
+        home.observe(0, [Sighting(f"thing {number}")])
+        home.step()
     (folder / "plan").write_text("0")
 
 
@@ -42,24 +40,22 @@ def change_plan(folder: Path, rng: Rng) -> None:
 def use_links(folder: Path) -> None:
     """Link and move what a process keeps, and let others try to have it under every name."""
     rng = np.random.default_rng(int((folder / "plan").read_text()))
-    warnings.simplefilter("ignore")  # a log begun anew, hard links
+    warnings.simplefilter("ignore")  # a file begun anew
     path = folder / "a" / "home.sgm"
-    home = KeptHome.open(path)
-    names = [path, home.log]
+    home = SceneGraphMemory.open(path)
+    names = [path]
     for _ in range(12):
         _act(home, folder, names, rng)
         name = names[int(rng.integers(len(names)))]
         _let_another_try(home, name, rng)
-    before = _write(home.memory)
-    own = _list_locks(home)
-    is_in_place = own[0]._held.is_at(home.path) and own[1]._held.is_at(home.log)
-    del own
-    home.memory = None  # type: ignore[assignment]  # as when its process ends
+    before = _write(home)
+    is_in_place = _is_kept(home, path)
+    del home  # as when its process ends
     if is_in_place:
-        assert _write(KeptHome.open(home.path).memory) == before
+        assert _write(SceneGraphMemory.open(path)) == before
 
 
-def _act(home: KeptHome, folder: Path, names: list[Path], rng: Rng) -> None:
+def _act(home: SceneGraphMemory, folder: Path, names: list[Path], rng: Rng) -> None:
     """Link, move or remove a file, or change the memory."""
     number = len(names)
     name = names[int(rng.integers(number))]
@@ -79,43 +75,41 @@ def _act(home: KeptHome, folder: Path, names: list[Path], rng: Rng) -> None:
         elif kind == 4:
             names.append(name.rename(folder / f"moved{number}"))
         elif kind == 5:
-            home.snapshot()
+            home.save(folder / "a" / "home.sgm")
         else:
-            home.memory.observe(0, [Sighting(f"new {number}")])
-            home.memory.step()
+            home.observe(0, [Sighting(f"new {number}")])
+            home.step()
     except OSError as error:
         message = str(error.args[-1])
         is_taken_away = isinstance(error, FileNotFoundError | FileExistsError)
         assert is_taken_away or " must " in message, message
-        names.append(home.path)
+        names.append(folder / "a" / "home.sgm")
 
 
-def _list_locks(home: KeptHome) -> tuple[SaveLock, LogLock]:
-    """Return the locks of the memory file and of the log."""
-    lock, log = home.memory._files._kept_lock, home.memory._state.log
-    assert lock is not None
-    assert log is not None
-    return lock, log._lock
+def _is_kept(home: SceneGraphMemory, path: Path) -> bool:
+    """Tell whether a path leads to the file that a memory writes."""
+    file = home.parts.files.file
+    assert file is not None
+    return path.exists() and file._owner.is_at(path)
 
 
-def _let_another_try(home: KeptHome, name: Path, rng: Rng) -> None:
+def _let_another_try(home: SceneGraphMemory, name: Path, rng: Rng) -> None:
     """Another process has a file only if it is none that is kept here."""
-    locks = _list_locks(home)
-    is_kept = name.exists() and any(lock._held.has(name.stat()) for lock in locks)
+    is_kept = _is_kept(home, name)
     tries: tuple[Callable[[Path], object], ...] = (
-        KeptHome.open,
+        SceneGraphMemory.open,
         SceneGraphMemory().save,
-        lambda path: SceneGraphMemory(log=path),
+        lambda path: SceneGraphMemory(path=path),
     )
     how = tries[int(rng.integers(3))]
-    before = _write(home.memory)
+    before = _write(home)
     child = os.fork()
     if child == 0:
         os._exit(_try(how, name))
     ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     assert ended in (_REFUSED, _OPENED), f"{name} ended with {ended}"
     assert not (is_kept and ended == _OPENED), f"{name} has two owners"
-    assert _write(home.memory) == before
+    assert _write(home) == before
 
 
 def _try(how: Callable[[Path], object], name: Path) -> int:
@@ -133,27 +127,24 @@ def use_start(folder: Path) -> None:
     """Begin on a disk that takes no file beyond a size: it goes on, or says what to do."""
     rng = np.random.default_rng(int((folder / "plan").read_text()))
     path = folder / "a" / "home.sgm"
-    if rng.random() < 0.5:  # a file alone, or a log alone
-        (path if rng.random() < 0.5 else path.with_name("home.sgm.log")).unlink()
     for _ in range(3):
+        size = int(10 ** rng.uniform(0, 5.5))
         child = os.fork()
         if child == 0:
             warnings.simplefilter("ignore")
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            size = int(10 ** rng.uniform(0, 4.5))
             resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
             os._exit(_start(path))
-        rng.random()
         ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         assert ended in (_REFUSED, _OPENED), f"a start ended with {ended}"
-    KeptHome.open(path).memory.observe(0, [Sighting("last")])
+    SceneGraphMemory.open(path).observe(0, [Sighting("last")])
 
 
 def _start(path: Path) -> int:
     try:
-        home = KeptHome.open(path)
-        assert home.memory.num_furniture == 1
-        home.memory.step()
+        home = SceneGraphMemory.open(path)
+        assert home.num_furniture == 1
+        home.step()
     except OSError as error:
         line = str(error.args[-1])
         is_clear = " must " in line and "home.sgm" in line and "\n" not in line

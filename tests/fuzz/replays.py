@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sqlite3
+from contextlib import closing
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,9 @@ import numpy as np
 import targets
 
 from nep.view.texts import tell_furniture, tell_step
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
+from sgm.store.event import StoredEvent, insert_event
+from sgm.store.home_reader import HomeReader
 from simulator import Clock, SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay
 from simulator.trace.from_log import make_trace
@@ -39,20 +43,18 @@ def use(folder: Path) -> None:
     rng = np.random.default_rng(int(seed))
     memory = live(folder, rng)
     if kind == "odd":
-        change_log(folder / "looks.jsonl", rng)
+        memory.close()
+        change_log(folder / "looks.sgm", rng)
         targets.use_log(folder)
         return
     try:
-        lines = read_log(folder / "looks.jsonl")
+        lines = read_events(folder / "looks.sgm")
         story = Replay(lines, "home")
         again = story.memory_at(story.num_steps)
         _tell(story)
     except (ValueError, OSError) as error:
         raise AssertionError(f"a log of legal calls must replay, got: {error}") from error
     assert again.to_dict() == memory.to_dict()
-    memory.save(folder / "live.sgm")
-    again.save(folder / "again.sgm")
-    assert (folder / "live.sgm").read_bytes() == (folder / "again.sgm").read_bytes()
     make_trace(lines)  # refuses a home in which nothing was seen for sure
 
 
@@ -67,13 +69,12 @@ def _tell(story: Replay) -> None:
 
 def live(folder: Path, rng: Rng) -> SceneGraphMemory:
     """Call whatever may be called, and start again now and then."""
-    log = folder / "looks.jsonl"
+    log = folder / "looks.sgm"
     clock = Clock(datetime(2026, 5, 4, 7), 600) if rng.random() < 0.5 else None
-    memory = SceneGraphMemory(clock=clock, log=log)
+    memory = SceneGraphMemory(clock=clock, path=log)
     for _ in range(int(rng.integers(5, 40))):
         if rng.random() < 0.08:
-            memory.save(folder / "home.sgm")
-            memory = SceneGraphMemory.load(folder / "home.sgm", log=log)
+            memory = SceneGraphMemory.open(log)
         _act(memory, rng)
     return memory
 
@@ -112,27 +113,31 @@ def _act(memory: SceneGraphMemory, rng: Rng) -> None:
 
 
 def change_log(path: Path, rng: Rng) -> None:
-    """Let a log say odd times, leave out lines, begin again, or hold no JSON that is read."""
-    lines = path.read_text().splitlines()
+    """Let events say odd times, be there twice, or hold no JSON that is read."""
+    with HomeReader(path) as reader:
+        _, rows = reader.read(from_first=True)
     for _ in range(int(rng.integers(1, 4))):
-        at, kind = int(rng.integers(len(lines))), rng.integers(6)
+        at, kind = int(rng.integers(len(rows) or 1)), rng.integers(5)
         number = int(STEPS[int(rng.integers(len(STEPS)))])
-        try:
-            line = json.loads(lines[at]) if len(lines[at]) < 10_000 else {}
-        except (ValueError, RecursionError):  # it was nested before
-            line = {}
-        if kind == 0:
-            line = {"kind": "step", "time": number, "num_steps": number}
-            lines.append(json.dumps(line))
-        elif kind == 1 and line:
-            lines[at] = json.dumps({**line, "time": number})
-        elif kind == 2 and line:
-            lines[at] = json.dumps(mutate.mutate_json(line, rng))
+        if kind == 0 or not rows:
+            arguments = json.dumps({"num_steps": number})
+            rows.append(StoredEvent(0, _bound(number), "step", arguments, None))
+        elif kind == 1:
+            rows[at] = rows[at]._replace(time=_bound(number))
+        elif kind == 2 and len(rows[at].arguments) < 10_000:
+            arguments = json.dumps(mutate.mutate_json(json.loads(rows[at].arguments), rng))
+            rows[at] = rows[at]._replace(arguments=arguments)
         elif kind == 3:
-            lines.insert(int(rng.integers(len(lines))), lines[at])
-        elif kind == 4 and len(lines) > 1:
-            del lines[at]
+            rows.insert(int(rng.integers(len(rows))), rows[at])
         else:
-            levels = int(rng.choice([100, 1000, 100_000]))
-            lines[at] = '{"kind": ' * levels if rng.random() < 0.5 else "[" * levels
-    path.write_text("\n".join(lines) + "\n")
+            del rows[at]
+    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        connection.execute("DELETE FROM snapshots WHERE event > 0")
+        connection.execute("DELETE FROM events")
+        for place, row in enumerate(rows, 1):
+            insert_event(connection, row._replace(number=place))
+
+
+def _bound(number: int) -> int:
+    """Return what a column of SQLite holds."""
+    return max(min(number, 2**63 - 1), -(2**63))

@@ -16,7 +16,7 @@ from nep import ObjectFinder
 from nep.importers.homer import read_homer
 from nep.players.checkpoints import save_exported
 from nep.report.results import Results
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.prior.prior_graph import load_prior
 from simulator import PriorGraph, SceneGraphMemory
 from simulator.igridson.layout_file import load_layout
@@ -81,8 +81,8 @@ THINGS: dict[str, Callable[[Path], None]] = {
 # By name: what reads a file there.
 READERS: dict[str, Callable[[Path], object]] = {
     "memory": SceneGraphMemory.load,
-    "log": read_log,
-    "going on in a log": lambda path: SceneGraphMemory(log=path),
+    "log": read_events,
+    "going on in a log": lambda path: SceneGraphMemory(path=path),
     "prior": lambda path: load_prior(str(path)),
     "checkpoint": ObjectFinder.load,
     "results": Results.load,

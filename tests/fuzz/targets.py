@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+import forged_files
 import mutate
 import numpy as np
 import torch
@@ -26,8 +26,7 @@ from nep.players.checkpoints import TrainedModel, save_exported
 from nep.report.results import Results, ScoreSummary
 from sgm.files import compute_checksum
 from sgm.layout.box import Box
-from sgm.memory import memory_files
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.prior.prior_graph import load_prior
 from simulator import (
     Bayesian,
@@ -94,12 +93,7 @@ def use_memory(folder: Path) -> None:
 
 
 def change_memory(folder: Path, rng: Rng) -> None:
-    path = folder / "home.sgm"
-    if rng.random() < 0.3:
-        path.write_bytes(mutate.mutate_bytes(path.read_bytes(), rng))
-        return
-    content = json.loads(path.read_bytes())["content"]
-    path.write_bytes(memory_files.write_file(mutate.mutate_json(content, rng)))
+    forged_files.change_file(folder / "home.sgm", rng)
 
 
 def make_trace(folder: Path) -> None:
@@ -236,7 +230,7 @@ _FRIDGE = Box((1.0, 0.3, 0.9), (0.6, 0.7, 1.8), 1.57, "door")
 
 def make_log(folder: Path) -> None:
     """Write the log of a memory to which everything happened that a log can say."""
-    memory = SceneGraphMemory(log=folder / "looks.jsonl", clock=Clock(datetime(2026, 5, 4, 7), 600))
+    memory = SceneGraphMemory(path=folder / "looks.sgm", clock=Clock(datetime(2026, 5, 4, 7), 600))
     kitchen, study = memory.add_room("kitchen"), memory.add_room("study")
     shelf = memory.add_furniture("shelf", kitchen, "oak shelf", (1.0, 2.0))
     desk, table = memory.add_furniture("desk", study), memory.add_furniture("table", kitchen)
@@ -251,13 +245,16 @@ def make_log(folder: Path) -> None:
     memory.remove_object("mug")
     memory.remove_furniture(table)
     memory.remove_room(kitchen)
+    memory.close()
+
+
+def change_log(folder: Path, rng: Rng) -> None:
+    forged_files.change_file(folder / "looks.sgm", rng)
 
 
 def use_log(folder: Path) -> None:
     """Go through time, make a trace of it."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of a last line that was cut off
-        lines = read_log(folder / "looks.jsonl")
+    lines = read_events(folder / "looks.sgm")
     replay = Replay(lines, "home")
     for step in {0, replay.num_steps // 2, replay.num_steps}:
         memory = replay.memory_at(step)
@@ -325,7 +322,7 @@ TARGETS = {
     "collection": Target(make_collection, change_collection, use_collection),
     "exported": Target(make_exported, change_exported, use_exported),
     "checkpoint": Target(make_checkpoint, change_checkpoint, use_checkpoint),
-    "log": Target(make_log, change_any, use_log),
+    "log": Target(make_log, change_log, use_log),
     "results": Target(make_results, change_any, use_results),
     "source": Target(make_sources, change_any, use_sources),
     "layout": Target(

@@ -7,7 +7,6 @@ import resource
 import signal
 import tempfile
 import time
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from nep.callbacks.resume import WholeCheckpoints
 from nep.paper.encoders import MLP
 from nep.paper.module import NEPModule
 from nep.players.checkpoints import TrainedModel, load_trained, save_exported
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from simulator import SceneGraphMemory, Sighting
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
@@ -89,7 +88,7 @@ def _write(
 
 
 def _look(folder: Path, num_looks: int) -> None:
-    memory = SceneGraphMemory(log=folder / "looks.jsonl")
+    memory = SceneGraphMemory.open(folder / "looks.sgm", is_new=True)
     shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
     for _ in range(num_looks):
         memory.observe(shelf, [Sighting("mug")])
@@ -145,9 +144,7 @@ def _read_collection(folder: Path) -> object:
 
 
 def _read_log(folder: Path) -> object:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of a last line that was cut off
-        return read_log(folder / "looks.jsonl")
+    return read_events(folder / "looks.sgm")
 
 
 # By name: what writes, and what reads it.

@@ -2,7 +2,9 @@
 
 import json
 import os
+import sqlite3
 from collections import OrderedDict
+from contextlib import closing
 from datetime import datetime, timezone
 
 import pytest
@@ -18,7 +20,8 @@ from nep.paper.module import NEPModule
 from nep.players.checkpoints import TrainedModel, checksum_trained, load_trained, save_exported
 from nep.players.contestants import Checkpoint
 from nep.players.stored_network import import_encoders
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
+from sgm.store.event import StoredEvent, insert_event
 from simulator import Clock, SceneGraphMemory
 from simulator.policies import find_policy
 from tools.priors.procthor_houses import count_procthor_houses
@@ -44,21 +47,22 @@ def test_odd_names_of_encoders_are_refused(name):
 
 
 @pytest.mark.parametrize(
-    "line",
+    ("kind", "arguments"),
     [
-        DEEP,
-        '{"kind": "look", "time": 0, "furniture": 0, "seen": [], "coverage": %s}' % ("9" * 400),
-        '{"kind": "look", "time": 0, "furniture": 0, "seen": [], "coverage": 1e999}',
-        '{"kind": "step", "kind": "look", "time": 0, "num_steps": 1}',
+        ("look", DEEP),
+        ("look", '{"furniture": 0, "seen": [], "coverage": %s}' % ("9" * 400)),
+        ("look", '{"furniture": 0, "seen": [], "coverage": 1e999}'),
+        ("step", '{"num_steps": 1, "num_steps": 2}'),
+        ("step", "no JSON"),
     ],
 )
-def test_odd_lines_of_a_log_are_refused_by_name(line, tmp_path):
-    path = tmp_path / "looks.jsonl"
-    SceneGraphMemory(log=path)
-    with path.open("a") as file:
-        file.write(f"{line}\n")
-    with pytest.raises(ValueError, match=r"line 2 of a log must be .*looks\.jsonl"):
-        read_log(path)
+def test_odd_events_of_a_memory_file_are_refused_by_number(kind, arguments, tmp_path):
+    path = tmp_path / "looks.sgm"
+    SceneGraphMemory(path=path).close()
+    with closing(sqlite3.connect(path)) as connection, connection:
+        insert_event(connection, StoredEvent(1, 0, kind, arguments, None))
+    with pytest.raises(ValueError, match=r"event 1 of a memory file must be .*looks\.sgm"):
+        read_events(path)
 
 
 def test_odd_houses_are_refused_by_name(tmp_path):

@@ -1,6 +1,5 @@
 """A warning blames the line of the program that made the call, whatever the call goes through."""
 
-import os
 import re
 import warnings
 from datetime import datetime
@@ -10,10 +9,8 @@ import pytest
 
 import sgm
 from sgm.memory.clock import Clock
-from sgm.memory.log_reader import read_log
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
-from sgm.replay.kept_home import KeptHome
 from tests.sgm.memory.sessions import CALLS
 
 DESK, SHELF = range(2)
@@ -57,7 +54,7 @@ def find_blamed(call, words):
 @pytest.fixture
 def memory(tmp_path):
     """A mug that was seen at both places, keys, and a pen in the robot's hand."""
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     room = memory.add_room("study")
     for label in ("desk", "shelf"):
         memory.observe(memory.add_furniture(label, room), [Sighting("mug"), Sighting("keys")])
@@ -71,58 +68,21 @@ def test_there_is_a_call_of_each_name():
 
 
 @pytest.mark.parametrize("name", WRITING)
-def test_of_a_lost_log(memory, tmp_path, name):
-    (tmp_path / "looks.jsonl").unlink()
+def test_of_a_lost_file(memory, tmp_path, name):
+    (tmp_path / "looks.sgm").unlink()
     assert find_blamed(lambda: WRITING[name](memory), "was moved or removed") == __file__
 
 
-def test_of_a_log_that_was_lost_before_it_is_begun_anew(memory, tmp_path):
-    log = tmp_path / "looks.jsonl"
-    log.unlink()
-    call = lambda: memory.save_and_rotate(tmp_path / "home.sgm", tmp_path / "old.jsonl")  # noqa: E731
-    assert find_blamed(call, "was moved or removed") == __file__
-
-
-@pytest.mark.parametrize("begin", ["log", "load", "read_log"])
-def test_of_a_line_that_a_crash_cut_off(memory, tmp_path, begin):
-    log, file = tmp_path / "looks.jsonl", tmp_path / "home.sgm"
-    memory.save(file)
-    del memory
-    log.write_bytes(log.read_bytes() + b'{"kind":"look"')
-    call = {
-        "log": lambda: SceneGraphMemory(log=log),
-        "load": lambda: SceneGraphMemory.load(file, log=log),
-        "read_log": lambda: read_log(log),
-    }[begin]
-    assert find_blamed(call, "was cut off") == __file__
+def test_of_a_file_that_was_lost_before_it_is_saved(memory, tmp_path):
+    file = tmp_path / "looks.sgm"
+    file.unlink()
+    assert find_blamed(lambda: memory.save(file), "was moved or removed") == __file__
 
 
 def test_of_frames_and_scores(memory):
     assert find_blamed(lambda: [memory.observe(DESK, []) for _ in range(11)], "few") == __file__
     doubted = [Sighting("mug", confidence=0.1)]
     assert find_blamed(lambda: memory.observe(SHELF, doubted), "confidences") == __file__
-
-
-def test_of_homes_that_are_kept(tmp_path):
-    path = tmp_path / "home.sgm"
-    KeptHome.open(path, is_new=True).memory.step()
-    os.link(path, tmp_path / "other.sgm")
-    assert find_blamed(lambda: KeptHome.open(path), "2 names") == __file__
-    (tmp_path / "other.sgm").unlink()
-    log = tmp_path / "home.sgm.log"
-    log.write_bytes(log.read_bytes() + b'{"kind":"look"')
-    assert find_blamed(lambda: KeptHome.open(path), "was cut off") == __file__
-
-
-def test_of_a_home_that_is_begun_on_a_full_disk(tmp_path, monkeypatch):
-    path = tmp_path / "home.sgm"
-    KeptHome.open(path, is_new=True).memory.step()
-
-    def refuse(home):
-        raise OSError("disk must take it")
-
-    monkeypatch.setattr(KeptHome, "snapshot", refuse)
-    assert find_blamed(lambda: KeptHome.open(path), "no snapshot was written") == __file__
 
 
 def test_all_warnings_of_the_package_are_made_so():

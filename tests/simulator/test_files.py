@@ -13,7 +13,7 @@ import pytest
 
 from nep.players.checkpoints import load_trained
 from sgm.files import compute_checksum, read_file, read_json, write_whole
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.prior.prior_graph import PriorGraph
 from simulator import SceneGraphMemory
 from simulator.igridson.layout_file import load_layout
@@ -46,8 +46,8 @@ READERS = {
     "read_json": read_json,
     "checksum": compute_checksum,
     "memory": SceneGraphMemory.load,
-    "log": read_log,
-    "log to go on": lambda path: SceneGraphMemory(log=path),
+    "log": read_events,
+    "log to go on": lambda path: SceneGraphMemory(path=path),
     "prior": PriorGraph.load,
     "houses": count_procthor_houses,
     "table": count_table,

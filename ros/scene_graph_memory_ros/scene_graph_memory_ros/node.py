@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
@@ -42,7 +41,7 @@ class MemoryNode(Node):
         self._frames = read["map_frame"], read["base_frame"]
         self._file = find_path(read["memory_file"])
         finder = ObjectFinder.load(read["network"]) if read["network"] else Finder(Adaptive())
-        memory = self._make_memory(read["map_file"], find_path(read["log_file"]))
+        memory = self._make_memory(read["map_file"])
         files = (Areas, read["areas_file"]), (FurnitureLabels, read["furniture_names_file"])
         areas, labels = (kind.from_values(read_yaml(at), at) if at else None for kind, at in files)
         graph = GraphFurniture(memory, areas=areas, labels=labels) if read["scene_graph"] else None
@@ -112,10 +111,10 @@ class MemoryNode(Node):
             self.get_logger().warning(gap)
         self._gap = gap
 
-    def _make_memory(self, map_file: str, log: Path | None) -> SceneGraphMemory:
+    def _make_memory(self, map_file: str) -> SceneGraphMemory:
         if self._file is not None and self._file.exists():
-            return SceneGraphMemory.load(self._file, log=log)
-        memory = SceneGraphMemory(log=log)
+            return SceneGraphMemory.open(self._file)
+        memory = SceneGraphMemory(path=self._file)
         if map_file:
             HomeMap.from_values(read_yaml(map_file), map_file).add_to(memory)
         return memory

@@ -38,7 +38,6 @@ PARAMETERS = {
     "furniture_names_file": Parameter("", "further names of furniture by label (YAML)"),
     "memory_file": Parameter("", "memory that is gone on with and saved; empty: none"),
     "save_seconds": Parameter(60.0, "seconds from one save of the memory to the next"),
-    "log_file": Parameter("", "log of all looks (.jsonl); empty: none"),
     "network": Parameter("", "any_home, or folder of an exported network; empty: heuristics"),
     "map_frame": Parameter("map", "frame of the map, in which furniture and poses are"),
     "base_frame": Parameter("base_link", "frame of the robot's base, from which searches begin"),

@@ -1,4 +1,4 @@
-"""A recording of a robot, a bag of ROS 2, as a log of looks; reads sqlite3 and MCAP without ROS."""
+"""A recording of a robot, a bag of ROS 2, as a memory; reads sqlite3 and MCAP without ROS."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def read_bag(
     areas: Areas | None = None,
     labels: FurnitureLabels | None = None,
     prior: PriorGraph | None = None,
-    log: Path | None = None,
+    file: Path | None = None,
 ) -> BagLooks:
     """Let a memory look at a recording.
 
@@ -152,7 +152,7 @@ def read_bag(
         areas: rooms as polygons, for furniture that is found; None for one room "home".
         labels: what furniture may be called; None for the household's names.
         prior: of the memory; None for the household prior.
-        log: file for the log of the memory; None for none.
+        file: new file in which the memory is kept; None for none.
 
     Raises:
         ModuleNotFoundError: if rosbags is not installed.
@@ -171,7 +171,7 @@ def read_bag(
         for topic, message, seconds in _list_messages(reader, path, option_of, counts):
             option = option_of[topic]
             if live is None:
-                memory = SceneGraphMemory(prior, options.make_clock(seconds), log=log)
+                memory = SceneGraphMemory(prior, options.make_clock(seconds), path=file)
                 mapper = FurnitureMapper(memory, areas=areas, labels=labels)
                 if home is not None:
                     home.add_to(memory)

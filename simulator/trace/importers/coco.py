@@ -90,7 +90,7 @@ def read_coco(
     areas: Areas | None = None,
     labels: FurnitureLabels | None = None,
     prior: PriorGraph | None = None,
-    log: Path | None = None,
+    file: Path | None = None,
 ) -> ImportedLooks:
     """Let a memory look at detections.
 
@@ -106,7 +106,7 @@ def read_coco(
         areas: rooms as polygons, for furniture that is found; None for one room "home".
         labels: what furniture may be called; None for the household's names.
         prior: of the memory; None for the household prior.
-        log: file for the log of the memory; None for none.
+        file: new file in which the memory is kept; None for none.
 
     Raises:
         ValueError: if a file is none of its format, or no image has a time and a pose.
@@ -129,7 +129,7 @@ def read_coco(
             f"{len(pictures)} in {path}. Give each a timestamp, a date_captured, or its time as "
             "the name of its file."
         )
-    memory = SceneGraphMemory(prior, options.make_clock(timed[0][0].time), log=log)
+    memory = SceneGraphMemory(prior, options.make_clock(timed[0][0].time), path=file)
     mapper = FurnitureMapper(memory, areas=areas, labels=labels)
     if home is not None:
         home.add_to(memory)

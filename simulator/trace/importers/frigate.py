@@ -84,7 +84,7 @@ def read_frigate(
     *,
     ignore: Collection[str] = ("person",),
     prior: PriorGraph | None = None,
-    log: Path | None = None,
+    file: Path | None = None,
 ) -> ImportedLooks:
     """Let a memory look at what cameras have tracked.
 
@@ -100,7 +100,7 @@ def read_frigate(
         options: how times become steps.
         ignore: labels that are no things.
         prior: of the memory; None for the household prior.
-        log: file for the log of the memory; None for none.
+        file: new file in which the memory is kept; None for none.
 
     Raises:
         ValueError: if it cannot be read, is no such file, or has no event of a thing.
@@ -117,7 +117,7 @@ def read_frigate(
             f"events must have one of a thing, got {said or 'none'} in {path}. Save what "
             "/api/events of Frigate lists, or messages of frigate/events, one a line."
         )
-    memory = SceneGraphMemory(prior, options.make_clock(changes[0].time), log=log)
+    memory = SceneGraphMemory(prior, options.make_clock(changes[0].time), path=file)
     looks = _Looks(memory, places or {})
     for change in changes:
         step = int((change.time - changes[0].time) // options.step_seconds)

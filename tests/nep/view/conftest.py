@@ -8,7 +8,7 @@ import pytest
 from nep.view.answers import Desk
 from nep.view.page_state import Judges, Stage
 from nep.view.server import PageServer
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from simulator.replay.replay import Replay
@@ -23,8 +23,8 @@ _FLAGS = (
 @pytest.fixture
 def log(tmp_path):
     """A robot's log: a red mug on the desk, gone at step 5, on the counter at step 6."""
-    path = tmp_path / "looks.jsonl"
-    memory = SceneGraphMemory(log=path)
+    path = tmp_path / "looks.sgm"
+    memory = SceneGraphMemory(path=path)
     kitchen, study = memory.add_room("kitchen"), memory.add_room("study")
     fridge = memory.add_furniture("fridge", kitchen, "white fridge")
     counter = memory.add_furniture("counter top", kitchen)
@@ -42,7 +42,7 @@ def log(tmp_path):
 @pytest.fixture
 def desk(log):
     """Answers about that log."""
-    desk = Desk(Stage(lambda: Replay(read_log(log), "my home")), Judges())
+    desk = Desk(Stage(lambda: Replay(read_events(log), "my home")), Judges())
     desk.judges.names = ["bayesian", "last_seen_prior"]  # no seconds for torch
     return desk
 

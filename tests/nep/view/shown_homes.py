@@ -9,7 +9,7 @@ from nep.view.page_state import Judges, Stage
 from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from simulator import SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay
 
@@ -52,8 +52,8 @@ toothbrush;toothpaste;shirt;socks;jacket;umbrella;bag;camera;headphones;plant;va
 
 def make_flat(folder, num_steps=30, looks_per_step=2, seed=0):
     """Return the log of a robot that patrols a flat of five rooms."""
-    path = folder / "looks.jsonl"
-    memory = SceneGraphMemory(clock=CLOCK, log=path)
+    path = folder / "looks.sgm"
+    memory = SceneGraphMemory(clock=CLOCK, path=path)
     rooms = {name: memory.add_room(name) for name in ROOMS}
     for name, corners in ROOMS.items():
         memory.add_furniture("floor", rooms[name], box=Box.of_polygon(corners, -0.1, 0))
@@ -92,8 +92,8 @@ def look(memory, place, stand, is_there, rng):
 
 def make_large_home(folder, num_rooms=100, num_steps=60, num_things=2000, seed=0):
     """Return the log of ten days in a home of many rooms with eight pieces of furniture each."""
-    path = folder / "looks.jsonl"
-    memory = SceneGraphMemory(clock=CLOCK, log=path)
+    path = folder / "looks.sgm"
+    memory = SceneGraphMemory(clock=CLOCK, path=path)
     kinds = ["office", "kitchen", "bedroom", "living room", "bathroom"]
     names = ["desk", "shelf", "cabinet", "table", "sofa", "bed", "counter", "chair"]
     wide = int(np.ceil(np.sqrt(num_rooms * 1.6)))
@@ -125,6 +125,6 @@ def make_large_home(folder, num_rooms=100, num_steps=60, num_things=2000, seed=0
 
 def open_desk(path, doors=()):
     """Return answers about a log, by a policy that needs no network."""
-    desk = Desk(Stage(lambda: Replay(read_log(path), path.parent.name), doors=doors), Judges())
+    desk = Desk(Stage(lambda: Replay(read_events(path), path.parent.name), doors=doors), Judges())
     desk.judges.names = ["bayesian", "last_seen_prior"]
     return desk

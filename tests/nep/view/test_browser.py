@@ -32,14 +32,14 @@ pytestmark = pytest.mark.slow
 
 def test_things_are_drawn_where_they_were_seen(browser, serve, tmp_path):
     """A mug and a plate on a counter of two metres; nobody knows where on it the cup is."""
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     room = memory.add_room("kitchen")
     memory.add_furniture("floor", room, box=Box.of_floor((0, 0), (4, 3)))
     counter = memory.add_furniture("counter", room, box=Box((2.0, 1.0, 0.45), (0.6, 2.0, 0.9)))
     at = {"mug": (2.15, 1.8, 0.95), "plate": (1.9, 0.3, 0.91)}
     seen = [Sighting(name, position=point) for name, point in at.items()]
     memory.observe(counter, [*seen, Sighting("cup")])
-    desk = open_desk(tmp_path / "looks.jsonl")
+    desk = open_desk(tmp_path / "looks.sgm")
     assert sorted(filter(None, desk.tell_state(0)["things"]["at"])) == [[1.9, 0.3], [2.15, 1.8]]
     open_page(browser, serve(desk))
     dots = wait_for(

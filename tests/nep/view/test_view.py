@@ -22,7 +22,7 @@ from nep.view.texts import tell_furniture, tell_step
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.replay.replay import Replay, StillMemory
 
@@ -192,7 +192,6 @@ def test_a_story_that_goes_on_is_read_again():
     [
         (["nowhere.sgm"], "source must be a memory file"),
         (["broken.sgm"], "memory file"),
-        (["broken.jsonl"], "line 1 of a log must be one that SceneGraphMemory wrote"),
         (["routine", "--port", "0"], "port must be at least 1, got 0"),
         (["routine", "--robot", "nobody", "--steps", "2"], "policy must be one of"),
         (["routine", "--steps", "0"], "steps must be at least 1, got 0"),
@@ -201,7 +200,6 @@ def test_a_story_that_goes_on_is_read_again():
 def test_bad_input_is_one_line(arguments, message, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("broken.sgm").write_bytes(b"no memory")
-    Path("broken.jsonl").write_bytes(b"no log\n")
     with pytest.raises(SystemExit) as ended:
         main([*arguments, "--no_browser"])
     said = capsys.readouterr().err
@@ -210,7 +208,7 @@ def test_bad_input_is_one_line(arguments, message, tmp_path, monkeypatch, capsys
     assert len(said.splitlines()) == 1
 
 
-@pytest.mark.parametrize("source", ["home.sgm", "looks.jsonl"])
+@pytest.mark.parametrize("source", ["home.sgm", "looks.sgm"])
 def test_a_page_is_saved(source, log, monkeypatch, capsys):
     monkeypatch.chdir(log.parent)
     monkeypatch.setattr("nep.view.page_state.list_shipped", list)  # no seconds for torch
@@ -302,12 +300,12 @@ def test_a_week_with_people_is_played(monkeypatch, tmp_path):
 
 
 def test_the_page_reads_from_where_a_log_was_looked(tmp_path):
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     table = memory.add_furniture(
         "table", memory.add_room("kitchen"), box=Box((3, 2, 0.4), (2, 1, 0.8))
     )
     camera = Viewpoint(5.0, 2.0, 1.4, yaw=3.0, angle=1.0, reach=4.0)
     memory.observe(table, [Sighting("mug")], viewpoint=camera)
     memory.observe(table, [Sighting("mug")])
-    looks = Replay(read_log(tmp_path / "looks.jsonl"), "home").looks
+    looks = Replay(read_events(tmp_path / "looks.sgm"), "home").looks
     assert [look.viewpoint for look in looks] == [camera, None]

@@ -10,10 +10,8 @@ import pytest
 
 from sgm import Clock, SceneGraphMemory, Sighting
 from sgm.export.__main__ import main
-from sgm.export.log_tail import LogTail
 from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint
-from sgm.replay.kept_home import KeptHome
 
 reader = pytest.importorskip("mcap.reader", reason="mcap is not installed: extra mcap")
 pytest.importorskip("foxglove_schemas_protobuf", reason="no schemas: extra mcap")
@@ -45,9 +43,9 @@ def look_around(memory):
 
 @pytest.fixture
 def log(tmp_path):
-    memory = SceneGraphMemory(clock=Clock(START, 600), log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(clock=Clock(START, 600), path=tmp_path / "looks.sgm")
     look_around(memory).save(tmp_path / "home.sgm")
-    return tmp_path / "looks.jsonl"
+    return tmp_path / "looks.sgm"
 
 
 def read(path):
@@ -147,7 +145,8 @@ def test_a_belief_is_that_of_the_finder(log, tmp_path):
 
 
 def test_a_memory_without_a_log_is_one_moment(log, tmp_path):
-    found = export(tmp_path / "home.sgm", tmp_path / "out.mcap")
+    SceneGraphMemory.load(log).save(tmp_path / "alone.sgm")
+    found = export(tmp_path / "alone.sgm", tmp_path / "out.mcap")
     assert {stamp - ZERO for messages in found.values() for stamp, _, _ in messages} == {
         1800 * SECOND
     }
@@ -155,11 +154,11 @@ def test_a_memory_without_a_log_is_one_moment(log, tmp_path):
 
 
 def test_a_home_without_coordinates_and_clock_is_laid_out(tmp_path):
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     rooms = [memory.add_room("kitchen"), memory.add_room("bath")]
     places = [memory.add_furniture("shelf", rooms[n // 8]) for n in range(16)]
     memory.observe(places[0], [Sighting(f"cup {n}") for n in range(30)])
-    found = export(tmp_path / "looks.jsonl", tmp_path / "out.mcap", "--things")
+    found = export(tmp_path / "looks.sgm", tmp_path / "out.mcap", "--things")
     cubes = [cube for entity in found["/furniture"][-1][2].entities for cube in entity.cubes]
     middles = {(cube.pose.position.x, cube.pose.position.y) for cube in cubes}
     assert len(middles) == 16
@@ -169,29 +168,10 @@ def test_a_home_without_coordinates_and_clock_is_laid_out(tmp_path):
     assert found["/furniture"][0][0] == 0  # the beginning of 1970
 
 
-def test_a_log_is_read_on_while_it_is_begun_anew(tmp_path):
-    home = KeptHome.open(tmp_path / "home.sgm", Clock(START, 600), is_new=True)
-    kitchen = home.memory.add_room("kitchen")
-    home.snapshot()
-    table = home.memory.add_furniture("table", kitchen)
-    tail = LogTail(tmp_path / "home.sgm")
-    assert [line.kind for line in tail.read_new()] == ["start", "room", "start", "furniture"]
-    assert tail.read_new() == []
-    home.memory.observe(table, [Sighting("cup")])
-    home.snapshot()
-    home.memory.step()
-    assert [line.kind for line in tail.read_new()] == ["look", "start", "step"]
-    home.snapshot()
-    home.snapshot()  # two that were begun anew since
-    home.memory.step()
-    assert [line.kind for line in tail.read_new()][-1] == "step"
-    tail.__exit__()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
 def test_a_home_is_followed_until_the_end(tmp_path, python, end):
-    home = KeptHome.open(tmp_path / "home.sgm", Clock(START, 600), is_new=True)
+    home = SceneGraphMemory(clock=Clock(START, 600), path=tmp_path / "home.sgm")
     out = tmp_path / "out.mcap"
     running = subprocess.Popen(
         [python, "-m", "sgm.export", "mcap", str(tmp_path / "home.sgm"), str(out), "--follow",
@@ -199,10 +179,10 @@ def test_a_home_is_followed_until_the_end(tmp_path, python, end):
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert running.stdout.readline().startswith("following ")
-    look_around(home.memory)
-    home.snapshot()
-    home.memory.step()
-    home.memory.observe(home.memory.furniture_ids[0], [Sighting("butter", "in")])
+    look_around(home)
+    home.save(home.path)
+    home.step()
+    home.observe(home.furniture_ids[0], [Sighting("butter", "in")])
     until = time.monotonic() + 60
     while b"butter" not in _read_torn(out):  # what was written is in the file before it ends
         assert time.monotonic() < until
@@ -233,19 +213,16 @@ def _read_torn(path):
 @pytest.mark.parametrize(
     ("source", "out", "error"),
     [
-        ("none.sgm", "out.mcap", "source must be a memory file or a log, got none at"),
+        ("none.sgm", "out.mcap", "memory file must be one that can be read, got"),
         ("home.sgm", "home.sgm", "out must be a new file, or one of MCAP, got"),
         ("home.sgm", "none/out.mcap", "none/out.mcap"),
         ("text.txt", "out.mcap", "text.txt"),
-        ("torn.jsonl", "out.mcap", "line 2 of a log must be one that SceneGraphMemory wrote"),
-        ("old.jsonl", "out.mcap", "time must lie from 1970 to 2261 in a file of MCAP"),
+        ("old.sgm", "out.mcap", "time must lie from 1970 to 2261 in a file of MCAP"),
     ],
 )
 def test_bad_input_ends_in_one_line(log, tmp_path, capsys, source, out, error):
     (tmp_path / "text.txt").write_text("no memory\n")
-    lines = log.read_text().splitlines(keepends=True)
-    (tmp_path / "torn.jsonl").write_text(lines[0] + "{}\n")
-    (tmp_path / "old.jsonl").write_text(lines[0].replace("2026", "1926"))
+    SceneGraphMemory(clock=Clock(START.replace(year=1926))).save(tmp_path / "old.sgm")
     before = (tmp_path / "home.sgm").read_bytes()
     assert main(["mcap", str(tmp_path / source), str(tmp_path / out)]) == 1
     said = capsys.readouterr()

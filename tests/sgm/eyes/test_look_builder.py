@@ -7,7 +7,7 @@ from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.look_builder import MOST_DETECTIONS
 from sgm.eyes.scene import Scene
 from sgm.layout.outline import contains_points, read_outline
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from tests.sgm.eyes.scenes import (
     CAMERA,
@@ -333,12 +333,12 @@ def test_a_look_says_from_where_most_was_in_view(tmp_path):
     assert abs(seen.yaw) < 0.25
     assert seen.angle == pytest.approx(2 * np.arctan(80 / 140))
     assert seen.reach == Gate().farthest
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     room = memory.add_room("kitchen")
     while memory.num_furniture < 8:
         memory.add_furniture("table", room)
     looks[7].tell(memory)
-    (line,) = [one for one in read_log(tmp_path / "looks.jsonl") if one.kind == "look"]
+    (line,) = [one for one in read_events(tmp_path / "looks.sgm") if one.kind == "look"]
     assert line.values["viewpoint"].yaw == pytest.approx(seen.yaw, abs=1e-3)
 
 

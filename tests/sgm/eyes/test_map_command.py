@@ -13,7 +13,7 @@ from sgm.ros import HomeMap
 @pytest.fixture
 def files(tmp_path):
     """A memory with two rooms of one label, a spot, and a polygon; its file, log and map."""
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     rooms = [memory.add_room("bedroom"), memory.add_room("bedroom")]
     memory.add_furniture("fridge", rooms[0], 'the "big" fridge: white', open_cost=2.0,
                          box=Box((1, 2, 0.85), (0.6, 0.65, 1.7), 1.57, "door"))  # fmt: skip
@@ -35,7 +35,7 @@ def run(files, *arguments):
 
 
 def test_a_map_goes_there_and_back(files, capsys):
-    for source in ("home.sgm", "looks.jsonl"):
+    for source in ("home.sgm", "looks.sgm"):
         assert run(files, "map", source, "--out", "map.yaml") == 0
         assert "2 rooms, 3 pieces of furniture" in capsys.readouterr().out
         data = yaml.safe_load((files / "map.yaml").read_text("utf-8"))
@@ -103,5 +103,5 @@ def test_bad_maps_are_one_line(files, capsys):
         error = capsys.readouterr().err
         assert message in error
         assert error.count("\n") == 1
-    assert run(files, "map", "home.sgm", "looks.jsonl", "--out", "map.yaml") == 1
-    assert "looks must be one memory file, or logs" in capsys.readouterr().err
+    assert run(files, "map", "none.sgm", "--out", "map.yaml") == 1
+    assert "memory file must be one that can be read" in capsys.readouterr().err

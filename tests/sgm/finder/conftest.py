@@ -68,7 +68,7 @@ class Home:
         log: Path | None = None,
         clock: Clock | None = None,
     ) -> None:
-        self.memory = SceneGraphMemory(log=log, clock=clock)
+        self.memory = SceneGraphMemory(path=log, clock=clock)
         self.furniture = []
         for room, labels in ROOMS.items():
             number = self.memory.add_room(room)

@@ -26,7 +26,7 @@ from sgm.finder.object_finder import ObjectFinder
 from sgm.finder.service import MemoryService
 from sgm.layout.box import Box
 from sgm.memory.clock import Clock
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies import Adaptive, Bayesian, Frequentist
@@ -136,9 +136,9 @@ class MemoryMachine(RuleBasedStateMachine):
     )
     def start(self, finder, has_clock, has_log, labels):
         self.finder = make_finder(finder)
-        self.log = Path(self.folder.name) / "looks.jsonl" if has_log else None
+        self.log = Path(self.folder.name) / "looks.sgm" if has_log else None
         clock = Clock(START, 600) if has_clock else None
-        self.memory = SceneGraphMemory(clock=clock, log=self.log)
+        self.memory = SceneGraphMemory(clock=clock, path=self.log)
         self.rooms = [self.memory.add_room(label) for label in ("kitchen", "study")]
         for label, room in labels:
             self.add_place(label, room)
@@ -313,7 +313,7 @@ class MemoryMachine(RuleBasedStateMachine):
         """A copy, what was saved and loaded, and what the log makes again answer alike."""
         answer, content = ask(self.finder, self.memory, thing), dump(self.memory)
         if kind == "log" and self.log is not None:
-            *_, (other, _, _) = replay(read_log(self.log))
+            *_, (other, _, _) = replay(read_events(self.log))
         elif kind == "file":
             self.memory.save(self.file)
             other = SceneGraphMemory.load(self.file)

@@ -8,7 +8,7 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies.adaptive import Adaptive
@@ -22,8 +22,8 @@ class Machine:
     """A machine whose clock says what it is set to."""
 
     def __init__(self, path):
-        self.wall, self.log = START, path / "looks.jsonl"
-        memory = SceneGraphMemory(clock=Clock(START, 600), log=self.log)
+        self.wall, self.log = START, path / "looks.sgm"
+        memory = SceneGraphMemory(clock=Clock(START, 600), path=self.log)
         self.table = memory.add_furniture("table", memory.add_room("kitchen"))
         self.memory = memory
         self.service = MemoryService(memory, Finder(Adaptive()), lambda: self.wall)
@@ -63,7 +63,7 @@ def test_the_log_has_what_the_clock_said_and_replays_alike(machine):
     with pytest.warns(UserWarning, match="went back"):
         machine.look(START + MINUTE, "pen")
     machine.look(START + 31 * MINUTE, "pen")
-    lines = read_log(machine.log)
+    lines = read_events(machine.log)
     walls = [line.values["wall"] for line in lines if "wall" in line.values]
     assert walls == ["2026-11-16T08:01:00"]
     *_, (memory, _, _) = replay(lines)
@@ -85,7 +85,7 @@ def test_nothing_is_said_of_a_clock_that_is_right(machine):
     for number in range(5):
         assert machine.look(START + number * DAY, "mug").clock_fault == ""
     assert machine.service.clock_fault == ""
-    assert "wall" not in machine.log.read_text()
+    assert not any("wall" in event.values for event in read_events(machine.log))
 
 
 def test_a_month_ahead_is_said_and_not_believed(machine):
@@ -117,9 +117,9 @@ def test_a_quiet_night_has_passed_when_the_first_question_comes(machine, name):
     getattr(machine.service, name)(*QUESTIONS[name])
     assert machine.memory.time == 66
     assert "seen here at 8:00" in machine.service.where_is("mug").places[0].why
-    size = machine.log.stat().st_size
+    number = len(read_events(machine.log))
     getattr(machine.service, name)(*QUESTIONS[name])  # in the same step
-    assert machine.log.stat().st_size == size
+    assert len(read_events(machine.log)) == number
 
 
 def test_what_is_asked_on_a_full_disk_is_answered(machine, monkeypatch):
@@ -129,7 +129,7 @@ def test_what_is_asked_on_a_full_disk_is_answered(machine, monkeypatch):
     def write(*_, **__):
         raise OSError("disk full")
 
-    monkeypatch.setattr(machine.memory.parts.state.log, "write", write)
+    monkeypatch.setattr(machine.memory.parts.state.file, "append", write)
     assert machine.service.where_is("mug").places
     assert machine.memory.time == 0
 
@@ -155,5 +155,5 @@ def test_a_clock_that_is_ahead_for_a_moment_moves_no_memory(machine, wrong):
     assert look(3, timedelta(0)).clock_fault == ""
     assert [look(minutes, timedelta(0)).at.step for minutes in (9, 10, 40)] == [0, 1, 4]
     assert not machine.memory.last_seen("mug").is_there
-    *_, (memory, _, _) = replay(read_log(machine.log))
+    *_, (memory, _, _) = replay(read_events(machine.log))
     assert json.dumps(memory.to_dict()) == json.dumps(machine.memory.to_dict())

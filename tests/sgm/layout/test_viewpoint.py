@@ -6,7 +6,7 @@ import pytest
 
 from sgm import Sighting
 from sgm.layout.viewpoint import Viewpoint
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.replay.replay import replay
 
@@ -23,8 +23,8 @@ def test_corners_by_hand():
 
 
 def test_a_log_holds_from_where_was_looked(tmp_path):
-    path = tmp_path / "looks.jsonl"
-    memory = SceneGraphMemory(log=path)
+    path = tmp_path / "looks.sgm"
+    memory = SceneGraphMemory(path=path)
     table = memory.add_furniture("table", memory.add_room("kitchen"))
     memory.observe(table, [Sighting("mug")], viewpoint=CAMERA)
     memory.observe(table, [], 0.5)
@@ -33,14 +33,14 @@ def test_a_log_holds_from_where_was_looked(tmp_path):
     looks = [line for line in lines if line["kind"] == "look"]
     assert looks[0]["viewpoint"] == [1.0, 2.0, 1.4, 0.5, 1.2, 4.0]
     assert "viewpoint" not in looks[1]
-    read = [line.values["viewpoint"] for line in read_log(path) if line.kind == "look"]
+    read = [line.values["viewpoint"] for line in read_events(path) if line.kind == "look"]
     assert read == [CAMERA, None]
-    again = [before for before, _, _ in replay(read_log(path))][-1]
+    again = [before for before, _, _ in replay(read_events(path))][-1]
     assert again.to_dict() == memory.to_dict()  # the memory itself does not use it
     looks[0]["viewpoint"] = [1, 2, 3]
     path.write_text("".join(json.dumps(line) + "\n" for line in lines), "utf-8")
     with pytest.raises(ValueError, match=r"line 4 of a log.*viewpoint must be a list of x, y, z"):
-        read_log(path)
+        read_events(path)
 
 
 @pytest.mark.parametrize(

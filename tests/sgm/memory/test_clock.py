@@ -1,6 +1,8 @@
 """What time it is in a home: seconds of the week by hand, and memories that keep their clock."""
 
 import json
+import sqlite3
+from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
 import numpy as np
@@ -11,8 +13,9 @@ from hypothesis import strategies as st
 from sgm.arrays.week import compute_week_seconds
 from sgm.finder.finder import Finder
 from sgm.memory.clock import make_clock_rows
-from sgm.memory.memory_files import write_file
 from sgm.policies import Adaptive
+from sgm.store.home_reader import HomeReader
+from sgm.store.snapshot import write_snapshot
 from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
 from simulator.snapshots.snapshots import forget
 from simulator.snapshots.taken import take_snapshots
@@ -107,9 +110,11 @@ def test_a_memory_keeps_its_clock(memory, tmp_path):
 def test_a_forged_clock_is_refused(memory, tmp_path, clock):
     path = tmp_path / "home.sgm"
     memory.save(path)
-    file = json.loads(path.read_text())
-    file["content"]["clock"] = clock
-    path.write_bytes(write_file(file["content"]))
+    with HomeReader(path) as reader:
+        snapshot, _ = reader.read()
+    connection = sqlite3.connect(path, isolation_level=None)
+    write_snapshot(connection, replace(snapshot, values={**snapshot.values, "clock": clock}))
+    connection.close()
     with pytest.raises(
         ValueError, match=r"must be as it was saved, got (?!another checksum).*home\.sgm"
     ):

@@ -6,7 +6,7 @@ from datetime import datetime
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.replay.replay import replay
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import dump
@@ -18,7 +18,7 @@ FINDER = Finder(Bayesian())
 def memory(tmp_path):
     """Keys and a red mug on the table, since three steps of an hour; a log is written."""
     clock = Clock(datetime(2026, 11, 20, 15, 10))
-    memory = SceneGraphMemory(clock=clock, log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(clock=clock, path=tmp_path / "looks.sgm")
     room = memory.add_room("kitchen")
     for label in ("fridge", "table", "drawer"):
         memory.add_furniture(label, room)
@@ -156,7 +156,7 @@ def test_a_ghost_is_forgotten(memory, tmp_path):
     assert memory.last_seen("vase") is None
     memory.forget(DRAWER)
     assert memory.furniture_ids == (FRIDGE, TABLE)
-    lines = read_log(tmp_path / "looks.jsonl")[-2:]
+    lines = read_events(tmp_path / "looks.sgm")[-2:]
     assert [(line.kind, line.values["by"]) for line in lines] == [
         ("remove_object", "anna"),
         ("remove_furniture", "robot"),
@@ -178,7 +178,7 @@ def play(memory):
 
 def test_a_log_with_statements_makes_the_memory_again(memory, tmp_path):
     play(memory)
-    *_, (again, _, _) = replay(read_log(tmp_path / "looks.jsonl"))
+    *_, (again, _, _) = replay(read_events(tmp_path / "looks.sgm"))
     assert dump(again) == dump(memory)
     assert FINDER.rank(again, "keys") == FINDER.rank(memory, "keys")
 

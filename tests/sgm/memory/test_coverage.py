@@ -7,8 +7,8 @@ import pytest
 
 from sgm.evidence.question import list_look_times
 from sgm.finder.finder import Finder
-from sgm.memory.log_reader import read_log
 from sgm.memory.look import parse_coverage, read_coverage
+from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies import Adaptive, Bayesian
@@ -130,7 +130,7 @@ def test_looks_of_earlier_steps_are_of_their_relation():
 
 
 def test_saved_loaded_and_replayed_to_the_bit(tmp_path):
-    memory = make_memory(log=tmp_path / "looks.jsonl")
+    memory = make_memory(path=tmp_path / "looks.sgm")
     memory.step()
     memory.observe(1, [Sighting("cup", "onTop")], {"in": 0, "onTop": 1}, ["spoon"])
     memory.step()
@@ -139,7 +139,7 @@ def test_saved_loaded_and_replayed_to_the_bit(tmp_path):
     memory.save(tmp_path / "home.sgm")
     loaded = SceneGraphMemory.load(tmp_path / "home.sgm")
     assert dump(loaded) == dump(memory)
-    lines = read_log(tmp_path / "looks.jsonl")
+    lines = read_events(tmp_path / "looks.sgm")
     looks = [line.values for line in lines if line.kind == "look"]
     assert [(look["coverage"], look["hidden"]) for look in looks] == [
         (1.0, []),
@@ -156,15 +156,15 @@ def test_saved_loaded_and_replayed_to_the_bit(tmp_path):
 
 
 def test_a_trace_counts_by_relation(tmp_path):
-    memory = make_memory(log=tmp_path / "looks.jsonl")
+    memory = make_memory(path=tmp_path / "looks.sgm")
     for _ in range(3):
         memory.step()
         memory.observe(0, [], SHUT, ["basket"])
-    trace = make_trace(read_log(tmp_path / "looks.jsonl"))
+    trace = make_trace(read_events(tmp_path / "looks.sgm"))
     assert {event.furniture for event in trace.events} == {0}  # nothing has gone
     memory.step()
     memory.observe(0, [], {"in": 1, "onTop": 0})
-    trace = make_trace(read_log(tmp_path / "looks.jsonl"))
+    trace = make_trace(read_events(tmp_path / "looks.sgm"))
     gone = [event.object for event in trace.events if event.furniture != 0]
     assert gone == ["milk"]
 

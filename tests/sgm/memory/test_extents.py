@@ -5,10 +5,11 @@ import json
 import pytest
 
 from sgm.layout.box import Box
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import parse_rows, read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.replay.replay import replay
+from sgm.store.home_reader import HomeReader
 from simulator.trace.from_log import make_trace
 from simulator.trace.layout import load_layout, make_layout_json
 from simulator.trace.trace import remember_trace
@@ -45,25 +46,23 @@ def test_positions_are_found_where_none_is_given():
 
 
 def test_saved_loaded_copied_and_replayed(tmp_path):
-    memory = make_memory(log=tmp_path / "looks.jsonl")
+    memory = make_memory(path=tmp_path / "looks.sgm")
     memory.move_furniture(2, box=FRIDGE)
     memory.save(tmp_path / "home.sgm")
     loaded = SceneGraphMemory.load(tmp_path / "home.sgm")
-    lines = read_log(tmp_path / "looks.jsonl")
+    lines = read_events(tmp_path / "looks.sgm")
     *_, (again, _, _) = replay(lines)
     for other in (loaded, memory.copy(), again):
         assert other.layout == memory.layout
         assert dump(other) == dump(memory)
     layout = lines[0].values["layout"]
     assert not layout.furniture
-    loaded = SceneGraphMemory.load(tmp_path / "home.sgm", log=tmp_path / "more.jsonl")
-    assert read_log(tmp_path / "more.jsonl")[0].values["layout"].furniture[1].box == FRIDGE
-    *_, (again, _, _) = replay(read_log(tmp_path / "more.jsonl"))
-    assert again.layout == memory.layout
+    loaded.save(tmp_path / "more.sgm")
+    assert read_events(tmp_path / "more.sgm")[0].values["layout"].furniture[1].box == FRIDGE
 
 
 def test_files_without_boxes_are_as_before(tmp_path):
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     kitchen = memory.add_room("kitchen")
     memory.add_furniture("fridge", kitchen, position=(1, 2))
     memory.add_furniture("table", kitchen)
@@ -71,7 +70,8 @@ def test_files_without_boxes_are_as_before(tmp_path):
     content = memory._state.get_content_to_save().to_json()
     assert content["furniture"] == [[0, "fridge", 0, "fridge", [1.0, 2.0]],
                                     [1, "table", 0, "table", [2.0, 2.0]]]  # fmt: skip
-    text = (tmp_path / "looks.jsonl").read_text()
+    with HomeReader(tmp_path / "looks.sgm") as reader:
+        text = str(reader.read(from_first=True))
     assert "box" not in text
     assert "open_cost" not in text
 
@@ -92,8 +92,8 @@ def test_furniture_that_was_moved():
 
 
 def test_traces_carry_them(tmp_path):
-    memory = make_memory(log=tmp_path / "looks.jsonl")
-    trace = make_trace(read_log(tmp_path / "looks.jsonl"))
+    memory = make_memory(path=tmp_path / "looks.sgm")
+    trace = make_trace(read_events(tmp_path / "looks.sgm"))
     assert [row.box for row in trace.layout.furniture.values()] == [
         *memory.boxes.values(),
         None,
@@ -176,9 +176,10 @@ def test_bad_arguments_change_nothing(more, kind, message):
 
 
 def test_a_broken_box_in_a_file_is_refused(tmp_path):
-    memory = make_memory(log=tmp_path / "looks.jsonl")
-    text = (tmp_path / "looks.jsonl").read_text()
+    memory = make_memory(path=tmp_path / "looks.sgm")
+    with HomeReader(tmp_path / "looks.sgm") as reader:
+        _, rows = reader.read(from_first=True)
     assert memory.boxes
-    (tmp_path / "broken.jsonl").write_text(text.replace('"door"', '"window"'))
-    with pytest.raises(ValueError, match=r"line 4 of a log must .*interior of a box must be one"):
-        read_log(tmp_path / "broken.jsonl")
+    broken = [row._replace(arguments=row.arguments.replace('"door"', '"window"')) for row in rows]
+    with pytest.raises(ValueError, match=r"event 3 of a memory file must .*interior of a box must"):
+        parse_rows(broken, tmp_path / "broken.sgm")

@@ -15,9 +15,9 @@ from sgm.memory.sighting import Sighting
 from sgm.policies.heuristics import Bayesian
 
 
-def make_memory(clock=None, log=None):
+def make_memory(clock=None, path=None):
     """A mug that was at the desk in six of ten steps, and on the shelf in the others."""
-    memory = SceneGraphMemory(clock=clock, log=log)
+    memory = SceneGraphMemory(clock=clock, path=path)
     room = memory.add_room("study")
     desk, shelf = (memory.add_furniture(label, room) for label in ("desk", "shelf"))
     for number in range(10):
@@ -78,7 +78,7 @@ def test_hundreds_of_frames_are_one_look(seen):
 
 @pytest.mark.filterwarnings("ignore::sgm.memory.memory_looks.LookPerFrameWarning")
 def test_what_a_late_frame_shows_is_remembered(tmp_path):
-    memory, desk, _ = make_memory(log=tmp_path / "looks.jsonl")
+    memory, desk, _ = make_memory(path=tmp_path / "looks.sgm")
     tell_frames(memory, desk, 50)
     memory.observe(desk, [Sighting("keys"), Sighting("pen", confidence=0.3)])
     tell_frames(memory, desk, 50)

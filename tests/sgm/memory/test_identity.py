@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.replay.replay import replay
 from simulator import Bayesian, SceneGraphMemory, Sighting
 from simulator.trace.from_log import make_trace
@@ -19,7 +19,7 @@ SINK, DESK, SHELF = range(3)
 @pytest.fixture
 def memory(tmp_path):
     """Mug 1 at the sink, mug 2 on the desk, as a tracker says; a spoon without an id."""
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     room = memory.add_room("kitchen")
     for label in ("sink", "desk", "shelf"):
         memory.add_furniture(label, room)
@@ -121,7 +121,7 @@ def test_ids_are_saved_and_logged_and_go_on(memory, tmp_path):
     memory.observe(SHELF, [Sighting("mug", id="m1", embedding=(0.0, 1.0)), Sighting("pen")])
     memory.save(tmp_path / "home.sgm")
     again = SceneGraphMemory.load(tmp_path / "home.sgm")
-    *_, (replayed, _, _) = replay(read_log(tmp_path / "looks.jsonl"))
+    *_, (replayed, _, _) = replay(read_events(tmp_path / "looks.sgm"))
     assert dump(again) == dump(replayed) == dump(memory)
     for one in (memory, again, replayed):
         one.step()
@@ -132,7 +132,7 @@ def test_ids_are_saved_and_logged_and_go_on(memory, tmp_path):
 
 def test_things_of_two_ids_are_two_in_a_trace(memory, tmp_path):
     memory.observe(SHELF, [Sighting("mug", id="m1")])
-    trace = make_trace(read_log(tmp_path / "looks.jsonl"), "home")
+    trace = make_trace(read_events(tmp_path / "looks.sgm"), "home")
     assert sorted({event.object for event in trace.events}) == ["mug", "mug 2", "spoon"]
 
 

@@ -9,8 +9,8 @@ from sgm.arrays.table import make_table
 from sgm.evidence.question import Question
 from sgm.finder.finder import Finder
 from sgm.memory.clock import Clock
-from sgm.memory.log_reader import read_log
 from sgm.memory.lone_looks import LoneLooks, note_lone_look
+from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies.adaptive import Adaptive
@@ -171,12 +171,12 @@ def live(memory):
 
 @pytest.mark.filterwarnings("error")
 def test_it_is_kept_in_files_copies_and_logs(tmp_path):
-    log = tmp_path / "looks.jsonl"
-    memory = make_memory(log=log)
+    log = tmp_path / "looks.sgm"
+    memory = make_memory(path=log)
     live(memory)
     memory.note_absent(DESK, "keys")
     memory.save(tmp_path / "home.sgm")
-    *_, (replayed, line, _) = replay(read_log(log))  # and made the change of the last line
+    *_, (replayed, line, _) = replay(read_events(log))  # and made the change of the last line
     assert line.kind == "absent"
     others = (SceneGraphMemory.load(tmp_path / "home.sgm"), memory.copy(), replayed)
     finder = Finder(Adaptive())

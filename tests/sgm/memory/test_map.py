@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sgm.layout.box import Box
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.replay.replay import replay
 from simulator import SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import dump
@@ -14,7 +14,7 @@ from tests.sgm.memory.sessions import dump
 @pytest.fixture
 def memory(tmp_path):
     """A desk with a position, a shelf with a box, a bed with neither, on the old map."""
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl", map_id="old")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm", map_id="old")
     room = memory.add_room("study")
     desk = memory.add_furniture("desk", room, position=(1.0, 2.0))
     memory.add_furniture("shelf", room, box=Box((3.0, 0.0, 0.5), (0.4, 1.0, 1.0), yaw=0.5))
@@ -62,7 +62,7 @@ def test_positions_and_boxes_are_moved_into_another_map(memory):
 def test_it_is_logged_and_saved(memory, tmp_path):
     memory.transform(1.0, (0.5, 0.1 + 0.2), map_id="new")
     memory.step()
-    *_, (again, _, _) = replay(read_log(tmp_path / "looks.jsonl"))
+    *_, (again, _, _) = replay(read_events(tmp_path / "looks.sgm"))
     memory.save(tmp_path / "home.sgm")
     loaded = SceneGraphMemory.load(tmp_path / "home.sgm", map_id="new")
     assert dump(again) == dump(loaded) == dump(memory)
@@ -79,7 +79,7 @@ def test_it_is_logged_and_saved(memory, tmp_path):
     ],
 )
 def test_bad_transforms_change_nothing(memory, tmp_path, arguments, message):
-    before = dump(memory), (tmp_path / "looks.jsonl").read_bytes()
+    before = dump(memory), (tmp_path / "looks.sgm").read_bytes()
     with pytest.raises(ValueError, match=message):
         memory.transform(*arguments)
-    assert (dump(memory), (tmp_path / "looks.jsonl").read_bytes()) == before
+    assert (dump(memory), (tmp_path / "looks.sgm").read_bytes()) == before

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from sgm import SceneGraphMemory
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.sighting import Sighting
 from sgm.replay.replay import replay
 from simulator.trace.from_log import make_trace
 
 
-def make_memory(log=None):
+def make_memory(path=None):
     """A mug was seen at both, keys at the spot alone, a book at the table alone and last."""
-    memory = SceneGraphMemory(log=log)
+    memory = SceneGraphMemory(path=path)
     room = memory.add_room("home")
     spot, table = memory.add_furniture("spot", room), memory.add_furniture("table", room)
     memory.observe(spot, [Sighting("mug"), Sighting("keys")])
@@ -58,12 +58,12 @@ def test_a_name_is_corrected():
 
 
 def test_logs_traces_and_files_carry_both(tmp_path):
-    memory, spot, table = make_memory(tmp_path / "looks.jsonl")
+    memory, spot, table = make_memory(tmp_path / "looks.sgm")
     memory.name_furniture(table, "dining table")
     memory.merge_furniture(table, spot)
     memory.step()
     memory.observe(table, [Sighting("mug")])
-    lines = read_log(tmp_path / "looks.jsonl")
+    lines = read_events(tmp_path / "looks.sgm")
     again = list(replay(lines))[-1][0].copy()
     memory.save(tmp_path / "one.sgm")
     again.observe(table, [Sighting("mug")])

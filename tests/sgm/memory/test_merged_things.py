@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.merged_things import find_roots
 from sgm.memory.thing import Thing, ThingRows
 from sgm.replay.replay import replay
@@ -20,7 +20,7 @@ SINK, DESK, SHELF = range(3)
 @pytest.fixture
 def memory(tmp_path):
     """A torch at the sink at 0, a lamp on the desk at 1, not shown by a look at 2."""
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     room = memory.add_room("kitchen")
     for label in ("sink", "desk", "shelf"):
         memory.add_furniture(label, room)
@@ -227,7 +227,7 @@ def test_all_of_it_is_logged_and_saved(memory, tmp_path):
     memory.note_moved("night lamp", DESK, by="anna")
     memory.step()
     memory.save(tmp_path / "home.sgm")
-    *_, (again, _, _) = replay(read_log(tmp_path / "looks.jsonl"))
+    *_, (again, _, _) = replay(read_events(tmp_path / "looks.sgm"))
     loaded = SceneGraphMemory.load(tmp_path / "home.sgm")
     for one in (memory, again, loaded):
         one.split("torch")

@@ -1,14 +1,15 @@
 """A file has one owner, by whatever name it is reached: links, other spellings, after a move."""
 
 import os
+import sqlite3
 import subprocess
 import sys
+import warnings
 
 import pytest
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
-from sgm.replay.kept_home import KeptHome
 
 pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="no locks of open files: fcntl"),
@@ -18,19 +19,16 @@ OPEN = """
 import sys, warnings
 warnings.simplefilter("ignore")
 from sgm import SceneGraphMemory
-from sgm.replay.kept_home import KeptHome
 path, *calls = sys.argv[1:]
 for how in calls:
     try:
-        if how == "keep":
-            home = KeptHome.open(path)
-            print("opened", home.memory.num_furniture)
-        elif how == "save":
+        if how == "open":
+            print("opened", SceneGraphMemory.open(path).num_furniture)
+        elif how == "read":
+            print("read", SceneGraphMemory.load(path).num_furniture)
+        else:
             SceneGraphMemory().save(path)
             print("saved")
-        else:
-            SceneGraphMemory(log=path)
-            print("logged")
     except ValueError as error:
         print(error)
 """
@@ -38,16 +36,14 @@ for how in calls:
 
 @pytest.fixture
 def home(tmp_path):
-    """A home that is kept here, of one place; what was changed last is in its log."""
+    """A home that is kept here, of one place."""
     (tmp_path / "a").mkdir()
-    home = KeptHome.open(tmp_path / "a" / "home.sgm", is_new=True)
-    home.memory.add_furniture("table", home.memory.add_room("kitchen"))
-    return home
-
-
-def end(home) -> None:
-    """Let go of all that it has, as when its process ends."""
-    home.memory = None
+    memory = SceneGraphMemory(path=tmp_path / "a" / "home.sgm")
+    memory.add_furniture("table", memory.add_room("kitchen"))
+    yield memory
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of what a test has moved away
+        memory.close()
 
 
 def try_in_another_process(path, *calls: str, folder=None) -> list[str]:
@@ -109,138 +105,96 @@ WAYS = (
 def test_a_second_owner_is_refused(home, tmp_path, way):
     folder = home.path.parent if way == "relative" else tmp_path
     path = link(home, tmp_path, way)
-    assert is_refused(try_in_another_process(path, "keep", "save", folder=folder))
+    assert is_refused(try_in_another_process(path, "open", "save", folder=folder))
 
 
-@pytest.mark.parametrize("way", ["hard link", "moved"])
-def test_a_hard_link_or_a_moved_file_has_its_owner_after_a_snapshot(home, tmp_path, way):
-    path = link(home, tmp_path, way)
-    home.memory.step()
-    home.snapshot()
-    assert is_refused(try_in_another_process(path, "keep"))
-    end(home)
-    assert try_in_another_process(path, "keep") == ["opened 0"]  # as before the snapshot
+def test_to_read_is_free_and_who_has_ended_locks_nobody_out(home):
+    path = home.path
+    assert try_in_another_process(path, "read") == ["read 1"]
+    home.close()
+    home.step()  # it lives on alone
+    assert try_in_another_process(path, "open", "save") == ["opened 1", "saved"]
 
 
-@pytest.mark.parametrize("name", ["home.sgm.log", "home.sgm.log.lock", "home.sgm"])
-def test_a_memory_is_not_saved_over_what_another_process_has(home, name):
-    assert is_refused(try_in_another_process(home.path.with_name(name), "save"))
-
-
-def test_a_linked_log_has_one_owner(home, tmp_path):
-    (tmp_path / "link.jsonl").symlink_to(home.log)
-    os.link(home.log, tmp_path / "hard.jsonl")
-    for name in ("link.jsonl", "hard.jsonl"):
-        assert is_refused(try_in_another_process(tmp_path / name, "log"))
-    with pytest.raises(ValueError, match=r"log must have one name and one use"):
-        SceneGraphMemory(log=tmp_path / "hard.jsonl")
+def test_a_memory_that_is_gone_has_let_go(tmp_path):
+    path = tmp_path / "home.sgm"
+    memory = SceneGraphMemory(path=path)
+    assert is_refused(try_in_another_process(path, "open"))
+    del memory
+    assert try_in_another_process(path, "open") == ["opened 0"]
 
 
 def test_another_memory_of_this_process_is_not_saved_over_it(home, tmp_path):
     (tmp_path / "link.sgm").symlink_to(home.path)
     os.link(home.path, tmp_path / "hard.sgm")
     other = SceneGraphMemory()
-    for path, message in (
-        (home.path, r"must be saved by the memory that is kept in it"),
-        (tmp_path / "link.sgm", r"must be saved by the memory that is kept in it"),
-        (tmp_path / "hard.sgm", r"must have one name and one use"),
-        (home.log, r"must have one name and one use"),
-    ):
-        with pytest.raises(ValueError, match=message):
+    for path in (home.path, tmp_path / "link.sgm", tmp_path / "hard.sgm"):
+        with pytest.raises(ValueError, match=r"must be saved by the memory that is kept in it"):
             other.save(path)
-    home.memory.save(home.path)
-    home.memory.save(tmp_path / "copy.sgm")
-    with pytest.raises(ValueError, match="kept in it"):  # a copy elsewhere gives up nothing
-        other.save(home.path)
+    home.save(home.path)
+    home.save(tmp_path / "copy.sgm")
+    other.save(tmp_path / "copy.sgm")  # no one has the copy
     assert is_refused(try_in_another_process(home.path, "save"))
 
 
-def test_the_latest_to_keep_a_home_has_it(home):
-    again = KeptHome.open(home.path)
-    again.snapshot()
-    with pytest.raises(ValueError, match="kept in it"):
-        home.snapshot()
-    with pytest.raises(ValueError, match="one memory at a time"):
-        home.memory.step()
-
-
-def test_a_link_keeps_one_log_beside_the_file(home, tmp_path):
-    (tmp_path / "link.sgm").symlink_to(home.path)
-    home.memory.observe(0, [Sighting("mug")])
-    end(home)
-    again = KeptHome.open(tmp_path / "link.sgm")
-    assert again.path == home.path
-    assert again.memory.last_seen("mug") is not None
-    assert os.listdir(tmp_path) in (["a", "link.sgm"], ["link.sgm", "a"])
+def test_the_latest_to_open_a_home_has_it(home, tmp_path):
+    again = SceneGraphMemory.open(home.path)
+    again.step()
+    with pytest.raises(ValueError, match=r"by one memory at a time, got one that is not"):
+        home.step()
+    assert home.time == 0
+    home.save(tmp_path / "copy.sgm")  # what it knows is not lost
+    del home
+    assert is_refused(try_in_another_process(again.path, "open"))
 
 
 def test_a_relative_path_is_of_the_folder_in_which_it_was_named(tmp_path, monkeypatch):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
     monkeypatch.chdir(tmp_path / "a")
-    home = KeptHome.open("home.sgm", is_new=True)
-    memory = SceneGraphMemory(log="looks.jsonl")
+    memory = SceneGraphMemory(path="home.sgm")
     monkeypatch.chdir(tmp_path / "b")
-    home.memory.step()
-    home.snapshot()
     memory.step()
+    memory.save(memory.path)
+    memory.close()
     assert os.listdir(tmp_path / "b") == []
-    assert (tmp_path / "a" / "looks.jsonl").read_text().count('"kind":"step"') == 1
+    assert SceneGraphMemory.load(tmp_path / "a" / "home.sgm").time == 1
 
 
 @pytest.mark.parametrize("way", ["moved", "removed"])
-def test_a_log_that_was_taken_away_is_begun_anew(home, tmp_path, way):
-    home.memory.observe(0, [Sighting("mug")])
-    moved = tmp_path / "moved.log"
-    home.log.rename(moved) if way == "moved" else home.log.unlink()
-    before = moved.read_bytes() if way == "moved" else b""
-    with pytest.warns(UserWarning, match=r"the log was moved or removed: it is begun anew"):
-        home.memory.observe(0, [Sighting("keys")])
-    assert way == "removed" or moved.read_bytes() == before
-    end(home)
-    again = KeptHome.open(home.path)
-    assert again.memory.last_seen("mug") is not None
-    assert again.memory.last_seen("keys") is not None
+def test_a_file_that_was_taken_away_is_begun_anew(home, tmp_path, way):
+    home.observe(0, [Sighting("mug")])
+    path, moved = home.path, tmp_path / "moved.sgm"
+    path.rename(moved) if way == "moved" else path.unlink()
+    with pytest.warns(UserWarning, match=r"the memory file was moved or removed: it is begun anew"):
+        home.observe(0, [Sighting("keys")])
+    home.close()
+    again = SceneGraphMemory.load(path)
+    assert again.last_seen("mug") is not None
+    assert again.last_seen("keys") is not None
+    if way == "moved":
+        old = SceneGraphMemory.load(moved)
+        assert (old.last_seen("mug") is None, old.last_seen("keys") is None) == (False, True)
 
 
-def test_a_snapshot_begins_a_lost_log_anew(home):
-    home.log.unlink()
-    with pytest.warns(UserWarning, match="begun anew"):
-        home.snapshot()
-    end(home)
-    assert KeptHome.open(home.path).memory.num_furniture == 1
-
-
-def test_nothing_is_written_to_another_file_in_the_place_of_the_log(home, tmp_path):
-    home.log.rename(tmp_path / "moved.log")
-    home.log.write_text("notes")
-    for change in (home.memory.step, home.snapshot):
-        with pytest.raises(FileExistsError, match=r"log must stay where it was opened, got ano"):
-            change()
-    assert home.log.read_text() == "notes"
-    assert home.memory.time == 0
-    home.log.unlink()
-    with pytest.warns(UserWarning, match="begun anew"):
-        home.memory.step()
-
-
-def test_a_snapshot_does_not_replace_another_file(home, tmp_path):
+def test_nothing_is_written_to_another_file_in_its_place(home, tmp_path):
     home.path.rename(tmp_path / "moved.sgm")
-    other = SceneGraphMemory()
-    with pytest.raises(ValueError, match="kept in it"):
-        other.save(home.path)
     home.path.write_text("notes")
-    home.memory.step()
-    with pytest.raises(FileExistsError, match=r"memory file must stay where it was opened, got a"):
-        home.snapshot()
+    for change in (home.step, lambda: home.save(home.path)):
+        with pytest.raises(FileExistsError, match=r"memory file must stay where it was opened"):
+            change()
     assert home.path.read_text() == "notes"
+    assert home.time == 0
     home.path.unlink()
-    home.snapshot()
-    assert SceneGraphMemory.load(home.path).time == 1
+    with pytest.warns(UserWarning, match="begun anew"):
+        home.step()
 
 
-def test_hard_links_are_told(home, tmp_path):
-    os.link(home.path, tmp_path / "backup.sgm")
-    end(home)
-    with pytest.warns(UserWarning, match=r"memory file has 2 names \(hard links\)"):
-        KeptHome.open(home.path)
+def test_events_of_another_program_are_found(home):
+    """Where nothing locks files, the second one to write is told: numbers of events are its own."""
+    with sqlite3.connect(home.path) as connection:
+        connection.execute("INSERT INTO events VALUES (3, 0, 'step', '{}', NULL, 0)")
+    connection.close()
+    with pytest.raises(ValueError, match=r"one process at a time, got events of another one"):
+        home.step()
+    assert home.time == 0

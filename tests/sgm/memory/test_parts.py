@@ -26,7 +26,7 @@ PARTS = (
     MemoryFiles,
 )
 # Makes or copies a memory, asks a part for each kind of what is forgotten, or names the parts.
-OTHER_CALLS = {"load", "copy", "forget", "parts"}
+OTHER_CALLS = {"load", "open", "copy", "forget", "parts"}
 CALLS = sorted(
     name for name in vars(SceneGraphMemory) if not name.startswith("_") and name not in OTHER_CALLS
 )

@@ -7,7 +7,7 @@ import pytest
 from sgm import SceneGraphMemory, Sighting
 from sgm.finder.finder import Finder
 from sgm.finder.service import MemoryService
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.sighting import MOST_PICTURE
 from sgm.memory.thing import MOST_PICTURES
 from sgm.policies import Bayesian
@@ -18,7 +18,7 @@ from tests.sgm.memory.sessions import dump
 @pytest.fixture
 def memory(tmp_path):
     """A shelf 0, a table 1 and a desk 2."""
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     room = memory.add_room("study")
     for name in ("shelf", "table", "desk"):
         memory.add_furniture(name, room)
@@ -71,7 +71,7 @@ def test_log_file_and_copy_have_them(memory, tmp_path):
     see(memory, 1, "b.jpg", position=(1, 2, 3), id=7)
     see(memory, 2, "c.jpg", name="pen")
     memory.save(tmp_path / "home.sgm")
-    *_, (again, _, _) = replay(read_log(tmp_path / "looks.jsonl"))
+    *_, (again, _, _) = replay(read_events(tmp_path / "looks.sgm"))
     for other in (again, SceneGraphMemory.load(tmp_path / "home.sgm"), memory.copy()):
         assert dump(other) == dump(memory)
         assert find(other) == {0: "a.jpg", 1: "b.jpg"}

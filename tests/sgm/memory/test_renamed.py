@@ -6,7 +6,7 @@ import pytest
 
 from sgm.finder.finder import Finder
 from sgm.finder.service import MemoryService
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies.adaptive import Adaptive
@@ -114,17 +114,17 @@ def test_what_is_forgotten_or_gone_is_called_so_no_more():
 
 
 def test_files_copies_and_logs_know_it(tmp_path):
-    memory = make_memory(log=tmp_path / "looks.jsonl")
+    memory = make_memory(path=tmp_path / "looks.sgm")
     memory.rename("cup", "bowl", "anna")
     memory.observe(TABLE, [Sighting("cup")])
     memory.save(tmp_path / "home.sgm")
     memory.step()
     others = [SceneGraphMemory.load(tmp_path / "home.sgm"), memory.copy()]
     others[0].step()
-    *_, (replayed, _, _) = replay(read_log(tmp_path / "looks.jsonl"))
+    *_, (replayed, _, _) = replay(read_events(tmp_path / "looks.sgm"))
     for one in (memory, replayed, *others):
         one.observe(TABLE, [Sighting("cup")])
         assert json.dumps(one.to_dict()) == json.dumps(memory.to_dict())
         assert list_there(one) == {("bowl", TABLE)}
-    last = json.loads((tmp_path / "looks.jsonl").read_text().splitlines()[-1])
-    assert last["seen"][0][0] == "cup"  # as the detector says
+    last = read_events(tmp_path / "looks.sgm")[-1]
+    assert last.values["seen"][0][0] == "cup"  # as the detector says

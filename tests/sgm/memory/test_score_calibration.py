@@ -1,6 +1,5 @@
 """Scores of detectors as probabilities: the curve, its fit, and what a memory does with it."""
 
-import json
 import math
 import warnings
 
@@ -8,7 +7,7 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.policies import Bayesian
 from sgm.replay.confirmed_scores import fit_from_log
@@ -131,14 +130,14 @@ def test_the_curve_is_saved_with_the_memory_and_copied(tmp_path):
 
 
 def test_a_log_holds_the_scores_and_replays_to_the_memory(tmp_path):
-    path = tmp_path / "looks.jsonl"
-    memory, counter, desk = make_home(score_calibration=OPEN, log=path)
+    path = tmp_path / "looks.sgm"
+    memory, counter, desk = make_home(score_calibration=OPEN, path=path)
     memory.observe(desk, [Sighting("cup", confidence=0.3)])
     memory.step()
     memory.observe(counter, [Sighting("pan", confidence=0.15)])
-    looks = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
-    assert [look["seen"][0][2] for look in looks if look["kind"] == "look"] == [0.3, 0.15]
-    *_, (again, _, _) = replay(read_log(path))
+    looks = [event.values["seen"] for event in read_events(path) if event.kind == "look"]
+    assert [look[0][2] for look in looks] == [0.3, 0.15]
+    *_, (again, _, _) = replay(read_events(path))
     assert again.score_calibration == OPEN
     np.testing.assert_array_equal(again.batch.edges["confidence"], memory.batch.edges["confidence"])
     np.testing.assert_array_equal(again.batch.edges["missed"], memory.batch.edges["missed"])
@@ -147,9 +146,9 @@ def test_a_log_holds_the_scores_and_replays_to_the_memory(tmp_path):
 @pytest.mark.slow
 def test_scores_are_fitted_from_looks_that_later_ones_confirm(tmp_path):
     """A detector that is right more often than it says: 90 % of what is there is seen again."""
-    path, rng = tmp_path / "looks.jsonl", np.random.default_rng(0)
+    path, rng = tmp_path / "looks.sgm", np.random.default_rng(0)
     true = ScoreCalibration(1.0, 1.5)
-    memory, _, desk = make_home(score_calibration=ScoreCalibration(), log=path)
+    memory, _, desk = make_home(score_calibration=ScoreCalibration(), path=path)
     for turn in range(300):
         score = rng.uniform(0.05, 0.95)
         name = f"thing {turn}"
@@ -165,8 +164,8 @@ def test_scores_are_fitted_from_looks_that_later_ones_confirm(tmp_path):
 
 
 def test_a_log_without_scores_says_so(tmp_path):
-    path = tmp_path / "looks.jsonl"
-    memory, _, desk = make_home(log=path)
+    path = tmp_path / "looks.sgm"
+    memory, _, desk = make_home(path=path)
     for _ in range(30):
         memory.observe(desk, [Sighting("cup")])
         memory.step()

@@ -1,14 +1,14 @@
 """Where things were seen in the map: what is kept, what is forgotten, what other calls do to it."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 
 from sgm.layout.box import Box
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.replay.replay import replay
+from sgm.store.home_reader import HomeReader
 from simulator import SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import dump
 
@@ -20,7 +20,7 @@ AT = (1.9, 3.1, 0.95)
 @pytest.fixture
 def memory(tmp_path):
     """A counter 0 and a table 1."""
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     room = memory.add_room("kitchen")
     memory.add_furniture("counter", room, box=COUNTER)
     memory.add_furniture("table", room, box=TABLE)
@@ -217,7 +217,7 @@ def test_files_and_logs_carry_them_to_the_bit(memory, tmp_path):
     see(memory, 0, (0.1, 2 / 3, 0.95), id="7")
     memory.save(tmp_path / "home.sgm")
     assert dump(SceneGraphMemory.load(tmp_path / "home.sgm")) == dump(memory)
-    *_, (again, _, _) = replay(read_log(tmp_path / "looks.jsonl"))
+    *_, (again, _, _) = replay(read_events(tmp_path / "looks.sgm"))
     assert dump(again) == dump(memory)
 
 
@@ -236,10 +236,15 @@ def test_a_memory_without_positions_has_none(memory, tmp_path):
     memory.observe(0, [Sighting("mug")])
     seen = memory.last_seen("mug")
     assert (seen.position, seen.position_sd, seen.usual_position) == (None, None, None)
-    memory.save(tmp_path / "home.sgm")
-    content = json.loads((tmp_path / "home.sgm").read_text())["content"]
-    assert content["positions"] == {"object": []}
-    assert "position" not in (tmp_path / "looks.jsonl").read_text().splitlines()[-1]
+    with HomeReader(tmp_path / "looks.sgm") as reader:
+        _, rows = reader.read(from_first=True)
+    assert "position" not in rows[-1].arguments
+    memory.save(tmp_path / "looks.sgm")
+    with HomeReader(tmp_path / "looks.sgm") as reader:
+        snapshot, _ = reader.read()
+    assert {name for name in snapshot.arrays if name.startswith("positions")} == {
+        "positions.object"
+    }
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,6 @@ import inspect
 import random
 import sys
 import tempfile
-import warnings
-from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from threading import Thread
@@ -14,9 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.replay.replay import replay
-from simulator import Clock, PriorGraph, SceneGraphMemory, Sighting
+from simulator import Clock, SceneGraphMemory, Sighting
 from tests.sgm.memory.sessions import CALLS, FURNITURE, THINGS, call, dump
 
 CLOCK = Clock(datetime(2026, 11, 20, 8), 600)
@@ -26,9 +24,9 @@ pytestmark = pytest.mark.filterwarnings("ignore:.* confidences of a look are bel
 calls = st.sampled_from((*sorted(CALLS), "observe", "observe", "add_furniture")).flatmap(
     lambda name: st.tuples(st.just(name), CALLS[name])
 )
-# How a session goes on after some calls: nothing; the memory is saved; it is loaded as it was saved
-# last (what was done since is lost), with the log; or another memory begins in the log.
-turns = st.sampled_from(("", "", "save", "load", "save and load", "torn", "other clock", "new"))
+# How a session goes on after some calls: nothing; a snapshot is written; the file is opened as
+# after a crash, or after it was closed.
+turns = st.sampled_from(("", "", "save", "open", "save and open", "open again"))
 sessions = st.lists(st.tuples(st.lists(calls, max_size=12), turns), min_size=1, max_size=5)
 
 
@@ -39,29 +37,21 @@ def no_disk(monkeypatch):
 
 def play(folder, session, memory):
     """Play a session; return the memory that it ends with."""
-    log, file = folder / "looks.jsonl", folder / "home.sgm"
-    memory.save(file)
+    file = folder / "looks.sgm"
     for own, turn in session:
         for name, arguments in own:
             call(memory, name, arguments)
-        if turn in ("save", "save and load"):
+        if turn in ("save", "save and open"):
             memory.save(file)
-        if turn == "torn":
-            with log.open("a") as lines:
-                lines.write('{"kind":"look","ti')
-        if turn in ("load", "save and load", "torn", "other clock"):
-            clock = Clock(datetime(2026, 11, 19), 3600) if turn == "other clock" else None
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # the line that was cut off
-                with suppress(ValueError):  # by that clock its time may be no date
-                    memory = SceneGraphMemory.load(file, clock=clock, log=log)
-        elif turn == "new":
-            memory = SceneGraphMemory(PriorGraph.default(), log=log)
+        if turn == "open again":
+            memory.close()
+        if turn != "save" and turn:
+            memory = SceneGraphMemory.open(file)
     return memory
 
 
 def make_again(log):
-    *_, (memory, _, _) = replay(read_log(log))
+    *_, (memory, _, _) = replay(read_events(log))
     return memory
 
 
@@ -70,8 +60,8 @@ def make_again(log):
 @given(sessions, st.sampled_from((None, CLOCK)))
 def test_the_log_of_a_session_makes_the_memory_again_to_the_bit(session, clock):
     with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / "looks.jsonl"
-        memory = SceneGraphMemory(clock=clock, log=log)
+        log = Path(folder) / "looks.sgm"
+        memory = SceneGraphMemory(clock=clock, path=log)
         memory.add_furniture("fridge", memory.add_room("kitchen"))
         memory.add_furniture("desk", memory.add_room("study"))
         memory = play(Path(folder), session, memory)
@@ -89,8 +79,8 @@ def test_the_log_of_a_session_makes_the_memory_again_to_the_bit(session, clock):
 @given(sessions, st.sampled_from((None, CLOCK)))
 def test_a_saved_memory_goes_on_as_it_would_have(session, clock):
     with tempfile.TemporaryDirectory() as folder:
-        log, file = Path(folder) / "looks.jsonl", Path(folder) / "home.sgm"
-        memory = SceneGraphMemory(clock=clock, log=log)
+        log, file = Path(folder) / "looks.sgm", Path(folder) / "home.sgm"
+        memory = SceneGraphMemory(clock=clock, path=log)
         memory.add_furniture("fridge", memory.add_room("kitchen"))
         memory = play(Path(folder), session, memory)
         memory.save(file)
@@ -121,13 +111,12 @@ def test_a_copy_goes_its_own_way_and_the_same_one(first, last, clock):
 
 
 def test_a_room_with_furniture_that_was_removed(tmp_path):
-    log = tmp_path / "looks.jsonl"
-    memory = SceneGraphMemory(log=log)
+    log = tmp_path / "looks.sgm"
+    memory = SceneGraphMemory(path=log)
     study = memory.add_room("study")
     memory.add_furniture("desk", study)
     memory.remove_room(study)
-    memory.save(tmp_path / "home.sgm")
-    memory = SceneGraphMemory.load(tmp_path / "home.sgm", log=log)
+    memory = SceneGraphMemory.open(log)
     assert dump(make_again(log)) == dump(memory)
 
 
@@ -149,8 +138,8 @@ def test_a_question_between_looks_is_saved(tmp_path):
 @given(sessions, st.lists(calls, min_size=8, max_size=30), st.sampled_from((None, CLOCK)))
 def test_a_call_that_raises_changes_nothing(session, last, clock):
     with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / "looks.jsonl"
-        memory = SceneGraphMemory(clock=clock, log=log)
+        log = Path(folder) / "looks.sgm"
+        memory = SceneGraphMemory(clock=clock, path=log)
         memory.add_furniture("fridge", memory.add_room("kitchen"))
         memory = play(Path(folder), session, memory)
         for name, arguments in last:
@@ -164,8 +153,8 @@ def test_a_call_that_raises_changes_nothing(session, last, clock):
 @given(st.lists(calls, max_size=12), st.lists(calls, min_size=8, max_size=20))
 def test_a_call_whose_line_cannot_be_written_changes_nothing(first, last):
     with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / "looks.jsonl"
-        memory = SceneGraphMemory(log=log)
+        log = Path(folder) / "looks.sgm"
+        memory = SceneGraphMemory(path=log)
         memory.add_furniture("fridge", memory.add_room("kitchen"))
         for name, arguments in first:
             call(memory, name, arguments)
@@ -184,8 +173,7 @@ def test_all_calls_that_write_are_tried():
     from tests.sgm.memory.test_threads import READERS
 
     public = {name for name in dir(SceneGraphMemory) if not name.startswith("_")}
-    files = {"load", "save_and_rotate", "sync_log"}  # tried in test_kept_home.py
-    files |= {"follow"}  # in serve/test_reader.py
+    files = {"load", "open", "path", "transaction", "sync", "close"}  # tried in test_open.py
     files |= {"parts"}  # what replays call, in sgm/replay
     assert public == {*CALLS, *READERS, *files}
     assert all(callable(getattr(SceneGraphMemory, name)) for name in CALLS)
@@ -193,9 +181,9 @@ def test_all_calls_that_write_are_tried():
 
 
 def test_a_step_that_no_date_is_at_is_refused(tmp_path):
-    log = tmp_path / "looks.jsonl"
+    log = tmp_path / "looks.sgm"
     for memory in (
-        SceneGraphMemory(clock=Clock(datetime(2026, 11, 20)), log=log),
+        SceneGraphMemory(clock=Clock(datetime(2026, 11, 20)), path=log),
         SceneGraphMemory(clock=Clock(datetime(2026, 11, 20))),
     ):
         with pytest.raises(
@@ -210,12 +198,12 @@ def test_a_step_that_no_date_is_at_is_refused(tmp_path):
         assert memory.time == 0
         memory.step()
         assert memory.time == 1
-    assert [line.kind for line in read_log(log)] == ["start", "step"]
+    assert [line.kind for line in read_events(log)] == ["start", "step"]
 
 
 @pytest.mark.parametrize("has_log", [False, True])
 def test_a_clock_by_which_the_present_is_no_date_is_refused(tmp_path, has_log):
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl" if has_log else None)
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm" if has_log else None)
     memory.step(10**9)
     memory.save(tmp_path / "home.sgm")
     with pytest.raises(ValueError, match="must be a date before the year 10000"):
@@ -225,28 +213,10 @@ def test_a_clock_by_which_the_present_is_no_date_is_refused(tmp_path, has_log):
         SceneGraphMemory.load(tmp_path / "home.sgm", clock=CLOCK)
 
 
-def test_a_line_that_is_written_in_part_is_taken_back(tmp_path):
-    resource = pytest.importorskip("resource", reason="limits of files are POSIX")
-    log = tmp_path / "looks.jsonl"
-    memory = SceneGraphMemory(log=log)
-    memory.add_furniture("desk", memory.add_room("study"))
-    before = dump(memory), log.read_bytes()
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before[1]) + 20, limits[1]))
-    try:
-        with pytest.raises(OSError, match="File too large"):
-            memory.observe(0, [Sighting("pen")])
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert (dump(memory), log.read_bytes()) == before
-    memory.observe(0, [Sighting("pen")])
-    assert dump(make_again(log)) == dump(memory)
-
-
 @pytest.mark.slow
 def test_the_log_of_several_threads_makes_the_memory_again_to_the_bit(tmp_path):
-    log = tmp_path / "looks.jsonl"
-    memory = SceneGraphMemory(log=log)
+    log = tmp_path / "looks.sgm"
+    memory = SceneGraphMemory(path=log)
     for room in ("kitchen", "study"):
         number = memory.add_room(room)
         for label in FURNITURE:
@@ -295,5 +265,5 @@ def test_the_log_of_several_threads_makes_the_memory_again_to_the_bit(tmp_path):
     finally:
         sys.setswitchinterval(interval)
     assert not problems
-    assert len(read_log(log)) > 400
+    assert len(read_events(log)) > 400
     assert dump(make_again(log)) == dump(memory)

@@ -1,9 +1,6 @@
 """Threads that share a memory: every reading call beside one that writes, and files and logs."""
 
-import json
-import os
 import random
-import subprocess
 import sys
 from contextlib import suppress
 from datetime import datetime
@@ -16,7 +13,6 @@ import pytest
 from sgm.belief import Detector
 from sgm.files import write_whole
 from sgm.finder.finder import Finder
-from sgm.memory.log_reader import read_log
 from sgm.names.name import Name
 from simulator import Bayesian, Clock, SceneGraphMemory, Sighting
 
@@ -81,6 +77,7 @@ READERS = {
     "history": lambda memory, n: memory.history("mug"),
     "last_seen": lambda memory, n: memory.last_seen("cup"),
     "layout": lambda memory, n: compare_layout(memory),
+    "list_known": lambda memory, n: memory.list_known("mug", n, n),
     "list_furniture": lambda memory, n: memory.list_furniture(n),
     "list_ids": lambda memory, n: memory.list_ids("mug"),
     "list_named": lambda memory, n: memory.list_named("cup", "mug", place=n % 2 or None),
@@ -178,7 +175,7 @@ def run_all(works):
 @pytest.mark.parametrize("of", ["memory", "finder"])
 def test_every_reading_call_beside_one_that_writes(of, tmp_path, quick_switches, monkeypatch):
     monkeypatch.setattr("os.fsync", lambda file: None)  # no crash to survive
-    memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 20), 60), log=tmp_path / "log.jsonl")
+    memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 20), 60), path=tmp_path / "home.sgm")
     for room in ("kitchen", "study", "hall"):
         number = memory.add_room(room)
         for turn in range(3):
@@ -297,117 +294,3 @@ def test_memories_that_are_saved_to_one_file(tmp_path, quick_switches):
 
     assert not run_all([lambda memory=memory: work(memory) for memory in memories])
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
-
-
-OTHER = """
-import sys
-from simulator import SceneGraphMemory
-try:
-    memory = SceneGraphMemory(log=sys.argv[1])
-    memory.add_room("attic")
-except ValueError as error:
-    print(error)
-else:
-    print("written")
-"""
-
-
-def open_elsewhere(log):
-    """Let another process write a log; return what it says."""
-    run = subprocess.run(
-        [sys.executable, "-c", OTHER, str(log)], capture_output=True, text=True, check=True
-    )
-    return run.stdout.strip()
-
-
-@pytest.mark.slow
-def test_a_log_is_written_by_one_process_at_a_time(tmp_path):
-    log = tmp_path / "looks.jsonl"
-    memory = SceneGraphMemory(log=log)
-    memory.add_room("kitchen")
-    before = log.read_bytes()
-    assert open_elsewhere(log) == (
-        f"log must be written by one process at a time, got another one at work for {log}. End it, "
-        "or choose another log."
-    )
-    assert log.read_bytes() == before
-    assert len(read_log(log)) == 2  # reading is free
-    del memory
-    assert open_elsewhere(log) == "written"
-    assert [line.kind for line in read_log(log)] == ["start", "room", "start", "room"]
-    SceneGraphMemory(log=log).add_room("hall")  # and free again
-
-
-@pytest.mark.slow
-def test_in_a_process_the_latest_memory_has_the_log(tmp_path):
-    log = tmp_path / "looks.jsonl"
-    first = SceneGraphMemory(log=log)
-    first.add_room("kitchen")
-    first.save(tmp_path / "home.sgm")
-    second = SceneGraphMemory.load(tmp_path / "home.sgm", log=tmp_path / "." / "looks.jsonl")
-    second.add_room("study")
-    before = log.read_bytes()
-    with pytest.raises(ValueError, match=r"one memory at a time, .* latest to open .*looks\.jsonl"):
-        first.add_room("bathroom")
-    assert (list(first.layout.room_labels), log.read_bytes()) == (["kitchen"], before)
-    del first
-    assert open_elsewhere(log).startswith("log must be written by one process")
-    second.add_room("hall")
-
-
-def test_a_memory_that_cannot_start_takes_no_turn(tmp_path):
-    log = tmp_path / "looks.jsonl"
-    memory = SceneGraphMemory(log=log)
-    whole = log.read_bytes()
-    log.write_text("milk\n")
-    with pytest.raises(ValueError, match="line 1 of a log must be one"):
-        SceneGraphMemory(log=log)
-    log.write_bytes(whole)
-    memory.add_room("kitchen")
-    memory.step(10**9)
-    memory.save(tmp_path / "home.sgm")
-    with pytest.raises(ValueError, match="must be a date before the year 10000"):
-        SceneGraphMemory.load(tmp_path / "home.sgm", clock=Clock(datetime(2026, 11, 20)), log=log)
-    memory.step()
-    assert [line.kind for line in read_log(log)] == ["start", "room", "step", "step"]
-
-
-@pytest.mark.parametrize(
-    ("make", "what"),
-    [(os.mkdir, "a folder"), (os.mkfifo, "a pipe, socket or device")],
-)
-def test_what_is_no_file_is_no_log(tmp_path, make, what):
-    path = tmp_path / "looks"
-    make(path)
-    with pytest.raises(OSError, match=f"log must be a file, got {what} instead of .*looks"):
-        SceneGraphMemory(log=path)
-    assert [path.name for path in tmp_path.iterdir()] == ["looks"]  # no lock beside it
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="forks are asked for here on Linux alone")
-def test_a_fork_does_not_write_the_log(tmp_path):
-    code = """
-import os, sys
-from simulator import SceneGraphMemory
-memory = SceneGraphMemory(log=sys.argv[1])
-child = os.fork()
-if child == 0:
-    for write in (lambda: memory.add_room("attic"), lambda: SceneGraphMemory(log=sys.argv[1])):
-        try:
-            write()
-        except ValueError as error:
-            print(str(error).partition(", got")[0], flush=True)
-    os._exit(0)
-os.waitpid(child, 0)
-memory.add_room("kitchen")
-"""
-    log = tmp_path / "looks.jsonl"
-    run = subprocess.run(
-        [sys.executable, "-c", code, str(log)], capture_output=True, text=True, check=True
-    )
-    assert run.stdout.splitlines() == [
-        "log must be written by the process that opened it",
-        "log must be written by one process at a time",
-    ]
-    assert [json.loads(line)["kind"] for line in log.read_text().splitlines()] == ["start", "room"]

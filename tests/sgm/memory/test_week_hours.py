@@ -8,7 +8,8 @@ import pytest
 
 from sgm.arrays.week import NUM_WEEK_HOURS, compute_week_hours
 from sgm.memory.clock import Clock
-from sgm.memory.memory_files import load_content
+from sgm.memory.memory_content import MemoryContent
+from sgm.memory.memory_event import read_events
 from sgm.memory.week_hours import WeekHours
 from simulator import SceneGraphMemory, Sighting
 
@@ -94,10 +95,10 @@ def test_counts_are_in_the_file(tmp_path):
     memory.observe(dresser, [Sighting("keys")])
     memory.step()
     memory.save(tmp_path / "home.sgm")
-    data = load_content(tmp_path / "home.sgm").to_json()
+    data = read_events(tmp_path / "home.sgm")[0].values["memory"].to_json()
     assert data["week"] == {"looks": [[0], [8], [1]], "seen": [[0], [8], [1]]}
     data["week"] = {"looks": [], "seen": []}
-    assert not type(load_content(tmp_path / "home.sgm")).from_json(data).history.week.is_counted
+    assert not MemoryContent.from_json(data).history.week.is_counted
 
 
 @pytest.mark.parametrize(

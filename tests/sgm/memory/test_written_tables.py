@@ -45,7 +45,7 @@ def content(monkeypatch):
 
 def test_a_new_column_is_written_and_read(content):
     data = write_tables(content)
-    assert data["objects"]["beside"] == [-1, 1]
+    assert data["objects"]["beside"].tolist() == [-1, 1]
     again = read_tables(data)
     for table, columns in content.items():
         for name, values in columns.items():

@@ -1,20 +1,23 @@
 """A memory that is made again from its log."""
 
 import json
-import warnings
-from contextlib import suppress
+import sqlite3
+from contextlib import closing, suppress
 
 import pytest
 
 from sgm.layout.box import Box
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_content import MemoryContent
+from sgm.memory.memory_event import parse_rows, read_events, start_event
 from sgm.memory.sighting import Sighting
 from sgm.replay.replay import replay
+from sgm.store.event import StoredEvent, insert_event
+from sgm.store.home_reader import HomeReader
 from simulator import SceneGraphMemory
 
 
 def test_the_memory_is_what_it_was(tmp_path):
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     kitchen, bath = memory.add_room("kitchen"), memory.add_room("bathroom")
     sink, table = memory.add_furniture("sink", kitchen), memory.add_furniture("table", kitchen)
     memory.observe(table, [Sighting("mug"), Sighting("spoon", "in", 0.9)])
@@ -26,52 +29,24 @@ def test_the_memory_is_what_it_was(tmp_path):
     shelf = memory.add_furniture("shelf", bath, "white shelf")
     memory.observe(shelf, [Sighting("mug")])
     memory.remove_object("spoon")
-    *_, (again, _, furniture) = replay(read_log(tmp_path / "looks.jsonl"))
+    *_, (again, _, furniture) = replay(read_events(tmp_path / "looks.sgm"))
     assert again.to_dict() == memory.to_dict()
     assert again.time == memory.time
     assert furniture[shelf] == shelf
 
 
-def test_a_memory_that_was_started_again_goes_on(tmp_path):
-    log = tmp_path / "looks.jsonl"
-    memory = SceneGraphMemory(log=log)
-    table = memory.add_furniture("table", memory.add_room("kitchen"))
-    memory.observe(table, [Sighting("mug")])
-    memory.save(tmp_path / "home.sgm")
-    memory = SceneGraphMemory.load(tmp_path / "home.sgm", log=log)
-    memory.step()
-    memory.observe(table, [Sighting("mug"), Sighting("plate")])
-    lines = read_log(log)
-    assert [line.kind for line in lines].count("start") == 2
-    seen = [memory.last_seen("mug") is not None for memory, _, _ in replay(lines)]
-    assert seen.index(True) == len(seen) - seen[::-1].index(False)
-    *_, (again, _, _) = replay(lines)
-    assert again.to_dict() == memory.to_dict()
-
-
 def test_a_line_of_unknown_furniture_is_named(tmp_path):
-    log = tmp_path / "looks.jsonl"
-    memory = SceneGraphMemory(log=log)
+    log = tmp_path / "looks.sgm"
+    memory = SceneGraphMemory(path=log)
     memory.add_furniture("table", memory.add_room("kitchen"))
-    with log.open("a") as file:
-        file.write('{"kind":"look","time":0,"furniture":7,"coverage":1,"seen":[]}\n')
-    with pytest.raises(ValueError, match=r"every look of a log must be of what was added, got 7"):
-        list(replay(read_log(log)))
-
-
-@pytest.mark.parametrize("content", [b"", b"\xff\x00 no log"])
-def test_a_log_of_no_whole_line_is_refused(tmp_path, content):
-    path = tmp_path / "looks.jsonl"
-    path.write_bytes(content)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of the line that was cut off
-        lines = read_log(path)
-    with pytest.raises(ValueError, match=r"log must have a line, got none"):
-        list(replay(lines))
+    memory.close()
+    _write_events(log, [("look", 0, {"furniture": 7, "coverage": 1, "seen": []})])
+    with pytest.raises(ValueError, match=r"every look of a memory must be of what was added, got"):
+        list(replay(read_events(log)))
 
 
 def _log_of_every_kind(path):
-    memory = SceneGraphMemory(log=path)
+    memory = SceneGraphMemory(path=path)
     kitchen = memory.add_room("kitchen")
     fridge = memory.add_furniture("fridge", kitchen, None, (1, 2), open_cost=2.0)
     table = memory.add_furniture("table", kitchen, box=Box((1, 2, 0.5), (0.6, 1.2, 1), 0.3, "door"))
@@ -94,6 +69,16 @@ def _log_of_every_kind(path):
     memory.remove_room(kitchen)
 
 
+def _write_events(path, events):
+    """Write events as another program would, with their checksums."""
+    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        (last,) = connection.execute("SELECT max(number) FROM events").fetchone()
+        for number, (kind, time, arguments) in enumerate(events, last + 1):
+            insert_event(connection, StoredEvent(number, time, kind, json.dumps(arguments), None))
+        connection.execute("DELETE FROM snapshots WHERE event > 0")
+        connection.execute("DELETE FROM snapshot_arrays WHERE event > 0")
+
+
 def _list_paths(value, path=()):
     if path:
         yield path
@@ -113,17 +98,18 @@ def _put(value, path, new):
 @pytest.mark.slow
 @pytest.mark.parametrize("odd", [None, True, 10**30, 1e999, "x", [], {"a": []}])
 def test_an_odd_value_anywhere_is_understood_or_refused_in_a_line(tmp_path, odd):
-    path = tmp_path / "looks.jsonl"
+    path = tmp_path / "looks.sgm"
     _log_of_every_kind(path)
-    lines = path.read_text().splitlines()
-    num_refused = 0
-    for at, text in enumerate(lines):
-        line = json.loads(text)
-        for place in _list_paths(line):
-            changed = json.dumps(_put(line, place, odd))
-            path.write_text("\n".join([*lines[:at], changed, *lines[at + 1 :]]) + "\n")
+    with HomeReader(path) as reader:
+        start, rows = reader.read(from_first=True)
+    content, num_refused = MemoryContent.from_snapshot(start), 0
+    for at, row in enumerate(rows):
+        arguments = json.loads(row.arguments)
+        for place in _list_paths(arguments):
+            changed = row._replace(arguments=json.dumps(_put(arguments, place, odd)))
             num_refused += 1
             with suppress(ValueError):  # and nothing else
-                list(replay(read_log(path)))
+                events = parse_rows([*rows[:at], changed, *rows[at + 1 :]], path)
+                list(replay([start_event(content), *events]))
                 num_refused -= 1
     assert num_refused > 50

@@ -9,7 +9,7 @@ import pytest
 
 from sgm import Bayesian, Clock, Finder, SceneGraphMemory
 from sgm.eyes import FurnitureMapper, Pose
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from sgm.replay.replay import replay
 from sgm.ros import HomeMap, LiveMemory
 from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, look_around, put_on, render
@@ -70,7 +70,7 @@ def show(live, wall, time, things=(("mug", MUG),), pose=POSES[0]):
 
 
 def test_the_clock_begins_with_the_first_stamp_and_its_log_replays(tmp_path):
-    memory = SceneGraphMemory(log=tmp_path / "looks.jsonl")
+    memory = SceneGraphMemory(path=tmp_path / "looks.sgm")
     HomeMap.from_values(MAP).add_to(memory)
     live, wall, said = make(memory)
     look(live, wall, START)
@@ -79,7 +79,7 @@ def test_the_clock_begins_with_the_first_stamp_and_its_log_replays(tmp_path):
     assert memory.clock.step_seconds == 600
     look(live, wall, START + 3600)
     assert (memory.time, said) == (6, [])
-    ((again, *_),) = deque(replay(read_log(tmp_path / "looks.jsonl")), maxlen=1)
+    ((again, *_),) = deque(replay(read_events(tmp_path / "looks.sgm")), maxlen=1)
     assert again.clock == memory.clock
     memory.save(tmp_path / "home.sgm")
     assert SceneGraphMemory.load(tmp_path / "home.sgm").clock == memory.clock
@@ -219,7 +219,7 @@ def test_more_than_a_month_must_be_said_to_be_right(tmp_path):
 def test_a_stamp_ahead_moves_no_memory(days, tmp_path):
     """The clock of the machine, or of one message alone, is ahead for a moment."""
     for is_of_machine in (True, False):
-        memory = SceneGraphMemory(log=(log := tmp_path / f"{is_of_machine}.jsonl"))
+        memory = SceneGraphMemory(path=(path := tmp_path / f"{is_of_machine}.sgm"))
         HomeMap.from_values(MAP).add_to(memory)
         even = [0.0]
         live, wall, said = make(memory, monotonic=lambda even=even: even[0])
@@ -236,9 +236,9 @@ def test_a_stamp_ahead_moves_no_memory(days, tmp_path):
         look(live, wall, START + 3600, things=())
         assert (live.memory.time, len(said)) == (6, 1)
         assert not live.memory.last_seen("mug").is_there
-        walls = [line.values["wall"] for line in read_log(log) if "wall" in line.values]
+        walls = [event.values["wall"] for event in read_events(path) if "wall" in event.values]
         assert len(walls) == 1
-        ((again, *_),) = deque(replay(read_log(log)), maxlen=1)
+        ((again, *_),) = deque(replay(read_events(path)), maxlen=1)
         assert again.to_dict() == memory.to_dict()
 
 

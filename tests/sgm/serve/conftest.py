@@ -12,9 +12,9 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies import Bayesian
-from sgm.replay.kept_home import KeptHome
 from sgm.serve.caller import Caller
 from sgm.serve.guard import Guard
 
@@ -27,9 +27,9 @@ ALIASES = {
 
 def open_service(path, aliases=ALIASES):
     """A service of a kept home with three places and some things."""
-    home = KeptHome.open(path, Clock(START, 600), aliases, is_new=True)
-    service = MemoryService(home.memory, Finder(Bayesian()), lambda: START)
-    if not home.memory.num_furniture:
+    home = SceneGraphMemory.open(path, clock=Clock(START, 600), aliases=aliases, is_new=True)
+    service = MemoryService(home, Finder(Bayesian()), lambda: START)
+    if not home.num_furniture:
         service.add_room("kitchen")
         service.add_room("study")
         service.add_place("fridge", "kitchen", "white fridge", (1, 4))
@@ -74,11 +74,11 @@ class Client:
 
 
 @contextmanager
-def run_server(service, home=None, guard=None, tools=True, most_connections=None, **settings):
+def run_server(service, guard=None, tools=True, most_connections=None, **settings):
     """A server in a thread: its port, application and caller."""
     server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
     own = {key: settings.pop(key) for key in ("sync", "timeout", "reader") if key in settings}
-    caller = Caller(service, home, **own)
+    caller = Caller(service, **own)
     if tools:
         pytest.importorskip("mcp", reason="mcp is not installed")
     application = server.Application(caller, guard or Guard(), has_tools=tools, **settings)
@@ -103,7 +103,7 @@ def run_server(service, home=None, guard=None, tools=True, most_connections=None
 def served(tmp_path):
     """A home that is served: `port`, `client`, `service`, `home`, `application`."""
     home, service = open_service(tmp_path / "home.sgm")
-    with run_server(service, home) as running:
+    with run_server(service) as running:
         client = Client(running.port)
         yield SimpleNamespace(**vars(running), client=client, service=service, home=home)
         client.close()

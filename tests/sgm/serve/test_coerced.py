@@ -135,7 +135,7 @@ def test_a_client_of_mcp_observes_with_texts(tmp_path):
             assert not found.is_error, found.content[0].text
             return found.structured_content
 
-    home, service = open_service(tmp_path / "home.sgm")
-    with run_server(service, home) as running:
+    _home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service) as running:
         answer = anyio.run(ask, running.port)
     assert [place["name"] for place in answer["places"]] == ["desk in study"]

@@ -33,8 +33,8 @@ def is_closed(connection):
 
 
 def test_the_longest_idle_make_room_and_one_line_says_so(tmp_path, capfd):
-    home, service = open_service(tmp_path / "home.sgm")
-    with run_server(service, home, tools=False, most_connections=5) as running:
+    _home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service, tools=False, most_connections=5) as running:
         client = Client(running.port)
         assert client.send("GET", "/health").status == 200
         idle = [connect(running.port) for _ in range(30)]
@@ -54,8 +54,8 @@ def test_the_longest_idle_make_room_and_one_line_says_so(tmp_path, capfd):
 
 
 def test_one_that_is_answered_is_not_closed(tmp_path):
-    home, service = open_service(tmp_path / "home.sgm")
-    with run_server(service, home, tools=False, most_connections=4) as running:
+    _home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service, tools=False, most_connections=4) as running:
         listening = [connect(running.port) for _ in range(3)]
         for one in listening:
             one.sendall(b"GET /v1/feed HTTP/1.1\r\nHost: localhost\r\n\r\n")

@@ -3,17 +3,23 @@
 import http.client
 import json
 import socket
+import sqlite3
 import threading
 import time
+from contextlib import suppress
 from datetime import datetime, timedelta
+from functools import partial
 
 import numpy as np
 import pytest
 
 from sgm.finder.answers import to_json, write_json
 from sgm.finder.service import MemoryService
+from sgm.memory import memory_event
+from sgm.memory.memory_content import MemoryContent
 from sgm.serve import caller, guard
 from sgm.serve.guard import LOCAL_NAMES, Guard, Refused, is_local
+from sgm.store import home_file
 
 from .conftest import Client, open_service, run_server
 
@@ -54,9 +60,9 @@ def test_where_is_has_600_bytes_at_most(served):
 
 
 def test_what_is_written_is_read_at_once(served):
-    before = len(served.home.log.read_bytes().splitlines())
+    before = count_events(served.home)
     assert served.client.call("observe", place="desk", seen=["keys"])["status"] == "ok"
-    assert len(served.home.log.read_bytes().splitlines()) == before + 1
+    assert count_events(served.home) == before + 1
     (row,) = served.client.call("history", thing="keys")["rows"]
     assert row["name"] == "desk in study"
     assert served.service.memory.last_seen("keys") is not None
@@ -74,12 +80,12 @@ def test_a_search_over_http(served):
 
 def test_health_says_what_is_wrong_with_the_clock(tmp_path):
     wall = [datetime(2026, 11, 16, 8)]
-    home, service = open_service(tmp_path / "home.sgm")
+    _home, service = open_service(tmp_path / "home.sgm")
     service = MemoryService(service.memory, service.finder, lambda: wall[0])
     wall[0] -= timedelta(hours=1)
     with pytest.warns(UserWarning, match="went back"):
         service.let_time_pass()
-    with run_server(service, home, tools=False) as running:
+    with run_server(service, tools=False) as running:
         client = Client(running.port)
         health = json.loads(client.send("GET", "/health").text)
         client.close()
@@ -98,7 +104,7 @@ def test_pages_and_health(served):
     assert 'sgm_requests_total{call="where_is",status="400"} 1' in metrics
     assert 'sgm_request_seconds_count{call="where_is"} 2' in metrics
     assert "sgm_places 3" in metrics
-    assert f"sgm_log_bytes {served.home.log.stat().st_size}" in metrics
+    assert f"sgm_file_bytes {served.home.parts.files.file.num_bytes}" in metrics
 
 
 JSON = {"Content-Type": "application/json"}
@@ -145,7 +151,7 @@ def test_a_bad_request_is_refused_in_one_line(served, method, path, body, header
 
 def test_a_page_of_another_origin_neither_reads_nor_writes(served):
     """What a browser sends for such a page, and that no answer lets it read."""
-    before = served.home.log.read_bytes()
+    before = count_events(served.home)
     other = {"Origin": "http://127.0.0.1:9", "Sec-Fetch-Site": "cross-site"}
     body = json.dumps({"place": "desk", "seen": []})
     for headers in (
@@ -170,12 +176,12 @@ def test_a_page_of_another_origin_neither_reads_nor_writes(served):
     assert answer.status == 200
     assert not [name for name in answer.headers if name.lower().startswith("access-control")]
     assert answer.headers["Cross-Origin-Resource-Policy"] == "same-origin"
-    assert served.home.log.read_bytes() == before
+    assert count_events(served.home) == before
 
 
 def test_another_address_needs_the_token(tmp_path):
-    home, service = open_service(tmp_path / "home.sgm")
-    with run_server(service, home, Guard((), TOKEN), tools=False) as running:
+    _home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service, Guard((), TOKEN), tools=False) as running:
         client = Client(running.port)
         for headers in ({}, {"Authorization": "Bearer x"}, {"Authorization": TOKEN}):
             answer = client.send("GET", "/v1/where_is?thing=mug", None, headers)
@@ -230,7 +236,7 @@ def test_addresses_of_this_machine():
 
 
 def test_a_call_that_takes_too_long_ends(tmp_path, monkeypatch):
-    home, service = open_service(tmp_path / "home.sgm")
+    _home, service = open_service(tmp_path / "home.sgm")
     go_on = threading.Event()
     rank = service.finder.rank
 
@@ -239,7 +245,7 @@ def test_a_call_that_takes_too_long_ends(tmp_path, monkeypatch):
         return rank(*arguments, **named)
 
     monkeypatch.setattr(service.finder, "rank", wait)
-    with run_server(service, home, tools=False, timeout=0.05) as running:
+    with run_server(service, tools=False, timeout=0.05) as running:
         client = Client(running.port)
         answer = client.send("GET", "/v1/where_is?thing=mug")
         assert answer.status == 503
@@ -254,8 +260,8 @@ def test_a_call_that_takes_too_long_ends(tmp_path, monkeypatch):
 def test_a_request_that_does_not_arrive_ends(tmp_path, monkeypatch):
     server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
     monkeypatch.setattr(server.BoundedProtocol, "head_seconds", 0.1)
-    home, service = open_service(tmp_path / "home.sgm")
-    with run_server(service, home, tools=False, body_seconds=0.1) as running:
+    _home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service, tools=False, body_seconds=0.1) as running:
         for content, begin in (
             (b"", b""),  # nothing at all
             (b"POST /v1/observe HTTP/1.1\r\nHost: localhost\r\nX:", b""),  # half a head
@@ -290,9 +296,9 @@ def send_chunks(connection):
 def test_a_body_without_end_is_cut(tmp_path, monkeypatch):
     server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
     monkeypatch.setattr(server.BoundedProtocol, "head_seconds", 0.1)
-    home, service = open_service(tmp_path / "home.sgm")
+    _home, service = open_service(tmp_path / "home.sgm")
     with (
-        run_server(service, home, tools=False) as running,
+        run_server(service, tools=False) as running,
         socket.create_connection(("127.0.0.1", running.port), timeout=20) as sending,
     ):
         sending.sendall(
@@ -313,9 +319,9 @@ def test_a_client_that_reads_no_answer_is_left(tmp_path, monkeypatch):
     """Else its connection, and what waits to be sent on it, would stay for good."""
     server = pytest.importorskip("sgm.serve.server", reason="uvicorn is not installed")
     monkeypatch.setattr(server.BoundedProtocol, "head_seconds", 0.1)
-    home, service = open_service(tmp_path / "home.sgm")
+    _home, service = open_service(tmp_path / "home.sgm")
     with (
-        run_server(service, home, Guard(rate=1e9), tools=False) as running,
+        run_server(service, Guard(rate=1e9), tools=False) as running,
         socket.create_connection(("127.0.0.1", running.port), timeout=20) as sending,
     ):
         with pytest.raises((ConnectionResetError, BrokenPipeError)):
@@ -326,14 +332,14 @@ def test_a_full_disk_is_answered_and_nothing_was_changed(served, monkeypatch):
     before = json.dumps(served.service.memory.to_dict())
 
     def refuse(*_):
-        raise OSError(28, "No space left on device")
+        raise sqlite3.OperationalError("database or disk is full")
 
     with monkeypatch.context() as patch:
-        patch.setattr("sgm.memory.look_log._append", refuse)
+        patch.setattr("sgm.store.home_file.insert_event", refuse)
         body = json.dumps({"place": "desk", "seen": []})
         answer = served.client.send("POST", "/v1/observe", body)
     assert answer.status == 507
-    assert "disk must take the change" in read_error(answer)
+    assert "disk must take" in read_error(answer)
     assert json.dumps(served.service.memory.to_dict()) == before
     assert served.client.call("observe", place="desk", seen=[])["status"] == "ok"
 
@@ -380,8 +386,8 @@ def test_a_feed_tells_of_every_change(served):
 
 
 def test_a_feed_ends_with_the_server(tmp_path):
-    home, service = open_service(tmp_path / "home.sgm")
-    with run_server(service, home, tools=False) as running:
+    _home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service, tools=False) as running:
         connection = http.client.HTTPConnection("127.0.0.1", running.port, timeout=20)
         connection.request("GET", "/v1/feed")
         feed = connection.getresponse()
@@ -455,7 +461,7 @@ def send_raw(port, content):
 @pytest.mark.parametrize("number", [150, pytest.param(1000, marks=pytest.mark.slow)])
 def test_malformed_requests_are_refused_in_one_line_and_nothing_grows(served, capfd, number):
     rng = np.random.default_rng(number)
-    before, size = json.dumps(served.service.memory.to_dict()), served.home.log.stat().st_size
+    before, size = json.dumps(served.service.memory.to_dict()), count_events(served.home)
     num_threads, answered = threading.active_count(), 0
     for _ in range(number):
         status, body = send_raw(served.port, make_bad_request(rng))
@@ -468,12 +474,27 @@ def test_malformed_requests_are_refused_in_one_line_and_nothing_grows(served, ca
         assert len(body) < 700
     assert answered < number / 5
     if json.dumps(served.service.memory.to_dict()) == before:
-        assert served.home.log.stat().st_size == size
+        assert count_events(served.home) == size
     # The client's threads may be ending; a server that grew would have one for each request.
     assert threading.active_count() <= num_threads + 8
     assert len(served.service._searches) <= 100
     assert "Traceback" not in "".join(capfd.readouterr())
     assert served.client.send("GET", "/health").status == 200
+
+
+def count_events(memory):
+    """How many events a file has, also those beside it."""
+    return len(memory_event.read_events(memory.path))
+
+
+def suppressed(doing):
+    """Do something whose disk was taken away."""
+
+    def do():
+        with suppress(AttributeError):
+            doing()
+
+    return do
 
 
 def test_the_bound_of_a_body_is_that_of_the_tools():
@@ -482,35 +503,44 @@ def test_the_bound_of_a_body_is_that_of_the_tools():
 
 def test_readers_do_not_wait_for_the_disk(served, monkeypatch):
     """While a snapshot or a sync is on its way to the disk, calls are answered."""
-    begun, go_on = threading.Event(), threading.Event()
+    begun, go_on, path = threading.Event(), threading.Event(), served.home.path
 
-    def wait(*_):
+    def wait(*_, **__):
         begun.set()
         go_on.wait(20)
+        return 0
 
-    monkeypatch.setattr("sgm.memory.memory_files.save_content", wait)
-    saving = threading.Thread(target=served.home.snapshot)
-    saving.start()
-    begun.wait(20)
-    assert served.client.call("where_is", thing="mug")["status"] == "ok"
-    assert served.client.call("observe", place="desk", seen=[])["status"] == "ok"
-    go_on.set()
-    saving.join(20)
+    monkeypatch.setattr(home_file, "_LONG_BYTES", 0)
+    monkeypatch.setattr("sgm.store.home_file.os.fsync", wait)
+    monkeypatch.setattr("sgm.store.home_file.connect", wait)
+    monkeypatch.setattr(MemoryContent, "to_snapshot", wait)
+    files = served.home.parts.files
+    for doing in (files.sync, files.checkpoint, partial(served.home.save, path)):
+        saving = threading.Thread(target=suppressed(doing))
+        saving.start()
+        begun.wait(20)
+        assert served.client.call("where_is", thing="mug")["status"] == "ok"
+        assert served.client.call("observe", place="desk", seen=[])["status"] == "ok"
+        go_on.set()
+        saving.join(20)
+        begun.clear()
+        go_on.clear()
+    monkeypatch.undo()
 
 
 def test_a_write_that_waits_for_the_disk_keeps_nobody_else_waiting(tmp_path, monkeypatch):
     """With `--sync answer`; writes that come meanwhile share the next sync."""
-    home, service = open_service(tmp_path / "home.sgm")
+    _home, service = open_service(tmp_path / "home.sgm")
     go_on, num_syncs, num_answered = threading.Event(), [], []
-    sync = service.memory.sync_log
+    sync = service.memory.sync
 
     def wait():
         num_syncs.append(1)
         go_on.wait(20)
         sync()
 
-    monkeypatch.setattr(service.memory, "sync_log", wait)
-    with run_server(service, home, tools=False, sync="answer") as running:
+    monkeypatch.setattr(service.memory, "sync", wait)
+    with run_server(service, tools=False, sync="answer") as running:
 
         def write(number):
             client = Client(running.port)
@@ -600,7 +630,7 @@ def test_a_write_that_is_sent_again_with_its_key_is_made_once(served):
 
 def test_a_write_that_was_given_up_is_made_once(tmp_path):
     """Its client got a 503, and sends it again while the first one is still being made."""
-    home, service = open_service(tmp_path / "home.sgm")
+    _home, service = open_service(tmp_path / "home.sgm")
     observe, may_go_on = service.memory.observe, threading.Event()
 
     def wait(*args):
@@ -608,7 +638,7 @@ def test_a_write_that_was_given_up_is_made_once(tmp_path):
         observe(*args)
 
     service.memory.observe = wait
-    with run_server(service, home, tools=False, timeout=0.5) as running:
+    with run_server(service, tools=False, timeout=0.5) as running:
         client = Client(running.port)
         text = json.dumps({"place": "desk", "seen": ["stapler"], "key": "c3"})
         given_up = client.send("POST", "/v1/observe", text)

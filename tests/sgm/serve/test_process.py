@@ -12,7 +12,7 @@ import time
 
 import pytest
 
-from sgm.replay.kept_home import KeptHome
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.serve import __main__ as server_main
 from sgm.serve.__main__ import main
 
@@ -102,7 +102,7 @@ def test_kills_lose_nothing_that_was_answered(tmp_path, forge):
     kills = int(os.environ.get("SGM_KILLS", "8"))  # 40 and more where there is time
     path = tmp_path / "home.sgm"
     home, _ = open_service(path)
-    home.snapshot()
+    home.save(home.path)
     del home, _  # the lock goes with it
     rng = random.Random(kills)
     answered, maybe = [], set()
@@ -113,14 +113,14 @@ def test_kills_lose_nothing_that_was_answered(tmp_path, forge):
         assert forge.wait() == signal.SIGKILL
         answered += new
         maybe.add(sent)
-        home = KeptHome.open(path)
-        things = set(home.memory.descriptions)
+        home = SceneGraphMemory.open(path)
+        things = set(home.descriptions)
         assert things >= set(answered)
         known = things - set(answered) - maybe
         assert not [name for name in known if name.startswith("thing ")]
-        # Snapshot and log are the memory to the bit: what a save holds is what a start reads.
-        before = json.dumps(home.memory._state.get_content_to_save().to_json())
-        again = KeptHome.open(path).memory._state.get_content_to_save().to_json()
+        # Snapshot and events are the memory to the bit.
+        before = json.dumps(home.parts.state.get_content_to_save().to_json())
+        again = SceneGraphMemory.load(path).parts.state.get_content_to_save().to_json()
         assert json.dumps(again) == before
         del home
     assert answered
@@ -143,13 +143,8 @@ def test_a_signal_ends_it_with_a_snapshot(tmp_path, forge, number):
     events.close()
     feed.close()
     client.close()
-    assert [file.name for file in sorted(tmp_path.iterdir())] == [
-        "home.sgm",
-        "home.sgm.log",
-        "home.sgm.log.000001",
-        "home.sgm.log.lock",
-    ]
-    assert KeptHome.open(path).memory.num_furniture == 1
+    assert [file.name for file in tmp_path.iterdir()] == ["home.sgm"]
+    assert SceneGraphMemory.load(path).num_furniture == 1
 
 
 @pytest.mark.slow
@@ -158,14 +153,14 @@ def test_a_second_server_is_refused(tmp_path, forge, capsys):
     _, process = forge.start(path)
     assert main([str(path), "--port", "0", "--finder", "bayesian"]) == 2
     line = capsys.readouterr().err
-    assert line.startswith("error: log must be written by one process at a time")
+    assert line.startswith("error: memory file must be written by one process at a time")
     assert line.count("\n") == 1
     os.kill(process, signal.SIGTERM)
     assert forge.wait() == 0
 
 
 BAD = [
-    ([], "home must be a memory file or its log, got neither"),
+    ([], "memory file must be one that can be read"),
     (["--new", "--host", "0.0.0.0"], "--host must be this machine alone without a token"),
     (["--new", "--port", "70000"], "--port must be 0 to 65535"),
     (["--new", "--timeout", "0"], "--timeout must be a number above 0"),
@@ -228,7 +223,7 @@ from tests.sgm.serve.conftest import START, open_service
 finder = make_finder(sys.argv[1])
 warm_up(finder)
 home, _ = open_service(Path(sys.argv[2]))
-service = MemoryService(home.memory, finder, lambda: START)
+service = MemoryService(home, finder, lambda: START)
 before = set(sys.modules)
 for thing in ("milk", "red mug", "hammer"):
     assert service.where_is(thing).status != "ambiguous"

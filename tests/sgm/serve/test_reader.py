@@ -36,7 +36,7 @@ def served(tmp_path):
         return answer
 
     reader.ask = note
-    with run_server(service, home, reader=reader) as running:
+    with run_server(service, reader=reader) as running:
         client = Client(running.port)
         wait_until(lambda: reader.is_ready)
         yield SimpleNamespace(
@@ -112,7 +112,7 @@ def test_answers_are_the_same_after_every_write(served):
     call("search_next", search_id=search["search_id"], result="not_found")
     served.service.memory.step(3)  # as time does
     ask_all(served)
-    served.home.snapshot()  # the log is begun anew
+    served.home.save(served.home.path)  # the log is begun anew
     call("observe", place="desk", seen=["eyeglasses"])
     ask_all(served)
 
@@ -153,10 +153,10 @@ def test_without_it_the_server_answers_itself(served):
 
 
 def test_it_ends_with_the_server(tmp_path):
-    home, service = open_service(tmp_path / "home.sgm", None)
+    _home, service = open_service(tmp_path / "home.sgm", None)
     told = []
     reader = Reader(["--finder", "bayesian", "--timeout", "10"], told.append)
-    with run_server(service, home, reader=reader):  # ended before it is ready, perhaps
+    with run_server(service, reader=reader):  # ended before it is ready, perhaps
         wait_until(lambda: reader._process is not None)
     assert reader._process.returncode is not None
     assert told == []

@@ -15,7 +15,6 @@ from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies import Bayesian
-from sgm.replay.kept_home import KeptHome
 from sgm.serve.caller import Caller
 from sgm.serve.calls import BY_NAME, CALLS
 from sgm.serve.tool_list import TOOLS, find_call, shorten_schema
@@ -127,8 +126,8 @@ def test_a_session_uses_every_call():
 
 @pytest.mark.slow
 def test_mcp_and_http_do_the_same_session_with_equal_answers(tmp_path):
-    home, service = open_service(tmp_path / "a.sgm")
-    with run_server(service, home, tools=False) as running:
+    _home, service = open_service(tmp_path / "a.sgm")
+    with run_server(service, tools=False) as running:
         client = Client(running.port)
         plain = play_http(client)
         client.close()
@@ -137,8 +136,8 @@ def test_mcp_and_http_do_the_same_session_with_equal_answers(tmp_path):
         async with mcp.Client(f"http://127.0.0.1:{port}/mcp") as client:
             return await play(client)
 
-    home, service = open_service(tmp_path / "b.sgm")
-    with run_server(service, home) as running:
+    _home, service = open_service(tmp_path / "b.sgm")
+    with run_server(service) as running:
         tools = anyio.run(ask, running.port)
     assert tools == plain
     assert all(answer["status"] in ("ok", "ambiguous", "unknown") for answer in plain[0])
@@ -150,8 +149,8 @@ def test_the_tools_make_the_declared_calls(tmp_path):
         async with mcp.Client(f"http://127.0.0.1:{port}/mcp") as client:
             return (await client.list_tools()).tools, await client.call_tool("no_such_tool", {})
 
-    home, service = open_service(tmp_path / "home.sgm")
-    with run_server(service, home) as running:
+    _home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service) as running:
         tools, refused = anyio.run(ask, running.port)
         # The guard stands before the tools, too.
         client = Client(running.port)
@@ -233,8 +232,8 @@ def test_a_client_reads_the_home_a_thing_and_the_changes_of_today(tmp_path):
             things = [await read(f"sgm://thing/{name}") for name in names]
             return await read("sgm://home"), await read("sgm://today"), things, lines
 
-    home, service = open_service(tmp_path / "home.sgm")
-    with run_server(service, home) as running:
+    _home, service = open_service(tmp_path / "home.sgm")
+    with run_server(service) as running:
         plain = Client(running.port)
         places, things = plain.call("list_places", k=50), plain.call("list_things", k=50)
         changes = plain.call("changes", since=START.date().isoformat(), k=50)
@@ -269,11 +268,11 @@ def test_the_changes_of_today_begin_at_midnight(tmp_path):
 
 
 def test_a_client_is_given_prompts(tmp_path):
-    home, service = open_service(tmp_path / "home.sgm")
+    __home, service = open_service(tmp_path / "home.sgm")
     tools = pytest.importorskip("sgm.serve.tools", reason="mcp is not installed")
 
     async def ask():
-        async with mcp.Client(tools.MCPTools(Caller(service, home))._server) as client:
+        async with mcp.Client(tools.MCPTools(Caller(service))._server) as client:
 
             async def get(name, arguments=None):
                 (message,) = (await client.get_prompt(name, arguments)).messages
@@ -334,9 +333,9 @@ def make_home(path):
 @asynccontextmanager
 async def connect(path, names):
     """A client of a server in this process."""
-    kept = KeptHome.open(path, aliases=names)
-    service = MemoryService(kept.memory, Finder(Bayesian()), accept_jump=True)
-    caller = Caller(service, kept)
+    kept = SceneGraphMemory.open(path, aliases=names)
+    service = MemoryService(kept, Finder(Bayesian()), accept_jump=True)
+    caller = Caller(service)
     tools = pytest.importorskip("sgm.serve.tools", reason="mcp is not installed")
     async with mcp.Client(tools.MCPTools(caller)._server) as client:
         yield client
@@ -400,5 +399,4 @@ def test_an_agent_asks_back_searches_and_puts_down(tmp_path, start):
             }
 
     anyio.run(talk)
-    kept = KeptHome.open(home)
-    assert kept.memory.last_seen("scissors").by == "robot"
+    assert SceneGraphMemory.load(home).last_seen("scissors").by == "robot"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.log_reader import LogLine, read_log
 from sgm.memory.memory_content import MemoryContent
-from sgm.replay.replay import replay as make_again
+from sgm.memory.memory_event import MemoryEvent, parse_rows, read_events
+from sgm.store.event import StoredEvent
 from simulator import (
     Bayesian,
     Clock,
@@ -26,7 +26,7 @@ from simulator.world.routine.dynamics import RoutineDynamics
 
 @pytest.fixture
 def log(tmp_path):
-    return tmp_path / "looks.jsonl"
+    return tmp_path / "looks.sgm"
 
 
 # A robot's life has sightings that are more likely wrong than right, and the memory says so.
@@ -56,9 +56,9 @@ def live(memory, num_steps, seed=0):
 
 
 def test_a_log_replays_to_the_memory_that_wrote_it(log):
-    memory = SceneGraphMemory(log=log)
+    memory = SceneGraphMemory(path=log)
     states = live(memory, 40)
-    replay = Replay(read_log(log), "home")
+    replay = Replay(read_events(log), "home")
     assert replay.num_steps == memory.time
     order = np.random.default_rng(1).permutation(len(states))
     for time, home, ranking in [states[row] for row in order]:  # back and forth
@@ -80,26 +80,31 @@ def test_a_copy_goes_its_own_way():
     assert memory.to_dict() == before
 
 
+def read_both(log):
+    """The events of two memories of one home, one after the other."""
+    return [event for name in ("first", "second") for event in read_events(log.with_name(name))]
+
+
 def test_a_new_memory_goes_on_where_the_old_one_ended(log):
-    for _ in range(2):
-        memory = SceneGraphMemory(log=log)
+    for name in ("first", "second"):
+        memory = SceneGraphMemory(path=log.with_name(name))
         shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
         memory.step(4)
         memory.observe(shelf, [Sighting("mug")])
-    replay = Replay(read_log(log), "home")
+    replay = Replay(read_both(log), "home")
     # The second one begins a step after the first one's last, at 4: its own step 4 is step 9.
     assert [look.step for look in replay.looks] == [4, 9]
     assert replay.memory_at(9).num_furniture == 1
 
 
 def test_furniture_of_a_new_memory_is_told_from_that_of_the_one_before(log):
-    for labels in (("shelf", "table"), ("table", "shelf")):
-        memory = SceneGraphMemory(log=log)
+    for name, labels in (("first", ("shelf", "table")), ("second", ("table", "shelf"))):
+        memory = SceneGraphMemory(path=log.with_name(name))
         hall = memory.add_room("hall")
         for label in labels:
             memory.observe(memory.add_furniture(label, hall), [Sighting(f"mug of the {label}")])
             memory.step()
-    replay = Replay(read_log(log), "home")
+    replay = Replay(read_both(log), "home")
     for look in replay.looks:
         now = replay.memory_at(look.step)
         assert look.seen == (f"mug of the {now.layout.furniture[look.furniture].label}",)
@@ -107,24 +112,25 @@ def test_furniture_of_a_new_memory_is_told_from_that_of_the_one_before(log):
 
 
 def test_with_clocks_a_new_memory_begins_when_its_clock_says(log):
-    for hour in (7, 17):
-        memory = SceneGraphMemory(clock=Clock(datetime(2026, 11, 16, hour)), log=log)
+    for name, hour in (("first", 7), ("second", 17)):
+        clock = Clock(datetime(2026, 11, 16, hour))
+        memory = SceneGraphMemory(clock=clock, path=log.with_name(name))
         shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
         memory.step(2)
         memory.observe(shelf, [Sighting("mug")])
-    replay = Replay(read_log(log), "home")
+    replay = Replay(read_both(log), "home")
     assert [look.step for look in replay.looks] == [2, 12]
     assert replay.get_time(12) == "Mon 16 Nov 19:00"
 
 
 def test_bad_logs_and_steps():
-    look = LogLine("look", 3, {"furniture": 7, "coverage": 1.0, "seen": []})
+    look = MemoryEvent("look", 3, {"furniture": 7, "coverage": 1.0, "seen": []})
     with pytest.raises(ValueError, match=r"every look .* of what was added, got 7 at"):
         Replay([look], "home")
     values = {"furniture": 1, "label": "shelf", "room": 5, "description": "shelf", "position": None}
     with pytest.raises(ValueError, match=r"every furniture .* of what was added, got 5"):
-        Replay([LogLine("furniture", 0, values), look], "home")
-    replay = Replay([LogLine("step", 4, {"num_steps": 4})], "home")
+        Replay([MemoryEvent("furniture", 0, values), look], "home")
+    replay = Replay([MemoryEvent("step", 4, {"num_steps": 4})], "home")
     with pytest.raises(ValueError, match=r"step must lie in 0 to 4, got 5"):
         replay.memory_at(5)
 
@@ -223,7 +229,7 @@ def test_searches_on_the_grid():
 
 
 def test_work_and_memory_follow_the_lines_not_the_steps(log, monkeypatch):
-    memory = SceneGraphMemory(log=log)
+    memory = SceneGraphMemory(path=log)
     shelf = memory.add_furniture("shelf", memory.add_room("hall"))
     for num_steps in (1, 2_000_000_000, 1, 1_000_000):
         memory.observe(shelf, [Sighting("mug"), Sighting(f"cup {memory.time}")])
@@ -231,7 +237,7 @@ def test_work_and_memory_follow_the_lines_not_the_steps(log, monkeypatch):
     copied = []
     copy = SceneGraphMemory.copy
     monkeypatch.setattr(SceneGraphMemory, "copy", lambda own: copied.append(own) or copy(own))
-    replay = Replay(read_log(log), "home")
+    replay = Replay(read_events(log), "home")
     assert replay.num_steps == memory.time == 2_001_000_002
     assert replay.memory_at(replay.num_steps).to_dict() == memory.to_dict()
     assert not copied  # there was none to go on from
@@ -241,16 +247,16 @@ def test_work_and_memory_follow_the_lines_not_the_steps(log, monkeypatch):
     assert asked.belief.shape == (9, 1)
     assert len(copied) <= 9  # one for each step that is asked about
     assert len(replay._memories) <= 2 + 9
-    assert make_trace(read_log(log)).end_s == (2_000_000_002) * 3600
+    assert make_trace(read_events(log)).end_s == (2_000_000_002) * 3600
 
 
 def test_a_robot_that_steps_every_second(log, monkeypatch):
     """Lines that let time pass alone cost nothing; of the others every 64th memory is kept."""
     content = MemoryContent.empty(PriorGraph.household().checksum)
-    lines = [LogLine("start", 0, {"clock": None, "layout": content.layout, "memory": content})]
-    lines.append(LogLine("room", 0, {"room": 0, "label": "hall"}))
+    lines = [MemoryEvent("start", 0, {"clock": None, "layout": content.layout, "memory": content})]
+    lines.append(MemoryEvent("room", 0, {"room": 0, "label": "hall"}))
     lines.append(
-        LogLine(
+        MemoryEvent(
             "furniture",
             0,
             dict.fromkeys(("position", "description"), None)
@@ -258,10 +264,12 @@ def test_a_robot_that_steps_every_second(log, monkeypatch):
         )
     )
     for second in range(1, 30_001):
-        lines.append(LogLine("step", second, {"num_steps": 1}))
+        lines.append(MemoryEvent("step", second, {"num_steps": 1}))
         if second % 100 == 0:
             seen = [(f"mug {second % 7}", "in", 1.0)]
-            lines.append(LogLine("look", second, {"furniture": 0, "coverage": 1.0, "seen": seen}))
+            lines.append(
+                MemoryEvent("look", second, {"furniture": 0, "coverage": 1.0, "seen": seen})
+            )
     copied = []
     copy = SceneGraphMemory.copy
     monkeypatch.setattr(SceneGraphMemory, "copy", lambda own: copied.append(own) or copy(own))
@@ -273,51 +281,42 @@ def test_a_robot_that_steps_every_second(log, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "line",
+    ("time", "arguments"),
     [
-        '{"kind": "step", "time": 3000000000, "num_steps": 3000000000}',
-        '{"kind": "step", "time": 5, "num_steps": 3000000000}',
-        '{"kind": "step", "time": 5, "num_steps": -1}',
-        '{"kind": "step", "time": 5, "num_steps": 1e9}',
+        (3000000000, '{"num_steps": 3000000000}'),
+        (5, '{"num_steps": 3000000000}'),
+        (5, '{"num_steps": -1}'),
+        (5, '{"num_steps": 1e9}'),
     ],
 )
-def test_more_steps_than_a_memory_has_are_refused(log, line):
-    SceneGraphMemory(log=log)
-    with log.open("a") as file:
-        file.write(line + "\n")
-    with pytest.raises(ValueError, match=r"line 2 of a log must be one .* got ValueError: .* in "):
-        read_log(log)
+def test_more_steps_than_a_memory_has_are_refused(log, time, arguments):
+    row = StoredEvent(2, time, "step", arguments, None)
+    with pytest.raises(ValueError, match=r"event 2 of a memory file must be one .* got ValueError"):
+        parse_rows([row], log)
 
 
 def test_logs_that_end_after_all_time_are_refused(log):
     start = datetime(2026, 11, 16)
-    for hour in (start, start.replace(year=9000)):  # clocks that say 7,000 years later
-        SceneGraphMemory(clock=Clock(hour, 60), log=log)
-    with pytest.raises(ValueError, match=r"log must end by time step 2147483646, got 2147483647"):
-        Replay(read_log(log), "home")
-    end = LogLine("step", 10**9, {"num_steps": 10**9})
+    for name, hour in (("first", start), ("second", start.replace(year=9000))):
+        SceneGraphMemory(clock=Clock(hour, 60), path=log.with_name(name))
+    with pytest.raises(
+        ValueError, match=r"events must end by time step 2147483646, got 2147483647"
+    ):
+        Replay(read_both(log), "home")
+    end = MemoryEvent("step", 10**9, {"num_steps": 10**9})
     with pytest.raises(ValueError, match="must be a date before the year 10000"):
         Replay([end], "home", clock=Clock(start))
 
 
-def test_a_memory_that_goes_on_is_shown_as_it_was(log, tmp_path):
-    """What was done after it was saved is lost with a crash, and so it is on the page."""
-    memory = SceneGraphMemory(log=log)
+def test_a_memory_that_goes_on_is_shown_as_it_was(log):
+    memory = SceneGraphMemory(path=log)
     shelf = memory.add_furniture("shelf", memory.add_room("hall"))
     memory.observe(shelf, [Sighting("mug")])
     memory.step(2)
-    memory.save(tmp_path / "home.sgm")
+    memory = SceneGraphMemory.open(log)
     memory.step(3)
-    memory.observe(shelf, [Sighting("bowl")])
-    memory = SceneGraphMemory.load(tmp_path / "home.sgm", log=log)
-    memory.step()
     memory.observe(shelf, [Sighting("plate")])
-    replay = Replay(read_log(log), "home")
-    assert replay.memory_at(5).descriptions == ("mug", "bowl")
-    # The second begins a step after the first one's last, 5, with its own step 2.
-    assert replay.num_steps == 7
-    assert replay.memory_at(6).descriptions == ("mug",)
-    assert replay.memory_at(7).descriptions == memory.descriptions == ("mug", "plate")
-    replay.write_log(tmp_path / "again.jsonl", 7)
-    *_, (again, _, _) = make_again(read_log(tmp_path / "again.jsonl"))
-    assert again.to_dict() == replay.memory_at(7).to_dict()
+    replay = Replay(read_events(log), "home")
+    assert replay.num_steps == 5
+    assert replay.memory_at(4).descriptions == ("mug",)
+    assert replay.memory_at(5).descriptions == memory.descriptions == ("mug", "plate")

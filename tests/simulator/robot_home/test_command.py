@@ -1,7 +1,7 @@
 import pytest
 
 from sgm import SceneGraphMemory
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from simulator.robot_home.__main__ import main
 
 SMALL = (
@@ -21,7 +21,7 @@ def test_play_prints_finds_and_saves_the_memory(tmp_path, capsys):
     assert memory.time == 2
     assert memory.num_furniture == 8
     assert len(memory.descriptions) > 3
-    looks = [line for line in read_log(tmp_path / "week" / "looks.jsonl") if line.kind == "look"]
+    looks = [line for line in read_events(tmp_path / "week" / "looks.sgm") if line.kind == "look"]
     assert len(looks) >= 4
     assert main(arguments) == 1
     assert "save must be a folder without a log" in capsys.readouterr().err

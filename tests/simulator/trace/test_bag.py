@@ -8,7 +8,7 @@ import pytest
 
 from sgm import Bayesian, Finder, SceneGraphMemory
 from sgm.eyes.__main__ import main as draw_main
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from simulator.trace.__main__ import main
 from simulator.trace.importers.bag import BagOptions, load_home_map, read_bag
 from simulator.trace.importers.bag_messages import DEFINITIONS
@@ -155,13 +155,13 @@ def test_a_bag_becomes_a_memory(write_bag, tmp_path, storage, detections):
     folder = write_bag(storage)
     home = load_home_map(tmp_path / "map.yaml")
     options = BagOptions(detections=detections, utc_hours=2)
-    looks = read_bag(folder, home, options, log=tmp_path / "looks.jsonl")
+    looks = read_bag(folder, home, options, file=tmp_path / "looks.sgm")
     assert looks.num_looks == 2
     seen = looks.memory.last_seen("mug")
     assert (seen.relation, seen.times_seen, seen.is_there) == ("onTop", 1, False)
     assert looks.memory.time == 1  # of 600 s
     assert f"{looks.memory.clock.get_time(0):%Y-%m-%d %H:%M:%S}" == "2025-10-09 10:53:20"
-    kinds = [line.kind for line in read_log(tmp_path / "looks.jsonl")]
+    kinds = [line.kind for line in read_events(tmp_path / "looks.sgm")]
     assert kinds == ["start", "room", "furniture", "look", "step", "look"]
     assert looks.counts["frames"] == 20
     assert not [name for name in looks.counts if "cannot" in name]
@@ -187,10 +187,10 @@ def test_what_robots_publish_is_read(write_bag, tmp_path, detections, depth):
 
 def test_a_bag_without_a_map_becomes_a_memory_that_answers(write_bag, tmp_path, capsys):
     """One command; the map that it draws is written, corrected by a person, and taken again."""
-    folder, memory, log = write_bag(), tmp_path / "home.sgm", tmp_path / "looks.jsonl"
+    folder, memory = write_bag(), tmp_path / "home.sgm"
     areas = tmp_path / "areas.yaml"
     areas.write_text("kitchen: [[-3, -3], [5, -3], [5, 3], [-3, 3]]")
-    command = ["import", "bag", str(folder), "--memory", str(memory), "--log", str(log)]
+    command = ["import", "bag", str(folder), "--memory", str(memory)]
     command += ["--detections", "/all", "--areas", str(areas)]
     assert main(command) == 0
     assert "1 map: furniture found" in capsys.readouterr().out
@@ -202,7 +202,7 @@ def test_a_bag_without_a_map_becomes_a_memory_that_answers(write_bag, tmp_path, 
     assert place[0].name == "dining table in kitchen"
 
     drawn = tmp_path / "drawn.yaml"
-    assert draw_main(["map", str(log), "--out", str(drawn)]) == 0
+    assert draw_main(["map", str(memory), "--out", str(drawn)]) == 0
     text = drawn.read_text()
     (tmp_path / "drawn.yaml").write_text(text.replace('"dining table"', '"our table"', 1))
     assert draw_main(["correct", str(memory), "--map", str(drawn)]) == 0
@@ -221,6 +221,7 @@ def test_a_robot_without_a_frame_map_and_with_names_of_its_own(write_bag, tmp_pa
     assert "0 looks" in out
     assert "note: transforms must connect the camera's frame 'camera' with 'world', got" in out
     names.write_text("workbench: [dining table]")
+    memory.unlink()
     assert main([*command, "--map_frame", "odom", "--furniture_names", str(names)]) == 0
     assert "note" not in capsys.readouterr().out
     home = SceneGraphMemory.load(memory)
@@ -258,11 +259,11 @@ def test_the_only_topic_of_a_type_need_not_be_named(write_bag, tmp_path):
     assert "/yolo (detections)" in looks.summarise()
 
 
-def test_the_command_writes_log_memory_and_trace(write_bag, tmp_path, capsys):
+def test_the_command_writes_memory_and_trace(write_bag, tmp_path, capsys):
     folder = write_bag()
-    log, memory, out = (tmp_path / name for name in ("looks.jsonl", "home.sgm", "trace"))
+    memory, out = tmp_path / "home.sgm", tmp_path / "trace"
     arguments = ["import", "bag", str(folder), "--map", str(tmp_path / "map.yaml")]
-    everything = ["--log", str(log), "--memory", str(memory), "--out", str(out)]
+    everything = ["--memory", str(memory), "--out", str(out)]
     assert main([*arguments, *everything]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("2 looks, 1 things, 1 pieces of furniture, 1 time steps\ntopics: ")
@@ -271,7 +272,7 @@ def test_the_command_writes_log_memory_and_trace(write_bag, tmp_path, capsys):
     assert [event.description for event in trace.events] == ["mug", "mug"]  # it came, and went
     assert trace.layout.furniture[0].box is not None
     assert main([*arguments, *everything]) == 1
-    assert "log must be a new file" in capsys.readouterr().err
+    assert "memory must be a new file" in capsys.readouterr().err
     assert main(arguments) == 1
     assert "import must make something" in capsys.readouterr().err
 

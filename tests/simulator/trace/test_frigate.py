@@ -5,7 +5,7 @@ import json
 import pytest
 
 from sgm import SceneGraphMemory
-from sgm.memory.log_reader import read_log
+from sgm.memory.memory_event import read_events
 from simulator.trace.__main__ import main
 from simulator.trace.importers.frigate import read_frigate
 from simulator.trace.trace import load_trace
@@ -45,14 +45,14 @@ def events(tmp_path):
 def list_looks(log):
     return [
         (line.time, line.values["furniture"], [row[0] for row in line.values["seen"]])
-        for line in read_log(log)
+        for line in read_events(log)
         if line.kind == "look"
     ]
 
 
 def test_events_of_the_api_become_looks(events, tmp_path):
-    log = tmp_path / "looks.jsonl"
-    looks = read_frigate(events, log=log)
+    log = tmp_path / "looks.sgm"
+    looks = read_frigate(events, file=log)
     memory = looks.memory
     assert [memory.describe(number) for number in memory.furniture_ids] == [
         "counter in kitchen cam", "floor in hall"
@@ -90,8 +90,8 @@ def test_messages_say_where_a_thing_is_now(tmp_path):
         message("end", 1300, [], end_time=NOON + 1300),
     ]
     path.write_text("".join(f"{json.dumps(row)}\n" for row in messages))
-    looks = read_frigate(path, log=tmp_path / "looks.jsonl")
-    assert list_looks(tmp_path / "looks.jsonl") == [
+    looks = read_frigate(path, file=tmp_path / "looks.sgm")
+    assert list_looks(tmp_path / "looks.sgm") == [
         (0, 0, ["cup"]), (1, 0, []), (1, 1, ["cup"]), (2, 1, [])
     ]  # fmt: skip
     assert dict(looks.counts) == {"messages": 4}

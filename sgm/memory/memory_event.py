@@ -1,35 +1,31 @@
-"""The log of a memory, read: a line of JSON for everything that was seen or changed, in order."""
+"""The events of a memory file: everything that was seen or changed, in order."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sgm.files import (
-    VersionError,
-    check_version,
-    make_read_error,
-    parse_json,
-)
+from sgm.files import parse_json
 from sgm.layout.box import Box
 from sgm.layout.furniture import read_open_cost
-from sgm.layout.layout import Layout, read_map_id
+from sgm.layout.layout import read_map_id
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
 from sgm.memory.look import parse_coverage
-from sgm.memory.look_log import cut_torn_line
 from sgm.memory.memory_content import MemoryContent
+from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.thing import LEAST_CONFIDENCE, STATEMENTS, ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
 from sgm.schema import MAX_TIME
+from sgm.store.event import StoredEvent
+from sgm.store.home_reader import HomeReader
 
-# What the values of a line must name, by kind.
+# What the arguments of an event must name, by kind.
 _FIELDS: Mapping[str, tuple[str, ...]] = {
-    "start": ("version", "prior", "clock", "rooms", "furniture", "map", "memory"),
     "room": ("room", "label"),
     "rename_room": ("room", "label"),
     "furniture": ("furniture", "label", "room", "description", "position"),
@@ -51,19 +47,21 @@ _FIELDS: Mapping[str, tuple[str, ...]] = {
     "split": ("description", "by"),
     "split_off": ("description", "furniture", "name", "by"),
     "transform": ("angle", "shift", "map_id"),
+    "configure": (),
 }
-# Id of the thing; who said it; checksum of the memory file that the log goes on from; what a clock
-# said that was wrong.
-_OPTIONAL = ("id", "by", "file", "wall")
+# How many arguments a sighting has: without and with an owner, an id, a position and a picture.
+_SIGHTING_LENGTHS = (3, 4, 6, 8, 9)
+# Id of the thing; who said it; what a clock said that was wrong; what a memory goes on with.
+_OPTIONAL = ("id", "by", "wall", "clock", "prior", "map", "score_calibration")
 
 
 @dataclass(frozen=True, slots=True)
-class LogLine:
+class MemoryEvent:
     """One change of a memory.
 
     Attributes:
-        kind: "start": a memory begins, or goes on after it was loaded, with this `layout` and this
-            clock; `memory` is all that it holds then, a `MemoryContent`. "room", "rename_room",
+        kind: "start", the first one: a memory begins with this `layout` and this clock; `memory` is
+            all that it holds then, a `MemoryContent`. "room", "rename_room",
             "furniture", "move", "name", "merge_furniture", "remove_room", "remove_furniture",
             "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down",
             "rename", "merge", "split", "split_off", "transform": what was called, with its
@@ -72,87 +70,96 @@ class LogLine:
             (a score where the memory calibrates it) and, of some, owner, id and embedding;
             `coverage` is one share or those of `RELATIONS`, `viewpoint` of a look is None or
             says from where it was. A "step" of none has as `wall` what the clock of the machine
-            said when it was wrong.
+            said when it was wrong. "configure" goes on with what it names of another `clock`,
+            `prior`, `map` and `score_calibration`.
         time: time step of the memory, after the change.
-        values: JSON values by name.
+        values: by name.
+        number: in the file; of a start, of the last event before it.
     """
 
     kind: str
     time: int
     values: Mapping[str, Any]
+    number: int = 0
 
 
-def read_log(path: str | Path) -> list[LogLine]:
-    """Read a log; a last line that was cut off by a crash is left out, with a warning.
+def start_event(content: MemoryContent, number: int = 0) -> MemoryEvent:
+    """Return the event with which a memory of some content begins, after that of a number."""
+    values = {"clock": content.clock, "layout": content.layout, "memory": content}
+    return MemoryEvent("start", content.time, values, number)
+
+
+def read_events(path: str | Path) -> list[MemoryEvent]:
+    """Read all events of a memory file that are kept, the first a "start".
 
     Raises:
         TypeError: if it is no path.
         FileNotFoundError: if there is no such file; it is a `ValueError`, too.
-        ValueError: if it cannot be read, or a line is none of a log; names it.
+        ValueError: if it is no memory file, or is damaged; names it.
     """
     if not isinstance(path, str | os.PathLike):
         raise TypeError(
-            f"log must be a path, got {shorten(path)}. Give the file that "
-            'SceneGraphMemory(log="looks.jsonl") writes.'
+            f"memory file must be a path, got {shorten(path)}. Give the file that "
+            'SceneGraphMemory(path="home.sgm") writes.'
         )
-    path = Path(path)
-    try:
-        whole = cut_torn_line(path)
-    except OSError as error:
-        where = f'for {path}. Make one with SceneGraphMemory(log="looks.jsonl").'
-        raise make_read_error(error, "log must be a file that can be read", where) from error
-    return read_lines(whole, path)
+    with HomeReader(path) as reader:
+        return read_kept(reader, from_first=True)
 
 
-def read_line(text: bytes, path: Path) -> LogLine:
-    """Read a line; raises ValueError, TypeError, KeyError or OverflowError if it is none."""
-    return _read_line(parse_json(text), path)
-
-
-def read_lines(content: bytes, path: Path, first: int = 1) -> list[LogLine]:
-    """Read whole lines, of which `first` is the number of the first one in the file.
+def read_kept(reader: HomeReader, *, from_first: bool = False) -> list[MemoryEvent]:
+    """Return a start with the latest snapshot, or the first, and all events after it.
 
     Raises:
-        ValueError: for what is none of a log, and names it.
+        ValueError: if they are not as they were written.
     """
-    lines = []
-    for number, text in enumerate(content.splitlines(), first):
+    snapshot, rows = reader.read(from_first=from_first)
+    try:
+        content = MemoryContent.from_snapshot(snapshot)
+    except ValueError as error:
+        raise ValueError(
+            f"memory file must be as it was saved, got {error} for {reader.path}. It was altered: "
+            "use a copy, or start a new memory."
+        ) from error
+    return [start_event(content, snapshot.event), *parse_rows(rows, reader.path)]
+
+
+def parse_rows(rows: Iterable[StoredEvent], path: Path) -> list[MemoryEvent]:
+    """Read the arguments of events.
+
+    Raises:
+        ValueError: for what is none, and names it.
+    """
+    events = []
+    for row in rows:
         try:
-            lines.append(read_line(text, path))
-            if number == 1 and lines[0].kind != "start":
-                raise ValueError(f"{shorten(lines[0].kind)} before any start")
-        except VersionError:
-            raise
+            events.append(_parse_row(row))
         except (ValueError, TypeError, KeyError, OverflowError) as error:
             raise ValueError(
-                f"line {number} of a log must be one that SceneGraphMemory wrote, got "
-                f"{type(error).__name__}: {error} in {path}. It was altered, or is another file: "
-                "mend or remove the line."
+                f"event {row.number} of a memory file must be one that SceneGraphMemory wrote, got "
+                f"{type(error).__name__}: {error} in {path}. It was altered: use a copy."
             ) from None
-    return lines
+    return events
 
 
-def _read_line(data: Any, path: Path) -> LogLine:
-    kind, time = data["kind"], data["time"]
-    if kind == "start":
-        check_version("log", data.get("version"), path)
+def _parse_row(row: StoredEvent) -> MemoryEvent:
+    kind, time, data = row.kind, row.time, parse_json(row.arguments)
     if kind not in _FIELDS or not _is_time(time):
         raise ValueError(f"kind {shorten(kind)} at time {shorten(time)}")
+    if row.by is not None or "by" in _FIELDS[kind]:
+        data["by"] = row.by
     values = {name: data[name] for name in _FIELDS[kind]}
     values |= {name: data[name] for name in _OPTIONAL if name in data}
     if kind == "step" and not _is_time(values["num_steps"]):
         raise ValueError(f"{shorten(values['num_steps'])} steps")
-    if kind == "start":
-        clock = values["clock"]
-        values["clock"] = None if clock is None else Clock.from_json(clock)
-        values["memory"] = _read_memory(data, values["clock"])
-        rooms, furniture = values.pop("rooms"), values.pop("furniture")
-        values["layout"] = Layout.from_json(data, len(rooms), len(furniture))
+    if kind == "configure":
+        _read_settings(values)
     elif kind == "look":
         values["seen"] = [
             (description, str(relation), float(confidence), *about)
             for description, relation, confidence, *about in values["seen"]
         ]
+        if any(len(arguments) not in _SIGHTING_LENGTHS for arguments in values["seen"]):
+            raise ValueError(f"sightings {shorten(values['seen'])}")
         values["hidden"] = list(data.get("hidden", ()))
         for name in (*(arguments[0] for arguments in values["seen"]), *values["hidden"]):
             read_words("description", name)
@@ -168,11 +175,10 @@ def _read_line(data: Any, path: Path) -> LogLine:
         values["other"] = ThingName.from_json(values["other"])
     elif kind == "transform":
         values["angle"], values["shift"] = float(values["angle"]), tuple(values["shift"])
-    if kind != "start":
-        for name in ("room", "furniture", "was_at"):  # numbers; of the last there may be none
-            number = values.get(name, 0)
-            if type(number) is not int and (number is not None or name != "was_at"):
-                raise ValueError(f"{name} {shorten(number)}")
+    for name in ("room", "furniture", "was_at"):  # numbers; of the last there may be none
+        number = values.get(name, 0)
+        if type(number) is not int and (number is not None or name != "was_at"):
+            raise ValueError(f"{name} {shorten(number)}")
     if kind in ("furniture", "move"):
         position = values["position"]
         values["position"] = None if position is None else tuple(position)
@@ -181,19 +187,20 @@ def _read_line(data: Any, path: Path) -> LogLine:
         values["open_cost"] = read_open_cost(data.get("open_cost"))
     if "coverage" in values:
         values["coverage"] = parse_coverage(values["coverage"])
-    return LogLine(kind, time, values)
+    return MemoryEvent(kind, time, values, row.number)
 
 
 def _is_time(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_TIME
 
 
-def _read_memory(data: Any, clock: Clock | None) -> MemoryContent:
-    """Read what the memory of a "start" line holds, nothing where a new one begins."""
-    if data["memory"] is None:
-        content = MemoryContent.empty(str(data["prior"]), clock)
-        return replace(content, layout=Layout(map_id=read_map_id(data["map"])))
-    content = MemoryContent.from_json(data["memory"])
-    if (content.time, content.clock) != (data["time"], clock):
-        raise ValueError("a memory of another time or clock")
-    return content
+def _read_settings(values: dict[str, Any]) -> None:
+    """Read what a memory goes on with from then on."""
+    if values.get("clock") is not None:
+        values["clock"] = Clock.from_json(values["clock"])
+    if values.get("score_calibration") is not None:
+        values["score_calibration"] = ScoreCalibration.from_json(values["score_calibration"])
+    if "map" in values:
+        values["map"] = read_map_id(values["map"])
+    if not isinstance(values.get("prior", ""), str):
+        raise ValueError(f"prior {shorten(values['prior'])}")

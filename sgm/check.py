@@ -1,0 +1,44 @@
+"""Checks a memory file, or several: `python -m sgm.check home.sgm`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.store.home_reader import HomeReader
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command, and return its status: 0 if all files are whole, 1 if one is not."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sgm.check",
+        description="Checks every page, reference and checksum of memory files, also beside the "
+        "process that writes them, and makes their events again (docs/database.md).",
+        allow_abbrev=False,
+    )
+    parser.add_argument("homes", type=Path, nargs="+", metavar="home", help="memory file, home.sgm")
+    options = parser.parse_args(arguments)
+    faults = {path: _find_fault(path) for path in options.homes}
+    for path, fault in faults.items():
+        print(f"{path}: {fault}" if fault else f"{path}: ok", file=sys.stderr if fault else None)
+    return int(any(faults.values()))
+
+
+def _find_fault(path: Path) -> str:
+    """Say in one line what is wrong with a file; empty if nothing is."""
+    try:
+        with HomeReader(path) as reader:
+            found = reader.find_damage()
+        if found:
+            return f"{'; '.join(found[:3])}. It was damaged: use a copy, or a backup"
+        SceneGraphMemory.load(path)
+    except (OSError, ValueError) as error:
+        return " ".join(str(error.args[-1] if error.args else error).split())
+    return ""
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,124 @@
+"""Writes a memory file whole, or not at all."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from sgm.files import fcntl, make_write_error, open_partial
+from sgm.store.connection import check_folder, connect, create, has_wal, translated
+from sgm.store.event_rows import SightingRow, write_sightings
+from sgm.store.owner import taken
+from sgm.store.schema import make_tables
+from sgm.store.snapshot import Snapshot, write_snapshot
+
+_REPLACING = Lock()
+
+
+def write_new(path: Path, fill: Callable[[sqlite3.Connection], object]) -> None:
+    """Write a database under a temporary name, then rename it; an older file is replaced by it.
+
+    Args:
+        path: of a symbolic link, the file that it names is written.
+        fill: writes all that is in it.
+
+    Raises:
+        ValueError: if a memory has the older file, in this process or another one.
+        OSError: if the disk does not take it; the older file is as it was.
+    """
+    target = Path(os.path.realpath(path))
+    check_folder(Path(path))
+    try:
+        partial, file = open_partial(target)
+        try:
+            with translated(partial):
+                connection = create(partial)
+                try:
+                    connection.execute("PRAGMA journal_mode = MEMORY")
+                    fill(connection)
+                    connection.execute("PRAGMA journal_mode = DELETE")
+                finally:
+                    connection.close()
+            os.fsync(file.fileno())
+            with _REPLACING:  # by one thread, until what it has locked is free again
+                if fcntl is not None:  # while it is locked
+                    with file, _retired(target):
+                        partial.replace(target)
+                else:  # Windows renames no open file
+                    file.close()
+                    partial.replace(target)
+        except BaseException:
+            file.close()
+            partial.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        if " must " in str(error):
+            raise
+        raise make_write_error(error, path, 1) from error
+
+
+@contextmanager
+def _retired(path: Path) -> Iterator[None]:
+    """Have a file that is to be replaced; nothing of it stays beside the new one."""
+    if not path.exists():
+        yield
+        return
+    with taken(path) as owner:
+        if owner.turn is not None:
+            raise ValueError(
+                f"memory file must be saved by the memory that is kept in it, got another one for "
+                f"{path}. Save to another file."
+            )
+        try:
+            if has_wal(path):  # of a process that was killed: the old one is whole until then
+                with suppress(ValueError, OSError):
+                    connection = connect(path, writes=True)
+                    with translated(path):
+                        connection.execute("PRAGMA journal_mode = DELETE")
+                    connection.close()
+                for ending in ("-wal", "-shm"):
+                    path.with_name(path.name + ending).unlink(missing_ok=True)
+            yield
+        finally:
+            owner.release()
+
+
+def fill_new(
+    connection: sqlite3.Connection,
+    settings: Mapping[str, Any],
+    snapshot: Snapshot,
+    rooms: Sequence[tuple[Any, ...]],
+    places: Sequence[tuple[Any, ...]],
+    things: Sequence[tuple[str, str, str]],
+    sightings: Sequence[SightingRow],
+) -> None:
+    """Write a new file of a memory.
+
+    Args:
+        connection: of an empty database.
+        settings: columns of the table `home`.
+        snapshot: what the memory holds.
+        rooms: rows of that table.
+        places: rows of that table.
+        things: key, name and tracker of each.
+        sightings: where things are.
+    """
+    connection.execute("BEGIN")
+    make_tables(connection)
+    columns = ("prior", "map", "clock_start", "step_seconds")
+    home = tuple(settings[name] for name in columns)
+    connection.execute("INSERT INTO home VALUES (?, ?, ?, ?)", home)
+    connection.executemany("INSERT INTO rooms VALUES (?, ?, ?)", rooms)
+    connection.executemany("INSERT INTO places VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", places)
+    connection.executemany(
+        "INSERT INTO things (key, name, tracker, is_known) VALUES (?, ?, ?, 1)", things
+    )
+    before = range(1 - len(sightings), 1)
+    write_sightings(connection, before, snapshot.time, sightings, {})
+    write_snapshot(connection, snapshot)
+    connection.execute("COMMIT")
