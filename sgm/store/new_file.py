@@ -66,6 +66,7 @@ def write_new(path: Path, fill: Callable[[sqlite3.Connection], object]) -> None:
 def _retired(path: Path) -> Iterator[None]:
     """Have a file that is to be replaced; nothing of it stays beside the new one."""
     if not path.exists():
+        _remove_beside(path)  # what a file that was removed has left
         yield
         return
     with taken(path) as owner:
@@ -81,11 +82,15 @@ def _retired(path: Path) -> Iterator[None]:
                     with translated(path):
                         connection.execute("PRAGMA journal_mode = DELETE")
                     connection.close()
-                for ending in ("-wal", "-shm"):
-                    path.with_name(path.name + ending).unlink(missing_ok=True)
+                _remove_beside(path)
             yield
         finally:
             owner.release()
+
+
+def _remove_beside(path: Path) -> None:
+    for ending in ("-wal", "-shm"):
+        path.with_name(path.name + ending).unlink(missing_ok=True)
 
 
 def fill_new(

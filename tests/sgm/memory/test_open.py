@@ -326,3 +326,16 @@ memory.close()
     )
     assert "memory file must be written by the process that opened it" in done.stdout
     assert SceneGraphMemory.load(path).time == 1
+
+
+def test_what_a_removed_file_has_left_is_not_read_into_a_new_one(tmp_path):
+    path = tmp_path / "home.sgm"
+    with SceneGraphMemory(path=path) as memory:
+        memory.add_room("kitchen")
+        reader = sqlite3.connect(path)
+        assert reader.execute("SELECT label FROM rooms").fetchall() == [("kitchen",)]
+    path.unlink()  # what lies beside it stays, as someone still reads
+    with SceneGraphMemory(path=path) as memory:
+        memory.add_room("study")
+    reader.close()
+    assert SceneGraphMemory.load(path).layout.room_labels == ("study",)
