@@ -68,15 +68,17 @@ def write_home_file(
     )
 
 
-def find_keys(values: Values) -> dict[str, Any]:
-    """Return the arguments of an event with the keys of the things that they name."""
+def find_keys(kind: str, values: Values) -> dict[str, Any]:
+    """Return the arguments of an event of a kind with the keys of the things that they name."""
     if "description" not in values or ("furniture" in values and "label" in values):
         return dict(values)
-    found = dict(values, key=make_key(ThingName.from_json(values)))
+    thing = ThingName.from_json(values)
+    found = dict(values, key=make_key(thing))
     if isinstance(values.get("other"), Mapping):
         found["other_key"] = make_key(ThingName.from_json(values["other"]))
     if "name" in values:
-        found["new_key"] = make_key(ThingName(values["name"]))
+        kept = thing.id if kind == "rename" else ""  # what is split off is told by its words
+        found["new_key"] = make_key(ThingName(values["name"], kept))
     return found
 
 

@@ -205,7 +205,7 @@ class MemoryState:
             rows = list_seen_rows(look.furniture, self._call_renamed(look))
         else:
             rows = list_said_rows(kind, said)
-        file.append(kind, self.time if time is None else time, said, find_keys(values), rows)
+        file.append(kind, self.time if time is None else time, said, find_keys(kind, values), rows)
 
     def configure(
         self, content: MemoryContent, prior: PriorGraph, before: MemoryContent | None = None

@@ -111,6 +111,58 @@ def test_merged_renamed_and_parted_things_are_told_as_such(home):
     assert list_seen(home, "notebook") == [(168, 0)]
 
 
+def rename_what_is_renamed(memory):
+    memory.rename("lamp", "torch")
+    memory.rename("torch", "lantern")
+
+
+def forget_and_rename(memory):
+    memory.forget("cup")
+    memory.rename("lamp", "cup")
+
+
+def rename_merged(memory):
+    memory.merge("mug", "cup")
+    memory.rename("mug", "beaker")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda memory: memory.rename("mug", "keys"),
+        lambda memory: memory.rename("lamp", "keys"),
+        rename_what_is_renamed,
+        forget_and_rename,
+        rename_merged,
+        lambda memory: (memory.merge("mug", "cup"), memory.split("cup")),
+        lambda memory: (memory.merge("lamp", "cup"), memory.rename("cup", "keys")),
+        lambda memory: memory.split("lamp", 1, "torch"),
+    ],
+)
+@pytest.mark.parametrize("waits", [False, True])
+def test_the_last_at_each_place_is_what_a_memory_without_a_file_tells(tmp_path, change, waits):
+    """Of things with an id and without, whatever they are called by now."""
+    memory = SceneGraphMemory(path=tmp_path / "home.sgm")
+    room = memory.add_room("study")
+    desk, table = memory.add_furniture("desk", room), memory.add_furniture("table", room)
+    memory.observe(desk, [Sighting("mug", id="a"), Sighting("lamp"), Sighting("cup")])
+    memory.step()
+    memory.observe(table, [Sighting("mug", id="a"), Sighting("lamp", "in"), Sighting("lamp")])
+    memory.step(int(waits))
+    change(memory)
+    for _ in range(2):
+        other = memory.copy()
+        for node in {*other.descriptions} - {"mug"} | {"a"}:
+            told, expected = (
+                {(event.kind, event.furniture, event.relation, event.time) for event in kept}
+                for kept in (memory.history(node), other.history(node))
+            )
+            assert {row for row in expected if row[0] == "seen"} <= told
+        assert len(list_seen(memory, "a")) >= 2
+        memory.step()
+        memory.observe(desk, [Sighting("mug", id="a"), Sighting("lamp"), Sighting("cup")])
+
+
 def test_an_index_finds_it(home):
     with HomeReader(home.path) as reader:
         plan = reader.select(
