@@ -23,7 +23,7 @@ Tables = Mapping[str, Columns]
 
 
 def make_key(thing: ThingName) -> str:
-    """Return by what a thing is told from others: its id, or its words."""
+    """Return what tells a thing from others: its id, or its words."""
     return f"#{thing.id}" if thing.id else " ".join(Name.read(thing.description).key)
 
 
@@ -77,7 +77,7 @@ def find_keys(kind: str, values: Values) -> dict[str, Any]:
     if isinstance(values.get("other"), Mapping):
         found["other_key"] = make_key(ThingName.from_json(values["other"]))
     if "name" in values:
-        kept = thing.id if kind == "rename" else ""  # what is split off is told by its words
+        kept = thing.id if kind == "rename" else ""  # what is split off has words alone
         found["new_key"] = make_key(ThingName(values["name"], kept))
     return found
 
@@ -86,13 +86,13 @@ def list_seen_rows(furniture: int, seen: Iterable[Sighting]) -> list[SightingRow
     """Return the rows of a look, whose sightings have probabilities."""
     return [
         SightingRow(
-            f"#{sighting.id}" if sighting.id else " ".join(sighting.name.key),
-            sighting.description,
-            sighting.id or "",
-            furniture,
-            sighting.relation,
-            sighting.confidence,
-            sighting.position,
+            key=f"#{sighting.id}" if sighting.id else " ".join(sighting.name.key),
+            name=sighting.description,
+            tracker=sighting.id or "",
+            place=furniture,
+            relation=sighting.relation,
+            confidence=sighting.confidence,
+            position=sighting.position,
         )
         for sighting in seen
     ]
@@ -103,10 +103,17 @@ def list_said_rows(kind: str, values: Values) -> list[SightingRow]:
     if kind not in STATEMENTS:
         return []
     thing = ThingName.from_json(values)
-    place = None if values["furniture"] is None else int(values["furniture"])
-    sure, about = float(values["confidence"]), (thing.description, thing.id)
-    row = SightingRow(make_key(thing), *about, place, values["relation"], sure)
-    return [row._replace(said=kind, by=values["by"])]
+    row = SightingRow(
+        key=make_key(thing),
+        name=thing.description,
+        tracker=thing.id,
+        place=None if values["furniture"] is None else int(values["furniture"]),
+        relation=values["relation"],
+        confidence=float(values["confidence"]),
+        said=kind,
+        by=values["by"],
+    )
+    return [row]
 
 
 def list_place_rows(layout: Layout, tables: Tables) -> list[tuple[Any, ...]]:
@@ -140,11 +147,12 @@ def list_sighting_rows(
     for number, thing in enumerate(things):
         for statement in thing.statements:
             said.add((number, statement.furniture, statement.time))
-            row = SightingRow(
-                keys[number], thing.description, thing.id, statement.furniture, None, 1
-            )
             rows.append(
-                row._replace(
+                SightingRow(
+                    key=keys[number],
+                    name=thing.description,
+                    tracker=thing.id,
+                    place=statement.furniture,
                     relation=statement.relation,
                     confidence=statement.confidence,
                     said=statement.kind,
@@ -159,10 +167,18 @@ def list_sighting_rows(
         *(edges[name][seen].tolist() for name in columns), strict=True
     ):
         if (number, ids[place], time) not in said:
-            known = things[number]
-            point = points.get((number, place, relation))
-            about = (known.description, known.id, ids[place], RELATIONS[relation])
-            rows.append(SightingRow(keys[number], *about, sure, point, time=int(time)))
+            rows.append(
+                SightingRow(
+                    key=keys[number],
+                    name=things[number].description,
+                    tracker=things[number].id,
+                    place=ids[place],
+                    relation=RELATIONS[relation],
+                    confidence=sure,
+                    position=points.get((number, place, relation)),
+                    time=int(time),
+                )
+            )
     return sorted(rows, key=lambda row: row.time or 0)
 
 

@@ -16,7 +16,6 @@ _ENCODER = json.JSONEncoder(
     # Boxes and viewpoints; or numbers of numpy, as ids and positions may be.
     default=lambda value: value.to_json() if hasattr(value, "to_json") else value.item(),
 )
-_COLUMNS = "number, time, kind, arguments, by, checksum"
 
 
 class StoredEvent(NamedTuple):
@@ -40,6 +39,9 @@ class StoredEvent(NamedTuple):
         """Return the CRC-32 of all columns."""
         text = f"{self.number}\n{self.time}\n{self.kind}\n{self.arguments}\n{self.by}"
         return zlib.crc32(text.encode("utf-8", "surrogatepass"))
+
+
+_COLUMNS = f"{', '.join(StoredEvent._fields)}, checksum"
 
 
 def write_arguments(values: Mapping[str, Any]) -> str:

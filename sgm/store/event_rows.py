@@ -15,7 +15,7 @@ class SightingRow(NamedTuple):
     """Where a thing is, as a look or a person says.
 
     Attributes:
-        key: by what the thing is told from others.
+        key: what tells the thing from others.
         name: of the thing.
         tracker: its id; empty without one.
         place: id of the furniture; None with the robot.
@@ -95,7 +95,8 @@ def _number_things(
     for row in rows:
         if row.key not in known:
             made = connection.execute(
-                "INSERT INTO things (key, name, tracker, is_known) VALUES (?, ?, ?, 1)", row[:3]
+                "INSERT INTO things (key, name, tracker, is_known) VALUES (?, ?, ?, 1)",
+                (row.key, row.name, row.tracker),
             )
             assert made.lastrowid is not None
             known[row.key] = made.lastrowid
@@ -214,7 +215,7 @@ def _split_off(execute: Any, values: Values) -> None:
 
 
 def _forget_thing(execute: Any, values: Values) -> None:
-    # What is seen under its name later is another thing, of which nothing older is told.
+    # What is seen under its name later is another thing, of which nothing older is listed.
     number = "(SELECT thing FROM things WHERE key = :key)"
     execute(
         "UPDATE things SET is_known = 0, key = key || ' (forgotten ' || thing || ')' "

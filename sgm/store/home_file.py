@@ -178,7 +178,9 @@ class HomeFile:
         speaker = values.get("by")
         arguments = write_arguments({name: values[name] for name in values if name != "by"})
         with self.transaction():
-            row = StoredEvent(self.number + 1, time, kind, arguments, speaker)
+            row = StoredEvent(
+                number=self.number + 1, time=time, kind=kind, arguments=arguments, by=speaker
+            )
             self._begin()
             try:
                 insert_event(self._connection, row)
@@ -342,7 +344,7 @@ class HomeFile:
     def _give_up(self) -> None:
         """Close the database, and leave the owner to who has it next."""
         with self._lock:
-            with suppress(sqlite3.Error):  # whoever reads it still has it as it is
+            with suppress(sqlite3.Error):  # who reads it still has it as it is
                 self._connection.execute("PRAGMA busy_timeout = 0")
                 self._connection.execute("PRAGMA journal_mode = DELETE")
             self._connection.close()

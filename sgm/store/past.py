@@ -6,9 +6,8 @@ import sqlite3
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-_COLUMNS = "time, place, relation, confidence, said, by"
 _MOST_KEYS = 500  # older builds of SQLite take 999 values
-# Of a place that was removed nothing is told, as in a memory without a file.
+# Of a place that was removed nothing is listed, as in a memory without a file.
 _IS_THERE = "(place IS NULL OR place IN (SELECT place FROM places WHERE is_there))"
 
 
@@ -30,6 +29,9 @@ class StoredSighting(NamedTuple):
     confidence: float
     said: str | None
     by: str | None
+
+
+_COLUMNS = ", ".join(StoredSighting._fields)
 
 
 class Past(Protocol):

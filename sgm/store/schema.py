@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections import Counter
 
 APPLICATION_ID = 0x53474D31  # "SGM1", in the head of the file: what `file home.sgm` may show
 VERSION = 1  # `user_version` of the file
@@ -42,7 +43,7 @@ SCHEMA = (
     )""",
     """CREATE TABLE things (
         thing INTEGER PRIMARY KEY,
-        key TEXT NOT NULL UNIQUE,   -- by what it is told from others: an id of a tracker, or words;
+        key TEXT NOT NULL UNIQUE,   -- what tells it from others: an id of a tracker, or words;
                                     -- of what was forgotten, with its number
         name TEXT NOT NULL,         -- large red mug
         tracker TEXT NOT NULL,      -- its id; empty where words tell it from others
@@ -132,6 +133,6 @@ def find_fault(connection: sqlite3.Connection) -> str:
     found = connection.execute(
         "SELECT substr(sql, 1, 10000) FROM sqlite_master WHERE sql IS NOT NULL LIMIT 100"
     )
-    if sorted(text for (text,) in found) != sorted(SCHEMA):
+    if Counter(text for (text,) in found) != Counter(SCHEMA):  # some may be of another type
         return "other tables"
     return ""
