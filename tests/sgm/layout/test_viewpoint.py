@@ -1,5 +1,7 @@
 import json
 import math
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.replay.replay import replay
+from sgm.store.event import insert_event, read_rows
 
 CAMERA = Viewpoint(1.0, 2.0, 1.4, yaw=0.5, angle=1.2, reach=4.0)
 
@@ -22,24 +25,28 @@ def test_corners_by_hand():
     np.testing.assert_allclose(np.linalg.norm(far, axis=1), [0, 4, 4])
 
 
-def test_a_log_holds_from_where_was_looked(tmp_path):
+def test_a_file_holds_from_where_was_looked(tmp_path):
     path = tmp_path / "looks.sgm"
-    memory = SceneGraphMemory(path=path)
-    table = memory.add_furniture("table", memory.add_room("kitchen"))
-    memory.observe(table, [Sighting("mug")], viewpoint=CAMERA)
-    memory.observe(table, [], 0.5)
-    lines = [json.loads(line) for line in path.read_text("utf-8").splitlines()]
-    assert lines[0]["version"] == 1
-    looks = [line for line in lines if line["kind"] == "look"]
-    assert looks[0]["viewpoint"] == [1.0, 2.0, 1.4, 0.5, 1.2, 4.0]
-    assert "viewpoint" not in looks[1]
-    read = [line.values["viewpoint"] for line in read_events(path) if line.kind == "look"]
+    with SceneGraphMemory(path=path) as memory:
+        table = memory.add_furniture("table", memory.add_room("kitchen"))
+        memory.observe(table, [Sighting("mug")], viewpoint=CAMERA)
+        memory.observe(table, [], 0.5)
+        expected = memory.to_dict()
+    with closing(sqlite3.connect(path)) as connection:
+        looks = [row for row in read_rows(connection, 0) if row.kind == "look"]
+    assert json.loads(looks[0].arguments)["viewpoint"] == [1.0, 2.0, 1.4, 0.5, 1.2, 4.0]
+    assert "viewpoint" not in json.loads(looks[1].arguments)
+    read = [event.values["viewpoint"] for event in read_events(path) if event.kind == "look"]
     assert read == [CAMERA, None]
     again = [before for before, _, _ in replay(read_events(path))][-1]
-    assert again.to_dict() == memory.to_dict()  # the memory itself does not use it
-    looks[0]["viewpoint"] = [1, 2, 3]
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines), "utf-8")
-    with pytest.raises(ValueError, match=r"line 4 of a log.*viewpoint must be a list of x, y, z"):
+    assert again.to_dict() == expected  # the memory itself does not use it
+    forged = looks[0]._replace(
+        arguments=json.dumps({**json.loads(looks[0].arguments), "viewpoint": [1, 2, 3]})
+    )
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute("DELETE FROM events WHERE number = ?", (forged.number,))
+        insert_event(connection, forged)
+    with pytest.raises(ValueError, match="viewpoint must be a list of x, y, z"):
         read_events(path)
 
 
