@@ -10,7 +10,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from sgm.files import fcntl, make_write_error, open_partial
+from sgm.files import fcntl, find_target, make_write_error, open_partial
 from sgm.store.connection import check_folder, connect, create, has_wal, translated
 from sgm.store.event_rows import SightingRow, write_sightings
 from sgm.store.owner import taken
@@ -29,11 +29,12 @@ def write_new(path: Path, fill: Callable[[sqlite3.Connection], object]) -> None:
 
     Raises:
         ValueError: if a memory has the older file, in this process or another one.
-        OSError: if the disk does not take it; the older file is as it was.
+        OSError: if the disk does not take it, or the path names a folder, pipe or device; what was
+            there is as it was.
     """
-    target = Path(os.path.realpath(path))
     check_folder(Path(path))
     try:
+        target = find_target(path)
         partial, file = open_partial(target)
         try:
             with translated(partial):

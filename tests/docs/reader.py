@@ -97,14 +97,14 @@ NOT_RUN = {
 }
 # Pages whose program has ended before a command reads its files.
 PROGRAM_ENDS = ("docs/eyes.md", "docs/robot.md")
-# Pages whose Python prints what is in a file of the reader.
-PRINTS_OTHER = ("docs/bags.md",)
+# Pages whose Python prints what is in files of the reader.
+PRINTS_OTHER = ("docs/bags.md", "docs/scale.md")
 # What a page prints, beside what stands in it.
 SHOWS = {
     "docs/bags.md": r"in home(.|\n)*\d looks",
     "docs/evaluate.md": r"Two Guesses(.|\n)*MyPolicy \| bayesian",
     "docs/events.md": r"epoch 4: first guess 0\.\d+, MRR 0\.\d",
-    "docs/extend/column_of_the_memory.md": r"\('mug',\) \[1\]\n\"num_asked\":\[1\](.|\n)*"
+    "docs/extend/column_of_the_memory.md": r"\('mug',\) \[1\]\nobjects\.num_asked\n(.|\n)*"
     r"features of an edge: 10\nmost looks that did not show it: [1-9]",
     "docs/extend/dynamics.md": r'"name": "shuffle.Shuffle",\n *"share": 0.2\n',
     "docs/extend/feature.md": r"crowded +0\.\d+",

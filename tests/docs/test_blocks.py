@@ -92,6 +92,8 @@ class Reader:
             if self.page in PROGRAM_ENDS:
                 self.names = {"__name__": self.page}
                 gc.collect()
+            if re.search(r"^sqlite3 ", script, re.MULTILINE) and shutil.which("sqlite3") is None:
+                pytest.skip("sqlite3 is not installed")
             return self.shell.run(script)
         if block.language == "javascript":
             if shutil.which("node") is None:

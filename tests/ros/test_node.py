@@ -61,6 +61,9 @@ class StandIn:
         assert type(value) is type(usual), name
         return Message(value=value)
 
+    def get_parameter(self, name):
+        return Message(value=self.parameters.get(name, False))
+
     def create_subscription(self, kind, topic, callback, quality):
         self.subscribed[topic] = callback
 

@@ -19,8 +19,12 @@ POSIX = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios",
 # documentation. `getattr(os, "O_NONBLOCK", 0)` asks whether there is one.
 EVERYWHERE = {
     "os": {
+        "O_RDWR",
         "PathLike",
-        "SEEK_END",
+        "R_OK",
+        "W_OK",
+        "access",
+        "close",
         "cpu_count",
         "environ",
         "fstat",
@@ -33,6 +37,7 @@ EVERYWHERE = {
         "sep",
         "stat",
         "stat_result",
+        "strerror",
     },
     "signal": {"SIGINT", "SIGTERM", "SIG_IGN", "signal"},
     "socket": {"SOCK_STREAM", "SOL_SOCKET", "SO_REUSEADDR", "getaddrinfo", "socket"},

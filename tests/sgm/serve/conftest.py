@@ -25,10 +25,10 @@ ALIASES = {
 }
 
 
-def open_service(path, aliases=ALIASES):
+def open_service(path, aliases=ALIASES, now=lambda: START):
     """A service of a kept home with three places and some things."""
     home = SceneGraphMemory.open(path, clock=Clock(START, 600), aliases=aliases, is_new=True)
-    service = MemoryService(home, Finder(Bayesian()), lambda: START)
+    service = MemoryService(home, Finder(Bayesian()), now)
     if not home.num_furniture:
         service.add_room("kitchen")
         service.add_room("study")

@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import time
+from datetime import timedelta
 from types import SimpleNamespace
 
 import pytest
@@ -12,7 +13,7 @@ from sgm.finder.answers import write_json
 from sgm.serve.calls import BY_NAME, CALLS
 from sgm.serve.reader import Reader
 
-from .conftest import ALIASES, Client, open_service, run_server
+from .conftest import ALIASES, START, Client, open_service, run_server
 
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 pytest.importorskip("mcp", reason="mcp is not installed")
@@ -22,10 +23,11 @@ pytest.importorskip("mcp", reason="mcp is not installed")
 def served(tmp_path):
     """A server whose process for reading is ready: `client`, `service`, `home`, `reader`, `told`.
 
-    `asked` are the calls that the process has answered.
+    `asked` are the calls that the process has answered; `times` is what the clock says.
     """
     aliases, told, asked = write_aliases(tmp_path), [], []
-    home, service = open_service(tmp_path / "home.sgm", aliases)
+    times = [START]
+    home, service = open_service(tmp_path / "home.sgm", aliases, lambda: times[0])
     arguments = ["--finder", "bayesian", "--timeout", "10", "--aliases", str(aliases)]
     reader = Reader(arguments, told.append)
     ask = reader.ask
@@ -40,7 +42,13 @@ def served(tmp_path):
         client = Client(running.port)
         wait_until(lambda: reader.is_ready)
         yield SimpleNamespace(
-            client=client, service=service, home=home, reader=reader, told=told, asked=asked
+            client=client,
+            service=service,
+            home=home,
+            reader=reader,
+            told=told,
+            asked=asked,
+            times=times,
         )
         client.close()
 
@@ -110,9 +118,10 @@ def test_answers_are_the_same_after_every_write(served):
     call("forget", thing="milk")
     search = call("search_start", thing="wine glass")
     call("search_next", search_id=search["search_id"], result="not_found")
-    served.service.memory.step(3)  # as time does
+    served.times[0] += timedelta(minutes=30)
+    assert served.service.let_time_pass() == 3
     ask_all(served)
-    served.home.save(served.home.path)  # the log is begun anew
+    served.home.save(served.home.path)  # another snapshot
     call("observe", place="desk", seen=["eyeglasses"])
     ask_all(served)
 

@@ -21,10 +21,10 @@ def test_play_prints_finds_and_saves_the_memory(tmp_path, capsys):
     assert memory.time == 2
     assert memory.num_furniture == 8
     assert len(memory.descriptions) > 3
-    looks = [line for line in read_events(tmp_path / "week" / "looks.sgm") if line.kind == "look"]
+    looks = [line for line in read_events(tmp_path / "week" / "home.sgm") if line.kind == "look"]
     assert len(looks) >= 4
     assert main(arguments) == 1
-    assert "save must be a folder without a log" in capsys.readouterr().err
+    assert "save must be a folder without a memory" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
