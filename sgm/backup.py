@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import tell_error
 from sgm.store.home_reader import HomeReader
 from sgm.store.new_file import write_new
 
@@ -26,8 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         back_up(options.home, options.out)
     except (OSError, ValueError) as error:
-        text = " ".join(str(error.args[-1] if error.args else error).split())
-        print(f"error: {text}", file=sys.stderr)
+        print(f"error: {tell_error(error)}", file=sys.stderr)
         return 1
     print(f"backup: {options.out}, {options.out.stat().st_size} bytes")
     return 0

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.messages import tell_error
 from sgm.store.home_reader import HomeReader
 
 
@@ -36,7 +37,7 @@ def _find_fault(path: Path) -> str:
             return f"{'; '.join(found[:3])}. It was damaged: use a copy, or a backup"
         SceneGraphMemory.load(path)
     except (OSError, ValueError) as error:
-        return " ".join(str(error.args[-1] if error.args else error).split())
+        return tell_error(error)
     return ""
 
 

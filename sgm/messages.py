@@ -57,6 +57,11 @@ def shorten_values(message: str) -> str:
     return re.sub(rf"(\S{{{MAX_LENGTH}}})\S{{4,}}", r"\1...", message)
 
 
+def tell_error(error: BaseException) -> str:
+    """Return what an error says, in one line: of an OSError without its number."""
+    return " ".join(str(error.args[-1] if error.args else error).split())
+
+
 def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
     """Warn of a call of this package, at the line outside of it that made the call.
 

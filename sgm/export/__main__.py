@@ -17,7 +17,7 @@ from sgm.export.mcap_file import McapFile
 from sgm.export.timeline import NUM_THINGS, Timeline
 from sgm.files import make_write_error, write_whole
 from sgm.memory.memory_event import MemoryEvent, parse_rows, read_kept
-from sgm.messages import shorten
+from sgm.messages import shorten, tell_error
 from sgm.names.words import read_words
 from sgm.replay.replay import replay
 from sgm.serve.finders import make_finder
@@ -66,8 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         _export(options)
     except (OSError, ValueError, KeyError, ModuleNotFoundError) as error:
-        text = " ".join(str(error.args[-1] if error.args else error).split())
-        print(f"error: {text}", file=sys.stderr)
+        print(f"error: {tell_error(error)}", file=sys.stderr)
         return 1
     return 0
 

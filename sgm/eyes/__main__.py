@@ -11,7 +11,7 @@ from typing import Any
 from sgm.files import read_file, write_whole
 from sgm.finder.home_map import HomeMap
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.messages import shorten
+from sgm.messages import shorten, tell_error
 from sgm.ros.map_file import write_map
 
 _MOST_BYTES = 1 << 24  # of a map
@@ -44,8 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         else:
             correct(options.memory, options.map)
     except (ValueError, KeyError, OSError, ModuleNotFoundError) as error:
-        text = " ".join(str(error.args[-1] if error.args else error).split())
-        print(f"error: {text}", file=sys.stderr)
+        print(f"error: {tell_error(error)}", file=sys.stderr)
         return 1
     return 0
 

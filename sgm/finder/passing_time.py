@@ -17,9 +17,25 @@ def pass_time(memory: SceneGraphMemory, seconds: float, step_seconds: float) -> 
     return max(num_steps, 0)
 
 
-def note_fault(memory: SceneGraphMemory, steady: SteadyClock, warn: Callable[[str], None]) -> None:
-    """Say that a clock is wrong, and note in the file of the memory what it said."""
-    state = memory.parts.state
-    with state.lock:
-        state.write("step", num_steps=0, wall=steady.tell_reading(memory.clock))
-    warn(steady.tell(memory.clock))
+def read_clock(
+    memory: SceneGraphMemory,
+    steady: SteadyClock,
+    reading: float,
+    step_seconds: float,
+    warn: Callable[[str], None],
+    *,
+    accept_jump: bool,
+) -> float:
+    """Return what time it is, seconds since step 0; arguments as of `SteadyClock.read`.
+
+    That the clock was found to be wrong is said, and what it said is noted in the file of the
+    memory.
+    """
+    num_faults = steady.num_faults
+    now = steady.read(reading, memory.time * step_seconds, step_seconds, accept_jump=accept_jump)
+    if steady.num_faults > num_faults:
+        state = memory.parts.state
+        with state.lock:
+            state.write("step", num_steps=0, wall=steady.tell_reading(memory.clock))
+        warn(steady.tell(memory.clock))
+    return now

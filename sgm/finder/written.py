@@ -25,7 +25,7 @@ from sgm.finder.answers import (
 )
 from sgm.finder.finder import Finder
 from sgm.finder.meanings import Unclear, tell_doubt
-from sgm.finder.passing_time import note_fault, pass_time
+from sgm.finder.passing_time import pass_time, read_clock
 from sgm.finder.read_calls import ReadCalls
 from sgm.finder.spots import find_position
 from sgm.finder.where_calls import MOST_ROWS
@@ -151,23 +151,19 @@ class WriteCalls(ReadCalls):
         if clock is None or self._now is None:
             return 0
         with self._writing:
-            step_seconds, present, is_first = clock.step_seconds, self.memory.time, steady.is_new
-            reading, num_faults = (self._now() - clock.start).total_seconds(), steady.num_faults
-            if is_first and not accept_jump:
-                num_steps, remedy = (
-                    int(reading / step_seconds) - present,
-                    "Check the clock of the machine; if it is right, say accept_jump.",
-                )
+            step_seconds, present = clock.step_seconds, self.memory.time
+            reading = (self._now() - clock.start).total_seconds()
+            if steady.is_new and not accept_jump:
+                num_steps = int(reading / step_seconds) - present
+                remedy = "Check the clock of the machine; if it is right, say accept_jump."
                 check_ahead(num_steps, present, clock, "time", MAX_JUMP, remedy)
-            now = steady.read(
-                reading, present * step_seconds, step_seconds, accept_jump=accept_jump
+            now = read_clock(
+                self.memory, steady, reading, step_seconds, warn_caller, accept_jump=accept_jump
             )
-            if steady.num_faults > num_faults:
-                note_fault(self.memory, steady, warn_caller)
             return pass_time(self.memory, now, step_seconds)
 
     def _come_to_present(self) -> None:
-        with suppress(OSError):  # of the log: what is asked is answered all the same
+        with suppress(OSError):  # of the file: what is asked is answered all the same
             self.let_time_pass()
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.aliases import Aliases
 from sgm.names.sections import ENGLISH
 from sgm.store.home_reader import HomeReader
+from sgm.store.owner import get_inode
 
 
 class FollowedMemory:
@@ -77,7 +77,6 @@ class FollowedMemory:
 
 def _find_inode(path: Path) -> tuple[int, int] | None:
     try:
-        status = os.stat(path)
+        return get_inode(path)
     except OSError:
         return None
-    return status.st_dev, status.st_ino

@@ -15,7 +15,7 @@ from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import LookBuilder
 from sgm.finder.evidence import tell_point
 from sgm.finder.finder import Finder
-from sgm.finder.passing_time import note_fault, pass_time
+from sgm.finder.passing_time import pass_time, read_clock
 from sgm.finder.ranking import Place, Ranking
 from sgm.layout.box import Box
 from sgm.memory.clock import Clock
@@ -287,13 +287,10 @@ class LiveMemory:
 
     def _read(self, stamp: float) -> None:
         """Read the clock, and say if it is wrong."""
-        clock, seconds, num_faults = self._clock, self._get_step_seconds(), self._clock.num_faults
         assert self._zero is not None
-        is_right = self._accept_jump and clock.is_new
-        present = self.memory.time * seconds
-        clock.read(stamp - self._zero, present, seconds, accept_jump=is_right)
-        if clock.num_faults > num_faults:
-            note_fault(self.memory, clock, self._warn)
+        is_right = self._accept_jump and self._clock.is_new
+        reading, seconds = stamp - self._zero, self._get_step_seconds()
+        read_clock(self.memory, self._clock, reading, seconds, self._warn, accept_jump=is_right)
 
     def _go_to(self, stamp: float) -> None:
         """Let time pass until a stamp: to the last step that has begun by then."""

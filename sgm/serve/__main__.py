@@ -14,7 +14,7 @@ from pathlib import Path
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.messages import shorten
+from sgm.messages import shorten, tell_error
 from sgm.names.language import list_languages
 from sgm.names.sections import ENGLISH
 from sgm.serve.caller import DEFAULT_TIMEOUT, Caller
@@ -97,10 +97,7 @@ def main(argv: list[str] | None = None) -> int:
             warnings.showwarning = _tell  # of a line that a crash cut off, of looks at every frame
             _run(options)
     except (OSError, ValueError, TypeError, KeyError, ModuleNotFoundError) as error:
-        print(
-            f"error: {' '.join(str(error.args[-1] if error.args else error).split())}",
-            file=sys.stderr,
-        )
+        print(f"error: {tell_error(error)}", file=sys.stderr)
         return 2
     return 0
 

@@ -136,7 +136,7 @@ class Caller:
         self._turns = Turns()
         self._syncing = asyncio.Lock()
         self.num_writes = 0
-        self._num_synced = self._num_saved = 0
+        self._num_synced = 0
         self._told = ""  # the latest warning
 
     async def call(self, call: Call, arguments: Mapping[str, Any]) -> Any:
@@ -243,10 +243,9 @@ class Caller:
 
     def save(self) -> None:
         """Write a snapshot, if there is anything new; raises OSError, and then the events stay."""
-        path = self.service.memory.path
-        if path is not None and self.num_writes > self._num_saved:
-            self._num_saved = self.num_writes
-            self.service.memory.save(path)
+        file = self.service.memory.parts.files.file
+        if file is not None and file.num_new:
+            self.service.memory.save(file.path)
 
     def close(self) -> None:
         """Wait for the calls that were begun, and let go of the file."""

@@ -54,7 +54,7 @@ class Owner:
             OSError: if the file cannot be opened for writing.
         """
         with _TAKING:
-            inode = _get_inode(path)
+            inode = get_inode(path)
             known = _OWNERS.get(inode)
             if known is not None and known.process == os.getpid():
                 return known
@@ -68,7 +68,7 @@ class Owner:
     def is_at(self, path: Path) -> bool:
         """Tell whether a path leads to the file."""
         try:
-            return _get_inode(path) == self._inode
+            return get_inode(path) == self._inode
         except FileNotFoundError:
             return False
 
@@ -82,7 +82,8 @@ class Owner:
 _OWNERS: WeakValueDictionary[_Inode, Owner] = WeakValueDictionary()
 
 
-def _get_inode(path: Path) -> _Inode:
+def get_inode(path: Path) -> _Inode:
+    """Return by what a file is known, whatever it is called; raises OSError if there is none."""
     status = os.stat(path)
     return status.st_dev, status.st_ino
 
