@@ -6,10 +6,11 @@ import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from threading import RLock
 from typing import Any
-from weakref import ref
+from weakref import finalize
 
 from sgm.files import make_write_error
 from sgm.store.connection import (
@@ -28,7 +29,7 @@ from sgm.store.event_rows import (
     write_sightings,
 )
 from sgm.store.new_file import write_new
-from sgm.store.owner import taken
+from sgm.store.owner import Owner, taken
 from sgm.store.past import StoredSighting, list_near, list_runs
 from sgm.store.snapshot import Snapshot, delete_snapshot, list_snapshots, write_snapshot
 
@@ -71,17 +72,20 @@ class HomeFile:
         self.kept_days: float | None = None
         self._connection = connect(self.path, writes=False)  # it is one of ours, and can be read
         self._connection.close()
-        file = ref(self)
         with taken(self.path) as owner:
-            give_up, owner.give_up = owner.give_up, lambda: _give_up(file())
+            give_up, owner.give_up = owner.give_up, None
             self._owner, owner.turn = owner, self._turn
             try:
                 if give_up is not None:  # of this process: the latest to open a file has it
                     give_up()
                 self._open()
             except BaseException:
-                self.close()
+                _let_go(owner, self._turn, self._connection, self._lock)
                 raise
+            owner.give_up = partial(_give_up, self._connection, self._lock)
+        # By what has no way back to this object: the collector may find that in a circle.
+        about = self._owner, self._turn, self._connection, self._lock
+        self._close = finalize(self, _let_go, *about)
 
     def _open(self) -> None:
         connection = self._connection = connect(self.path, writes=True)
@@ -331,28 +335,7 @@ class HomeFile:
 
     def close(self) -> None:
         """Let go of the file; what lies beside it is in it then, if no one reads it."""
-        owner = self._owner
-        if owner.process != os.getpid():  # a fork: it is not ours to close
-            _LEFT_OPEN.append(self._connection)
-            return
-        with owner.handing_on, self._lock:
-            if self.is_held:
-                owner.turn = owner.give_up = None
-                self._give_up()
-                owner.release()
-
-    def _give_up(self) -> None:
-        """Close the database, and leave the owner to who has it next."""
-        with self._lock:
-            with suppress(sqlite3.Error):  # who reads it still has it as it is
-                self._connection.execute("PRAGMA busy_timeout = 0")
-                self._connection.execute("PRAGMA journal_mode = DELETE")
-            self._connection.close()
-
-    def __del__(self) -> None:
-        """Let go of the file."""
-        if hasattr(self, "_owner"):
-            self.close()
+        self._close()
 
     def _find_last(self) -> int:
         (last,) = self._connection.execute(
@@ -386,9 +369,25 @@ class HomeFile:
             )
 
 
-def _give_up(file: HomeFile | None) -> None:
-    if file is not None:
-        file._give_up()
+def _let_go(owner: Owner, turn: object, connection: sqlite3.Connection, lock: RLock) -> None:
+    """Close a database, and with it the file of its owner, unless another one has that now."""
+    if owner.process != os.getpid():  # a fork: it is not ours to close
+        _LEFT_OPEN.append(connection)
+        return
+    with owner.handing_on, lock:
+        if owner.turn is turn:
+            owner.turn = owner.give_up = None
+            _give_up(connection, lock)
+            owner.release()
+
+
+def _give_up(connection: sqlite3.Connection, lock: RLock) -> None:
+    """Close a database, and leave the owner to who has it next."""
+    with lock:
+        with suppress(sqlite3.Error):  # who reads it still has it as it is
+            connection.execute("PRAGMA busy_timeout = 0")
+            connection.execute("PRAGMA journal_mode = DELETE")
+        connection.close()
 
 
 _LEFT_OPEN: list[sqlite3.Connection] = []  # those of the process before a fork

@@ -1,5 +1,6 @@
 """A file has one owner, by whatever name it is reached: links, other spellings, after a move."""
 
+import gc
 import os
 import sqlite3
 import subprocess
@@ -198,3 +199,18 @@ def test_events_of_another_program_are_found(home):
     with pytest.raises(ValueError, match=r"one process at a time, got events of another one"):
         home.step()
     assert home.time == 0
+
+
+def test_a_memory_that_the_collector_finds_in_a_circle_lets_go_of_its_file(tmp_path):
+    path = tmp_path / "home.sgm"
+    first = SceneGraphMemory(path=path)
+    memory = SceneGraphMemory.open(path)  # younger than the open file, which is collected first
+    memory.circle = [memory]
+    del memory, first
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        gc.collect()
+    assert said == []
+    assert [file.name for file in tmp_path.iterdir()] == ["home.sgm"]
+    with SceneGraphMemory.open(path) as again:
+        assert again.num_furniture == 0
