@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from threading import RLock
@@ -322,10 +322,8 @@ class HomeFile:
             if os.stat(name_wal(self.path)).st_size < _LONG_BYTES:
                 return
         if self.is_held and self.is_in_place:
-            connection = connect(self.path, writes=True)
-            with translated(self.path):
+            with translated(self.path), closing(connect(self.path, writes=True)) as connection:
                 connection.execute("PRAGMA wal_checkpoint(PASSIVE)")
-            connection.close()
 
     def copy(self, path: Path) -> None:
         """Write a copy of the file as it is now to another path, whole or not at all."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -79,10 +79,8 @@ def _retired(path: Path) -> Iterator[None]:
         try:
             if has_wal(path):  # of a process that was killed: the old one is whole until then
                 with suppress(ValueError, OSError):
-                    connection = connect(path, writes=True)
-                    with translated(path):
+                    with translated(path), closing(connect(path, writes=True)) as connection:
                         connection.execute("PRAGMA journal_mode = DELETE")
-                    connection.close()
                 _remove_beside(path)
             yield
         finally:

@@ -2,6 +2,7 @@
 
 import json
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
@@ -112,9 +113,8 @@ def test_a_forged_clock_is_refused(memory, tmp_path, clock):
     memory.save(path)
     with HomeReader(path) as reader:
         snapshot, _ = reader.read()
-    connection = sqlite3.connect(path, isolation_level=None)
-    write_snapshot(connection, replace(snapshot, values={**snapshot.values, "clock": clock}))
-    connection.close()
+    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        write_snapshot(connection, replace(snapshot, values={**snapshot.values, "clock": clock}))
     with pytest.raises(
         ValueError, match=r"must be as it was saved, got (?!another checksum).*home\.sgm"
     ):

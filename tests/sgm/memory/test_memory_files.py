@@ -3,6 +3,7 @@
 import json
 import re
 import sqlite3
+from contextlib import closing
 from fractions import Fraction
 
 import numpy as np
@@ -94,22 +95,19 @@ def file(tmp_path):
 
 def forge(file, *statements):
     """Change a file as another program would."""
-    connection = sqlite3.connect(file)
-    connection.execute("PRAGMA writable_schema = ON")
-    for statement in statements:
-        connection.execute(*([statement] if isinstance(statement, str) else statement))
-    connection.commit()
-    connection.close()
+    with closing(sqlite3.connect(file)) as connection, connection:
+        connection.execute("PRAGMA writable_schema = ON")
+        for statement in statements:
+            connection.execute(*([statement] if isinstance(statement, str) else statement))
 
 
 def test_the_file_is_a_database_that_people_can_read(file):
-    with sqlite3.connect(file) as connection:
+    with closing(sqlite3.connect(file)) as connection:
         query = "SELECT thing, place, room, relation FROM sightings"
         assert connection.execute(query).fetchall() == [
             ("milk", "white fridge", "Küche", "in"),
             ("氷", "white fridge", "Küche", "in"),
         ]
-    connection.close()
 
 
 def write(memory):
@@ -271,9 +269,8 @@ def test_content_that_does_not_fit_together_is_refused(file, path, value):
         for table in list_parts()
         for name, column in values.pop(table, {}).items()
     }
-    connection = sqlite3.connect(file, isolation_level=None)
-    write_snapshot(connection, Snapshot(0, snapshot.time, values, arrays))
-    connection.close()
+    with closing(sqlite3.connect(file, isolation_level=None)) as connection:
+        write_snapshot(connection, Snapshot(0, snapshot.time, values, arrays))
     with pytest.raises(
         ValueError, match=r"must be as it was saved, got (?!another checksum).*home\.sgm"
     ):

@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 import warnings
+from contextlib import closing
 
 import pytest
 
@@ -193,9 +194,8 @@ def test_nothing_is_written_to_another_file_in_its_place(home, tmp_path):
 
 def test_events_of_another_program_are_found(home):
     """Where nothing locks files, the second one to write is told: numbers of events are its own."""
-    with sqlite3.connect(home.path) as connection:
+    with closing(sqlite3.connect(home.path)) as connection, connection:
         connection.execute("INSERT INTO events VALUES (3, 0, 'step', '{}', NULL, 0)")
-    connection.close()
     with pytest.raises(ValueError, match=r"one process at a time, got events of another one"):
         home.step()
     assert home.time == 0

@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 import threading
+from contextlib import closing
 from datetime import datetime
 
 import numpy as np
@@ -109,7 +110,7 @@ def test_every_change_is_an_event(tmp_path):
     assert " ".join(kinds[1:]) == (
         "room furniture look absent step remove_object room move remove_furniture remove_room"
     )
-    with sqlite3.connect(path) as connection:
+    with closing(sqlite3.connect(path)) as connection:
         rows = connection.execute("SELECT number, time, arguments FROM events").fetchall()
     assert rows[1][:2] == (2, 0)
     assert json.loads(rows[1][2])["position"] == [1.0, 2]
@@ -225,7 +226,7 @@ def test_events_are_kept_up_to_a_size(tmp_path):
     *_, (again, _, _) = replay(events)
     assert write(again) == write(memory)
     assert write(SceneGraphMemory.load(path)) == write(memory)
-    with sqlite3.connect(path) as connection:
+    with closing(sqlite3.connect(path)) as connection:
         assert connection.execute("SELECT count(*) FROM snapshots").fetchone()[0] <= 3
         # Of what was seen long ago, where it was seen last is there still.
         found = connection.execute("SELECT place FROM sightings WHERE thing = 'milk'").fetchall()
@@ -330,12 +331,12 @@ memory.close()
 
 def test_what_a_removed_file_has_left_is_not_read_into_a_new_one(tmp_path):
     path = tmp_path / "home.sgm"
-    with SceneGraphMemory(path=path) as memory:
-        memory.add_room("kitchen")
-        reader = sqlite3.connect(path)
+    memory = SceneGraphMemory(path=path)
+    memory.add_room("kitchen")
+    with closing(sqlite3.connect(path)) as reader:
         assert reader.execute("SELECT label FROM rooms").fetchall() == [("kitchen",)]
-    path.unlink()  # what lies beside it stays, as someone still reads
-    with SceneGraphMemory(path=path) as memory:
-        memory.add_room("study")
-    reader.close()
+        memory.close()
+        path.unlink()  # what lies beside it stays, as someone still reads
+        with SceneGraphMemory(path=path) as memory:
+            memory.add_room("study")
     assert SceneGraphMemory.load(path).layout.room_labels == ("study",)
