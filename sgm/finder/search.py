@@ -228,8 +228,7 @@ class ObjectSearch:
             things = self.memory.list_named(*resolution.meant, place=look.place.furniture)
         name = strip_question(self.description, self.memory.language) or self.description
         found = things[0] if len(things) == 1 else ThingName(name)  # else another of its kind
-        sighting = Sighting(found.description, look.place.relation, id=found.id or None)
-        self.memory.observe(look.place.furniture, [sighting], coverage=_GLANCE)
+        self.memory.note_found(look.place.furniture, found, look.place.relation, _GLANCE)
         self._note(look, _GLANCE, is_found=True)
 
     def not_found(self, coverage: float = 1.0) -> None:
@@ -267,8 +266,9 @@ class ObjectSearch:
             Whether what is looked for was among it.
         """
         look, known = self._get_going(), self.list_known()
+        named = self.memory.name_seen(look.place.furniture, sightings)
         self.memory.observe(look.place.furniture, sightings, coverage, hidden, viewpoint)
-        return self.judge(known, sightings, coverage)
+        return self.judge(known, named, coverage)
 
     def list_known(self) -> KnownNames:
         """Return by what names the thing and others are known before a look."""
@@ -285,7 +285,10 @@ class ObjectSearch:
         sightings: Sequence[Sighting],
         coverage: float | Mapping[str, float] = 1.0,
     ) -> bool:
-        """Say whether a look that the memory has observed showed it; `known` is from before it."""
+        """Say whether a look that the memory has observed showed it.
+
+        `known` is from before it, and the sightings are as the memory calls them (`name_seen`).
+        """
         look = self._get_going()
         meant, others = set(known.meant), known.others
         names = [sighting.description for sighting in sightings]

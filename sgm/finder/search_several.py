@@ -137,10 +137,12 @@ class SeveralSearch:
         """
         unfound = self._unfound
         known = [search.list_known() for search in unfound]
+        named: Sequence[Sighting] = sightings
         if self.going is not None:
+            named = self.memory.name_seen(self.going.place.furniture, sightings)
             self.memory.observe(self.going.place.furniture, sightings, coverage, **about)
         for search, names in zip(unfound, known, strict=True):
-            search.judge(names, sightings, coverage)
+            search.judge(names, named, coverage)
         self._note()
         return self.is_found
 

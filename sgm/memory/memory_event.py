@@ -69,7 +69,8 @@ class MemoryEvent:
             `seen` of a look holds the arguments of each sighting: description, relation, confidence
             (a score where the memory calibrates it) and, of some, owner, id and embedding;
             `coverage` is one share or those of `RELATIONS`, `viewpoint` of a look is None or
-            says from where it was. A "step" of none has as `wall` what the clock of the machine
+            says from where it was, `is_named` that it is the memory that calls the things so, and
+            no detector. A "step" of none has as `wall` what the clock of the machine
             said when it was wrong. "configure" goes on with what it names of another `clock`,
             `prior`, `map` and `score_calibration`.
         time: time step of the memory, after the change.
@@ -161,6 +162,7 @@ def _parse_row(row: StoredEvent) -> MemoryEvent:
         if any(len(arguments) not in _SIGHTING_LENGTHS for arguments in values["seen"]):
             raise ValueError(f"sightings {shorten(values['seen'])}")
         values["hidden"] = list(data.get("hidden", ()))
+        values["is_named"] = data.get("is_named", False) is True
         for name in (*(arguments[0] for arguments in values["seen"]), *values["hidden"]):
             read_words("description", name)
         point = data.get("viewpoint")

@@ -20,8 +20,10 @@ from sgm.memory.look_weights import SURE
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import Sighting
+from sgm.memory.thing import ThingName
 from sgm.messages import warn_caller
 from sgm.names.words import read_words
+from sgm.schema import USUAL_RELATION
 
 _MOST_IN_A_ROW = 100  # looks at one place that show the same, step after step
 _LONG_STEP = 30.0  # seconds: a camera that watches one place makes no faster steps
@@ -115,6 +117,23 @@ class MemoryLooks:
         viewpoint: Viewpoint | None = None,
     ) -> None:
         """Fold one look at a furniture node into the memory."""
+        self.take(furniture, seen, coverage, hidden, viewpoint, is_named=False)
+
+    def take(
+        self,
+        furniture: int,
+        seen: Sequence[Sighting],
+        coverage: float | Mapping[str, float],
+        hidden: Sequence[str] = (),
+        viewpoint: Viewpoint | None = None,
+        *,
+        is_named: bool,
+    ) -> None:
+        """Fold one look in, as `observe` does.
+
+        `is_named` says that what was seen is called as the memory calls it, not as a detector does,
+        and is as sure as its confidence says, which is no score.
+        """
         with self._state.lock:
             state = self._state
             place = state.furniture.names[state.find_place(furniture)]
@@ -130,12 +149,14 @@ class MemoryLooks:
             num_in_step = state.step.num_looks.get(look.furniture, 0.0)
             calibration = state.score_calibration
             self.watch.note(look, place, num_in_step, state.clock, calibration is not None)
-            if calibration is not None:
+            if calibration is not None and not is_named:
                 sure = [
                     replace(sighting, confidence=calibration(sighting.confidence))
                     for sighting in sightings
                 ]
                 look = replace(look, seen=tuple(sure))
+            if not is_named:
+                look = state.name_look(look)
             if state.file is not None:
                 self._state.write(
                     "look",
@@ -145,8 +166,31 @@ class MemoryLooks:
                     seen=[sighting.to_row() for sighting in sightings],
                     hidden=tuple(name.text for name in names),
                     viewpoint=viewpoint,
+                    is_named=is_named or None,
                 )
             state.look(look)
+
+    def name_seen(self, furniture: int, seen: Sequence[Sighting]) -> tuple[Sighting, ...]:
+        """Return sightings by the names that people have given to what is there."""
+        with self._state.lock:
+            place = self._state.layout.describe(furniture)
+            return self._state.name_seen(furniture, read_sightings(seen, place))
+
+    def note_found(
+        self,
+        furniture: int,
+        thing: str | ThingName,
+        relation: str = USUAL_RELATION,
+        coverage: float = 0.01,
+    ) -> None:
+        """Note that a look for one thing has found it, and say nothing of all others there."""
+        with self._state.lock:
+            if isinstance(thing, str):
+                read_words("thing", thing)
+                rows = self._state.find_rows(thing)
+                thing = self._state.things[rows[0]].name if len(rows) == 1 else ThingName(thing)
+            sighting = Sighting(thing.description, relation, id=thing.id or None)
+            self.take(furniture, [sighting], coverage, is_named=True)
 
     @property
     def score_calibration(self) -> ScoreCalibration | None:

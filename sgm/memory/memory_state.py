@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock, RLock
@@ -15,6 +15,7 @@ from sgm.arrays.table import clone
 from sgm.layout.called import CalledFurniture
 from sgm.layout.layout import FurnitureNames
 from sgm.memory.clock import make_clock_rows
+from sgm.memory.given_names import GivenNames, name_hidden, name_seen, rename_given
 from sgm.memory.home_rows import (
     find_keys,
     list_said_rows,
@@ -53,7 +54,7 @@ from sgm.store.past import Past
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
 MOST_NEW = 1000  # events until all that the memory holds is written, too
 # What an event says only where there is any.
-_LEFT_OUT = ("by", "box", "open_cost", "hidden", "viewpoint")
+_LEFT_OUT = ("by", "box", "open_cost", "hidden", "viewpoint", "is_named")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +114,7 @@ class MemoryState:
     step: StepLog
     before: BeforeLooks | None
     sought: dict[tuple[str, int], SoughtLooks]
-    renamed: dict[tuple[str, int], str]
+    renamed: GivenNames
     version: object
     _is_layout_new: bool  # whether the batch has yet to take it over
     _furniture: FurnitureNames | None
@@ -202,7 +203,7 @@ class MemoryState:
             if name not in _LEFT_OUT or value not in (None, ())
         }
         if look is not None:
-            rows = list_seen_rows(look.furniture, self._call_renamed(look))
+            rows = list_seen_rows(look.furniture, look.seen)
         else:
             rows = list_said_rows(kind, said)
         file.append(kind, self.time if time is None else time, said, find_keys(kind, values), rows)
@@ -431,7 +432,7 @@ class MemoryState:
         if look.sought:
             self._look_for(look)
             return
-        furniture, seen, batch = look.furniture, self._call_renamed(look), self.batch
+        furniture, seen, batch = look.furniture, look.seen, self.batch
         place, step = self.furniture.position[furniture], self.step
         if step.is_repeated(look) and not self._has_come_back(furniture, seen):
             return
@@ -487,21 +488,24 @@ class MemoryState:
         self.version = object()
         return self.step
 
-    def _call_renamed(self, look: StepLook) -> tuple[Sighting, ...]:
-        """Return what a look shows, by the names that people have given to what is there."""
+    def name_look(self, look: StepLook) -> StepLook:
+        """Return a look of a detector by the names that people have given to what is there."""
         if not self.renamed:
-            return look.seen
-        names = {
-            Name.read(words).key: name
-            for (words, at), name in self.renamed.items()
-            if at == look.furniture
-        }
-        return tuple(
-            replace(sighting, description=names[sighting.name.key], owner=None)
-            if not sighting.id and sighting.name.key in names
-            else sighting
-            for sighting in look.seen
-        )
+            return look
+        seen = self.name_seen(look.furniture, look.seen)
+        hidden = name_hidden(self.renamed, look.furniture, look.hidden)
+        return replace(look, seen=seen, hidden=hidden)
+
+    def name_seen(self, furniture: int, seen: Iterable[Sighting]) -> tuple[Sighting, ...]:
+        """Return sightings of a detector by the names that people have given to what is there."""
+        place, edges = self.find_place(furniture), self.batch.edges
+
+        def is_there(name: Name) -> bool:
+            object_row = self.things.get_row(name)
+            is_edge = (edges["object"] == object_row) & (edges["furniture"] == place)
+            return object_row >= 0 and bool((is_edge & edges["is_true"]).any())
+
+        return name_seen(self.renamed, furniture, seen, is_there)
 
     def _has_come_back(self, furniture: int, seen: Sequence[Sighting]) -> bool:
         """Tell whether a look shows a thing that another place has shown since this one."""
@@ -735,7 +739,7 @@ class MemoryState:
 
     def _list_called(self, look: StepLook) -> tuple[list[int], list[list[int]]]:
         """Return the rows of what a look shows, and of each that it had hidden, or was for."""
-        seen = (self.things.get_row(seen.name, seen.id or "") for seen in self._call_renamed(look))
+        seen = (self.things.get_row(seen.name, seen.id or "") for seen in look.seen)
         names: list[str | Name] = [*look.hidden, look.sought] if look.sought else [*look.hidden]
         return list(seen), [self.things.find_rows(name) for name in names]
 
@@ -744,12 +748,9 @@ class MemoryState:
     ) -> StepLook:
         """Return a look in which an object is called otherwise, of what `_list_called` said."""
         rows, others = called
-        is_other = [now != row for now, row in zip(self._list_called(look)[0], rows, strict=True)]
         seen = [
-            replace(sighting, description=name, owner=None)
-            if row == object_row and (is_renamed or sighting.id)
-            else sighting
-            for sighting, row, is_renamed in zip(look.seen, rows, is_other, strict=True)
+            replace(sighting, description=name, owner=None) if row == object_row else sighting
+            for sighting, row in zip(look.seen, rows, strict=True)
         ]
         is_meant = [rows == [object_row] for rows in others]
         hidden = [
@@ -768,22 +769,11 @@ class MemoryState:
         batch, thing = self.batch, self.things[object_row]
         if thing.id:
             return
-        before = read_words("description", thing.description)
-        edges = batch.edges
-        is_seen = (edges["object"] == object_row) & (edges["num_true"] > 0)
-        places = {self.furniture.ids[place] for place in edges["furniture"][is_seen].tolist()}
-        if batch.objects["num_at_once"][object_row] > 1:
-            places = set()
-        renamed: dict[tuple[str, int], str] = {}
-        for (said, furniture), called in self.renamed.items():
-            if (
-                Name.read(called).key == Name.read(before).key
-            ):  # it is said otherwise, or was undone
-                places.discard(furniture)
-                called = name
-            if Name.read(said).key != Name.read(called).key:
-                renamed[said, furniture] = called
-        self.renamed = renamed | {(before, furniture): name for furniture in places}
+        edges, places = batch.edges, set[int]()
+        if batch.objects["num_at_once"][object_row] <= 1:
+            is_seen = (edges["object"] == object_row) & (edges["num_true"] > 0)
+            places = {self.furniture.ids[place] for place in edges["furniture"][is_seen].tolist()}
+        self.renamed = rename_given(self.renamed, thing.description, name, places)
 
     def list_members(self, object_row: int) -> list[int]:
         """Return the rows of all nodes that were merged with one, itself first."""

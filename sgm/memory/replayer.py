@@ -119,7 +119,8 @@ class Replayer(Generic[Memory]):
             coverage = values["coverage"]
             if isinstance(coverage, tuple):
                 coverage = dict(zip(RELATIONS, coverage, strict=True))
-            parts.looks.observe(place, seen, coverage, values.get("hidden", ()))
+            hidden, is_named = values.get("hidden", ()), values.get("is_named", False)
+            parts.looks.take(place, seen, coverage, hidden, is_named=is_named)
         elif kind == "absent":
             parts.looks.note_absent(place, values["description"], values["coverage"])
         elif kind in STATEMENTS:

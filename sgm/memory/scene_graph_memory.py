@@ -41,6 +41,7 @@ from sgm.names.resolution import Resolution
 from sgm.names.sections import ENGLISH
 from sgm.names.sentence import Sentence
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import USUAL_RELATION
 from sgm.store.home_file import HomeFile
 from sgm.store.home_reader import HomeReader
 
@@ -576,6 +577,38 @@ class SceneGraphMemory:
         code does not).
         """
         self._looks.observe(furniture, seen, coverage, hidden, viewpoint)
+
+    def note_found(
+        self,
+        furniture: int,
+        thing: str | ThingName,
+        relation: str = USUAL_RELATION,
+        coverage: float = 0.01,
+    ) -> None:
+        """Note that a look for one thing has found it, and say nothing of all others there.
+
+        Args:
+            furniture: id from `add_furniture`.
+            thing: name, as the memory and people call it, or id; another one is a new thing.
+            relation: such as "in" or "onTop" the furniture.
+            coverage: share of the furniture that was in view; little, as nothing but the thing was.
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            ValueError: if the thing has no name, or the relation or the coverage is none.
+        """
+        self._looks.note_found(furniture, thing, relation, coverage)
+
+    def name_seen(self, furniture: int, seen: Sequence[Sighting]) -> tuple[Sighting, ...]:
+        """Return what a detector shows at furniture by the names that `observe` takes it for.
+
+        That is as it is, but for things that people have called otherwise there (`rename`).
+
+        Raises:
+            KeyError: if `furniture` is not a furniture node of this memory.
+            TypeError: if `seen` holds something else than sightings.
+        """
+        return self._looks.name_seen(furniture, seen)
 
     def note_absent(self, furniture: int, description: str, coverage: float = 1.0) -> None:
         """Note that a look for one thing did not find it, and say nothing of all others there.

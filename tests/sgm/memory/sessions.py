@@ -65,6 +65,12 @@ CALLS = {
         st.lists(st.sampled_from((*THINGS, "unicorn", "")), max_size=2),
     ),
     "note_absent": st.tuples(places, st.sampled_from((*THINGS, "")), coverages | st.just(2)),
+    "note_found": st.tuples(
+        places,
+        st.sampled_from((*NAMES, "unicorn")),
+        st.sampled_from(("in", "under")),
+        coverages | st.just(2),
+    ),
     "query": st.tuples(st.sampled_from((*THINGS, ""))),
     "note_moved": st.tuples(
         st.sampled_from(NAMES),

@@ -8,6 +8,7 @@ from sgm.finder.finder import Finder
 from sgm.finder.service import MemoryService
 from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import Sighting
 from sgm.policies.adaptive import Adaptive
 from sgm.replay.replay import replay
@@ -128,3 +129,85 @@ def test_files_copies_and_logs_know_it(tmp_path):
         assert list_there(one) == {("bowl", TABLE)}
     last = read_events(tmp_path / "looks.sgm")[-1]
     assert last.values["seen"][0][0] == "cup"  # as the detector says
+
+
+def test_what_a_robot_finds_is_called_as_it_was_asked_for():
+    memory = make_memory()
+    memory.rename("cup", "bowl", "anna")
+    search = Finder(Adaptive()).search(memory, "cup")  # another thing now
+    while search.next().place.furniture != TABLE:
+        search.not_found()
+    search.found()
+    assert list_there(memory) == {("bowl", TABLE), ("cup", TABLE)}
+    assert Finder(Adaptive()).rank(memory, "cup")[0].probability > 0.9
+
+
+# What names a thing as the memory calls it, and not as a detector does.
+NAMES = {
+    "found": lambda memory: memory.note_found(TABLE, "cup", "in"),
+    "moved": lambda memory: memory.note_moved("cup", TABLE, "anna", "in"),
+    "put down": lambda memory: (memory.picked_up("cup"), memory.put_down("cup", TABLE, "in")),
+}
+
+
+@pytest.mark.parametrize("steps", [0, 1])
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_said_of_a_thing_is_not_of_one_that_was_called_so(tmp_path, name, steps):
+    memory = make_memory(path=tmp_path / "home.sgm")
+    memory.rename("cup", "bowl", "anna")
+    memory.step(steps)
+    NAMES[name](memory)
+    other = SceneGraphMemory.load(tmp_path / "home.sgm")  # as the events make it again
+    assert list_there(other) == list_there(memory) == {("bowl", TABLE), ("cup", TABLE)}
+    assert memory.last_seen("cup").relation == "in"
+    assert memory.last_seen("bowl").relation == "onTop"
+    assert memory.history("cup")[0].furniture == TABLE
+    memory.step(steps)
+    memory.observe(TABLE, [Sighting("cup"), Sighting("cup")])  # one is the bowl
+    assert list_there(memory) == {("bowl", TABLE), ("cup", TABLE)}
+    memory.note_absent(TABLE, "cup")
+    assert memory.last_seen("bowl").is_there
+    assert not memory.last_seen("cup").is_there
+    memory.close()
+
+
+def test_what_is_found_is_no_score():
+    memory = make_memory(score_calibration=ScoreCalibration.open_vocabulary())
+    memory.note_found(DESK, "pen")
+    assert memory.history("pen")[0].confidence == 1
+
+
+@pytest.mark.parametrize("steps", [0, 1])
+def test_what_is_found_has_its_id(steps):
+    memory = make_memory()
+    memory.rename("cup", "bowl", "anna")
+    memory.observe(SHELF, [Sighting("cup", id="7"), Sighting("cup", id="8")])
+    memory.step(steps)
+    memory.note_found(TABLE, "8")
+    assert list_there(memory) == {("bowl", TABLE), ("cup", SHELF), ("cup", TABLE)}
+    assert [memory.last_seen(id).furniture for id in ("7", "8")] == [SHELF, TABLE]
+
+
+@pytest.mark.parametrize("steps", [0, 1])
+def test_a_search_ends_when_the_detector_shows_what_it_calls_otherwise(steps):
+    memory = make_memory()
+    memory.rename("cup", "bowl", "anna")
+    memory.step(steps)
+    finder = Finder(Adaptive())
+    search, several = finder.search(memory, "bowl"), finder.search_several(memory, ["bowl"])
+    for each in (search, several):
+        assert each.next().place.furniture == TABLE
+        assert each.seen([Sighting("cup")])
+    other = finder.search(memory, "cup")  # the detector's cup there is none
+    while other.next().place.furniture != TABLE:
+        other.not_found()
+    assert not other.seen([Sighting("cup")])
+
+
+def test_what_is_out_of_view_is_called_as_people_say_or_as_a_detector_does():
+    for name in ("cup", "bowl"):
+        memory = make_memory()
+        memory.rename("cup", "bowl", "anna")
+        memory.step()
+        memory.observe(TABLE, [], hidden=[name])
+        assert memory.last_seen("bowl").is_there

@@ -84,6 +84,7 @@ READERS = {
     "list_seen": lambda memory, n: memory.list_seen(["mug"]),
     "score_calibration": lambda memory, n: memory.score_calibration,
     "map_id": lambda memory, n: memory.map_id,
+    "name_seen": lambda memory, n: memory.name_seen(n, [Sighting("mug")]),
     "num_furniture": lambda memory, n: memory.num_furniture,
     "places_of": lambda memory, n: memory.places_of("large mug"),
     "rank": lambda memory, n: memory.rank(Bayesian(), "cup"),
@@ -106,7 +107,14 @@ FINDER_READERS = {
     "search_plan": lambda memory, n: FINDER.search_plan(memory, "cup", start=(0.0, 0.0), k=6),
     "detector": lambda memory, n: Detector.estimate(memory.copy()),
 }
-BY_NUMBER = ("describe", "get_pose", "get_position", "list_furniture", "list_named")
+BY_NUMBER = (
+    "describe",
+    "get_pose",
+    "get_position",
+    "list_furniture",
+    "list_named",
+    "name_seen",
+)
 NEEDED = {"to_frame": "pandas", "to_spark_dsg": "spark_dsg"}
 
 
