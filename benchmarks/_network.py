@@ -5,7 +5,7 @@ from __future__ import annotations
 from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
 from nep.paper.encoders import HEAT
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.policy import NEPPolicy
 
 

@@ -24,7 +24,7 @@ from simulator.collect.folder import collect
 _CODE = """
 import os, sys
 from nep import fit
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 NEPModule.on_train_batch_end = lambda self, *rest: os._exit(0)
 fit.main(sys.argv[1:])
 """

@@ -25,7 +25,7 @@ from _measure import Benchmark, Measure, run
 
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.paper.encoders import HEAT
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from simulator.collect.folder import collect
 
 

@@ -12,13 +12,11 @@ import torch
 from torch import Tensor
 
 from sgm.schema import EDGE_TYPES, NODE_TYPES
-from simulator.snapshots.nodes_and_edges import ENTERING, FURNITURE, OBJECT_UP
+from simulator.snapshots.type_numbers import FURNITURE, OBJECT_UP
 
 if TYPE_CHECKING:
     import dgl
     from torch_geometric.data import HeteroData
-
-__all__ = ["ENTERING", "Batch"]
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ class Batch:
             ModuleNotFoundError: if DGL is not installed, which has no wheels beyond Python 3.11;
                 `to_pyg` makes the same graph.
         """
-        made: dgl.DGLGraph = import_module("datamodules.heterograph").make_dgl(self)
+        made: dgl.DGLGraph = import_module("datamodules.dgl_graphs").make_heterogeneous(self)
         return made
 
     @cached_property
@@ -102,14 +100,10 @@ class Batch:
 
         As `dgl.to_homogeneous(batch.graph)`, without that detour: `ndata["_TYPE"]` counts in
         `NODE_TYPES`, `edata["_TYPE"]` in `EDGE_TYPES`, and `ndata["degree"]` is `degree`. Without
-        DGL, or on a device for which it was not built, it is `datamodules.stand_in.GraphStandIn`.
+        DGL, or on a device for which it was not built, it is a `GraphStandIn`.
         """
-        message_passing = import_module("datamodules.message_passing")  # loads DGL
-        graph = message_passing.make_graph(self.edge_src, self.edge_dst, self.num_nodes)
-        graph.ndata[message_passing.NTYPE] = self.node_type
-        graph.edata[message_passing.ETYPE] = self.edge_type
-        graph.ndata["degree"] = self.degree
-        return graph
+        made: dgl.DGLGraph = import_module("datamodules.dgl_graphs").make_homogeneous(self)
+        return made
 
     @cached_property
     def node_type(self) -> Tensor:

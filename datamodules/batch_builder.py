@@ -15,17 +15,15 @@ from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.queries import propose_rows, sample_places
 from sgm.schema import NUM_RELATIONS, Columns
 from sgm.text import load_text
-from simulator.snapshots.nodes_and_edges import (
+from simulator.snapshots.nodes_and_edges import Pairs, join_nodes, propose_edges
+from simulator.snapshots.snapshots import Selection, Snapshots, forget, forget_absence
+from simulator.snapshots.type_numbers import (
     FIRST_OBJECT_TYPE,
     FURNITURE,
     MAX_ENTERING,
     OBJECT,
     OBJECT_UP,
-    Pairs,
-    join_nodes,
-    propose_edges,
 )
-from simulator.snapshots.snapshots import Selection, Snapshots, forget, forget_absence
 
 
 class BatchBuilder:

@@ -1,7 +1,7 @@
 """What encoders are written with: DGL's graphs, functions and layers, or a stand-in's.
 
 DGL has wheels up to Python 3.11, and those on PyPI know the CPU alone. Where it does not install,
-or was not built for the device, `datamodules.stand_in` has the same few calls.
+or was not built for the device, `datamodules.dgl_stand_in` has the same few calls.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from datamodules.stand_in import GraphStandIn
+from datamodules.dgl_stand_in import GraphStandIn
 
 try:
     import dgl
@@ -21,8 +21,8 @@ try:
 except ModuleNotFoundError as error:
     if error.name != "dgl":
         raise
-    from datamodules import stand_in as fn
-    from datamodules.stand_in_layers import GraphConv, HGTConv
+    from datamodules import dgl_stand_in as fn
+    from datamodules.dgl_stand_in_layers import GraphConv, HGTConv
 
     dgl = None
 

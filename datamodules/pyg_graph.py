@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import torch
 
-from datamodules.heterograph import list_edge_data, list_ends, list_node_data
+from datamodules.graph_columns import list_edge_data, list_ends, list_node_data
 
 if TYPE_CHECKING:
     from torch_geometric.data import HeteroData

@@ -37,9 +37,9 @@ from nep.callbacks.resume import RandomStates, WholeCheckpoints
 from nep.callbacks.saved_config import SavedConfig, has_own_folder
 from nep.config_files import find_configs, read_classes
 from nep.paper.encoders import load_all
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.checkpoints import check_resumable
-from nep.training.module import TrainingModule
+from nep.training.training_module import TrainingModule
 from sgm.messages import shorten, shorten_text
 from simulator.command_line import BAD_INPUT, normalise, one_line_errors, use_plain_yaml
 from simulator.process import run_main

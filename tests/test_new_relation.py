@@ -133,7 +133,7 @@ BATCHES = """
 from datamodules.features import FeatureConfig
 from datamodules.batch_builder import BatchBuilder
 from nep.paper.encoders import MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.policy import NEPPolicy
 from sgm import SceneGraphMemory, Sighting
 from simulator.snapshots.taken import take_snapshots

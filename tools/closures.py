@@ -28,7 +28,7 @@ from simulator.process import run_main
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("sgm", "simulator", "datamodules", "nep")
 # Most files that an import may load.
-MOST_FILES = {"nep.paper.module": 30, "nep.fit": 110}
+MOST_FILES = {"nep.paper.nep_module": 30, "nep.fit": 110}
 MOST_STAYS = 12  # of a training step of NEP-HEAT, its forward pass and loss
 # Most files that a call may walk through, and most returns.
 MOST_WALKED = {"observe": (8, 15), "rank": (15, 37), "rank first": (31, 79)}
@@ -144,7 +144,7 @@ def walk_calls() -> dict[str, CallWalk]:
 
 def walk_step() -> CallWalk:
     """Follow a training step of NEP-HEAT on a batch of two memories, as the loader gives it."""
-    module = importlib.import_module("nep.paper.module").NEPModule(
+    module = importlib.import_module("nep.paper.nep_module").NEPModule(
         importlib.import_module("nep.paper.encoders").HEAT(units=8)
     )
     module.log = lambda *_, **__: None  # of Lightning, which there is none of

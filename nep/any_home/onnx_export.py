@@ -11,11 +11,11 @@ import torch
 from torch import Tensor, nn
 
 from datamodules.features import FeatureConfig
+from nep.any_home.any_home_module import AnyHomeModule
 from nep.any_home.ensemble_linear import EnsembleLinear, SharedInput
 from nep.any_home.evidence_embedding import MOST_DEVIATIONS
-from nep.any_home.module import AnyHomeModule
 from nep.any_home.network import AnyHomeNetwork
-from nep.training.module import TrainingModule
+from nep.training.training_module import TrainingModule
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.network.network import INPUTS, OUTPUTS
 

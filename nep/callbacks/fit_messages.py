@@ -13,7 +13,7 @@ import lightning.pytorch as pl
 from lightning.pytorch.callbacks import ModelCheckpoint
 
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.training.module import TrainingModule
+from nep.training.training_module import TrainingModule
 from simulator.world.paper_dynamics import PaperDynamics
 from simulator.world.source import SampledSource
 

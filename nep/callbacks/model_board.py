@@ -13,7 +13,7 @@ from lightning.pytorch.loggers import TensorBoardLogger
 from torch import Tensor, nn
 
 from datamodules.batch import Batch
-from nep.training.module import TrainingModule
+from nep.training.training_module import TrainingModule
 
 ATTENTION = "attention"  # name of the modules that shares of attention pass through
 

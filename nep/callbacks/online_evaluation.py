@@ -27,7 +27,7 @@ from nep.report.tables import (
     make_markdown,
     make_rich_table,
 )
-from nep.training.module import TrainingModule
+from nep.training.training_module import TrainingModule
 from sgm.files import write_whole
 from simulator.policies import POLICIES, find_policy, make_policy
 from simulator.policies.registry import ORACLES

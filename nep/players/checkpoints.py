@@ -29,7 +29,7 @@ from nep.players.stored_network import (
     read_features,
 )
 from nep.tensor_file import read_tensors
-from nep.training.module import TrainingModule
+from nep.training.training_module import TrainingModule
 from sgm.files import (
     VERSION,
     check_version,

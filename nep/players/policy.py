@@ -11,7 +11,7 @@ import torch
 
 from datamodules.batch_builder import BatchBuilder
 from nep.players.checkpoints import checksum_trained, load_trained
-from nep.training.module import Predictor, TrainingModule
+from nep.training.training_module import Predictor, TrainingModule
 from sgm.evidence.adaptive_filter import TASKS_ASK_MOVED
 from sgm.evidence.evidence_features import compute_features
 from sgm.memory.memory_batch import MemoryBatch

@@ -15,11 +15,11 @@ import torch
 from torch import Tensor
 
 from datamodules.features import FeatureConfig
-from nep.any_home.module import AnyHomeModule
+from nep.any_home.any_home_module import AnyHomeModule
 from nep.paper.encoders import Encoder, load_all
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.paper.query_attention import AttentionConfig
-from nep.training.module import TrainingModule
+from nep.training.training_module import TrainingModule
 from sgm.messages import shorten, shorten_text
 from sgm.text import PAPER_PIPELINE, is_text_known
 

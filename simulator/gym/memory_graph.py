@@ -9,9 +9,10 @@ from sgm.arrays.grouped import compute_starts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries, propose_rows
 from sgm.schema import NEVER, Columns, PlaceCode
-from simulator.snapshots.nodes_and_edges import FURNITURE, OBJECT, Pairs, join_nodes, propose_edges
+from simulator.snapshots.nodes_and_edges import Pairs, join_nodes, propose_edges
 from simulator.snapshots.snapshots import Selection, Snapshots
 from simulator.snapshots.taken import take_snapshots
+from simulator.snapshots.type_numbers import FURNITURE, OBJECT
 
 # kind: 0 home, 1 floor, 2 room, 3 furniture, 4 object. label: index into `labels`; description:
 # its number, for objects. Steps since what never happened are -1, as is a description of what is

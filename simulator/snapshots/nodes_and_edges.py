@@ -11,24 +11,12 @@ from sgm.schema import (
     NODE_TYPES,
     NUM_RELATIONS,
     OPPOSITES,
-    QUERY_EDGE_TYPES,
     RELATIONS,
     Columns,
     PlaceCode,
 )
 from simulator.snapshots.snapshots import Selection, Snapshots
-
-# The edge types that enter each node type: the columns of its `degrees`.
-ENTERING = {
-    ntype: tuple(etype for etype in EDGE_TYPES if etype[2] == ntype) for ntype in NODE_TYPES
-}
-MAX_ENTERING = max(map(len, ENTERING.values()))
-HOUSE, FLOOR, ROOM, FURNITURE, OBJECT = range(len(NODE_TYPES))
-# The first of the edge types that join objects.
-FIRST_OBJECT_TYPE = next(number for number, etype in enumerate(EDGE_TYPES) if "object" in etype)
-# The edge types that lead from an object up to furniture, which are neighbours: the query edges are
-# among them.
-OBJECT_UP = slice(EDGE_TYPES.index(QUERY_EDGE_TYPES[0]), EDGE_TYPES.index(QUERY_EDGE_TYPES[-1]) + 1)
+from simulator.snapshots.type_numbers import MAX_ENTERING, OBJECT, ROOM
 
 
 def _find_direction(source: str, relation: str, target: str) -> tuple[bool, int]:

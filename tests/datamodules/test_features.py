@@ -22,7 +22,7 @@ from datamodules.paper_features import TABLES, Feature
 from datamodules.sgm_datamodule import SGMDataModule
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.paper.encoders import MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datamodules.batch import ENTERING
 from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
 from datamodules.snapshot_dataset import SnapshotDataset
@@ -18,6 +17,7 @@ from simulator.snapshots.recorder import Recorder
 from simulator.snapshots.shards import get_shard_name, save_manifest, save_shard
 from simulator.snapshots.snapshots import Snapshots
 from simulator.snapshots.taken import take_snapshots
+from simulator.snapshots.type_numbers import ENTERING
 from tests.snapshot_columns import assert_equal_snapshots, list_columns
 
 PRIOR = PriorGraph.default()

@@ -21,7 +21,7 @@ from datamodules.snapshot_dataset import SnapshotDataset
 from nep import ObjectFinder
 from nep.compare import compare
 from nep.paper.encoders import MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.checkpoints import TrainedModel, save_exported
 from nep.report.results import Results, ScoreSummary
 from sgm.files import compute_checksum

@@ -19,7 +19,7 @@ from torch._weights_only_unpickler import _get_allowed_globals
 
 from nep.importers.homer import read_homer
 from nep.paper.encoders import MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.checkpoints import check_resumable
 from simulator.trace.trace import save_trace
 

@@ -19,7 +19,7 @@ from datamodules.features import FeatureConfig
 from nep import ObjectFinder
 from nep.callbacks.resume import WholeCheckpoints
 from nep.paper.encoders import MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.checkpoints import TrainedModel, load_trained, save_exported
 from sgm.memory.memory_event import read_events
 from simulator import SceneGraphMemory, Sighting

@@ -13,7 +13,7 @@ from nep import Clock, ObjectFinder, SceneGraphMemory, Sighting, evaluate, expor
 from nep.callbacks.online_evaluation import OnlineEvaluation
 from nep.paper.encoders import MLP
 from nep.paper.loss import balanced_bce
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.checkpoints import load_config, load_trained
 from nep.training.hits_at_one import HitsAtOne
 from sgm.network.shipped import PRETRAINED

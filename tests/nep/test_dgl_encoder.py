@@ -8,7 +8,7 @@ from datamodules.features import FeatureConfig
 from nep.fit import main
 from nep.paper.encoders import Encoder, HeteroEncoder
 from nep.paper.loss import balanced_bce
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.policy import NEPPolicy
 from sgm.policies.heuristics import Bayesian
 from sgm.schema import EDGE_TYPES, NODE_TYPES

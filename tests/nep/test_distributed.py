@@ -29,7 +29,7 @@ RECORDER = """
 import torch
 from lightning.pytorch.callbacks import Callback
 
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.training.listwise_loss import listwise_loss
 
 

@@ -18,7 +18,7 @@ from datamodules.sgm_datamodule import SGMDataModule
 from nep import ObjectFinder
 from nep.export import ExportConfig, main
 from nep.paper.encoders import GCN, HEAT
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.paper.query_attention import AttentionConfig
 from nep.players.checkpoints import load_config, load_trained
 from nep.players.policy import NEPPolicy

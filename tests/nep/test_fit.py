@@ -19,7 +19,7 @@ from datamodules.sgm_datamodule import SGMDataModule
 from nep.config_files import CONFIG_FOLDER, find_configs
 from nep.fit import FitCLI, find_classes, main
 from nep.paper.encoders import MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.policy import NEPPolicy
 from simulator import PriorGraph, SampledHomes, SampledSource, Streams, evaluate_policy
 from simulator.world.mixture.lived_in_homes import LivedInSource
@@ -295,7 +295,7 @@ def test_a_full_disk_leaves_the_last_checkpoint_and_one_line(folder, capsys, mon
 
 OWN = '''
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 
 
 class Model(NEPModule):

@@ -16,7 +16,7 @@ from nep.export import main as export
 from nep.fit import main as fit
 from nep.importers.homer import read_homer
 from nep.paper.encoders import MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.checkpoints import TrainedModel, checksum_trained, load_trained, save_exported
 from nep.players.contestants import Checkpoint
 from nep.players.stored_network import import_encoders

@@ -6,10 +6,10 @@ import pytest
 import yaml
 
 from datamodules.sgm_datamodule import SGMDataModule
-from nep.any_home.module import AnyHomeModule
+from nep.any_home.any_home_module import AnyHomeModule
 from nep.config_files import CONFIG_FOLDER
 from nep.fit import FitCLI
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 
 
 @pytest.fixture(autouse=True)

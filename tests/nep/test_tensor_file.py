@@ -16,7 +16,7 @@ from datamodules.features import FeatureConfig
 from nep.callbacks.resume import WholeCheckpoints
 from nep.importers.homer import read_homer
 from nep.paper.encoders import MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.checkpoints import load_trained
 from nep.tensor_file import read_tensors
 

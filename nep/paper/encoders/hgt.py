@@ -8,9 +8,9 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
+from datamodules.dgl_stand_in import GraphStandIn
+from datamodules.dgl_stand_in_layers import HGTConv as StandInHGTConv
 from datamodules.message_passing import ETYPE, NTYPE, HGTConv
-from datamodules.stand_in import GraphStandIn
-from datamodules.stand_in_layers import HGTConv as StandInHGTConv
 from nep.paper.encoders.encoder import ConvolvingEncoder, check_heads, lie_by_type
 from sgm.schema import EDGE_TYPES, NODE_TYPES
 

@@ -6,8 +6,8 @@ import pytest
 import torch
 
 from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
+from nep.any_home.any_home_module import AnyHomeModule
 from nep.any_home.elsewhere import ELSEWHERE_BELIEFS, find_elsewhere
-from nep.any_home.module import AnyHomeModule
 
 NAN = torch.nan
 

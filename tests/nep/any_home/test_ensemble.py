@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
-from nep.any_home.module import AnyHomeModule
+from nep.any_home.any_home_module import AnyHomeModule
 from nep.any_home.network import AnyHomeNetwork
 from nep.training.segment import segment_softmax, segment_sum
 

@@ -7,8 +7,8 @@ import torch
 from datamodules.batch_builder import BatchBuilder
 from datamodules.features import EVIDENCE_DIM, QUESTION_DIM, FeatureConfig
 from datamodules.snapshot_dataset import SnapshotDataset
+from nep.any_home.any_home_module import AnyHomeModule
 from nep.any_home.evidence_embedding import EvidenceEmbedding
-from nep.any_home.module import AnyHomeModule
 from nep.players.policy import NEPPolicy
 from sgm.evidence.columns import PLACE_COLUMNS
 from sgm.evidence.evidence_features import compute_features

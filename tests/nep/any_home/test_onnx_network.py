@@ -8,10 +8,10 @@ import torch
 
 from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from nep.any_home.module import AnyHomeModule
+from nep.any_home.any_home_module import AnyHomeModule
 from nep.any_home.onnx_export import is_exportable
 from nep.paper.encoders import HEAT
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.checkpoints import TrainedModel, save_exported
 from nep.players.contestants import load_player
 from nep.players.policy import NEPPolicy

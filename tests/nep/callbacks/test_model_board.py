@@ -11,7 +11,7 @@ from torch.utils.data import DataLoader
 
 from nep.callbacks.model_board import ModelBoard
 from nep.paper.encoders import HAN, HEAT
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 
 
 def train(module, batches, logger, callbacks):

@@ -12,7 +12,7 @@ from torch.utils.data import DataLoader
 
 from nep.paper.encoders import GCN, HEAT, MLP
 from nep.paper.loss import balanced_bce
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.paper.query_attention import AttentionConfig
 from nep.training.hits_at_one import HitsAtOne
 from nep.training.listwise_loss import listwise_loss, relevance_loss

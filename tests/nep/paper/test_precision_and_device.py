@@ -11,7 +11,7 @@ from torch.utils._pytree import tree_flatten, tree_map
 from torch.utils.data import DataLoader
 
 from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.paper.query_attention import AttentionConfig
 
 OURS = {"mlp": MLP, "gcn": GCN, "heat": HEAT, "hgt": HGT, "han": HAN}

@@ -7,7 +7,7 @@ import torch
 from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
 from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.policy import NEPPolicy
 from sgm.policies.policy import Policy
 from simulator.tasks.evaluation import play_task

@@ -8,7 +8,7 @@ from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
 from datamodules.more_features import compute_belief_features
 from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.policy import NEPPolicy
 from simulator import HomeConfig, PriorGraph, SampledHomes, SceneGraphMemory, Sighting, Streams
 from simulator.policies import make_policy

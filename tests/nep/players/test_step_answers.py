@@ -6,7 +6,7 @@ import torch
 
 from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
-from nep.any_home.module import AnyHomeModule
+from nep.any_home.any_home_module import AnyHomeModule
 from nep.players.policy import NEPPolicy
 from sgm.memory.queries import Queries
 from sgm.memory.scene_graph_memory import SceneGraphMemory

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from nep.paper.encoders import HEAT
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.stored_network import build_network, read_features
 from sgm.text import load_text
 from sgm.text.vectors import PAPER_PIPELINE, SHIPPED_PIPELINE, TextVectors

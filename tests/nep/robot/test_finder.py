@@ -9,7 +9,7 @@ from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
 from nep import ObjectFinder, SceneGraphMemory, Sighting
 from nep.paper.encoders import HEAT
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.players.checkpoints import TrainedModel
 from sgm.belief import Detector
 

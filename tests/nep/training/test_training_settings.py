@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from nep.any_home.module import AnyHomeModule
+from nep.any_home.any_home_module import AnyHomeModule
 from nep.paper.encoders import MLP
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 
 NO_STEP = "learning_rate must be above 0, got 0.0: nothing would be learnt. Give a rate"
 

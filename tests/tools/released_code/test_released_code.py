@@ -11,7 +11,7 @@ from datamodules.batch_builder import BatchBuilder
 from datamodules.features import FeatureConfig
 from datamodules.snapshot_dataset import SnapshotDataset
 from nep.paper.encoders import HEAT
-from nep.paper.module import NEPModule
+from nep.paper.nep_module import NEPModule
 from nep.report.tables import Difference
 from sgm.prior.prior_graph import PriorGraph
 from simulator.collect.folder import collect

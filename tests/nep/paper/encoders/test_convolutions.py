@@ -9,8 +9,8 @@ import pytest
 import torch
 from torch import nn
 
-from datamodules import message_passing, stand_in, stand_in_layers
-from datamodules.stand_in import GraphStandIn
+from datamodules import dgl_stand_in, dgl_stand_in_layers, message_passing
+from datamodules.dgl_stand_in import GraphStandIn
 from nep.paper.encoders import Encoder, hgt
 from nep.paper.encoders.gcn import GCNConv
 from nep.paper.encoders.han import HANConv
@@ -150,9 +150,9 @@ class Layer(nn.Module):
 
 def make_hgt(engine):
     layer = ReluHGTConv(IN, 2)
-    if engine == "stand-in" and type(layer.layer) is not stand_in_layers.HGTConv:
+    if engine == "stand-in" and type(layer.layer) is not dgl_stand_in_layers.HGTConv:
         counts = len(NODE_TYPES), len(EDGE_TYPES)
-        layer.layer, dgls = stand_in_layers.HGTConv(IN, IN // 2, 2, *counts), layer.layer
+        layer.layer, dgls = dgl_stand_in_layers.HGTConv(IN, IN // 2, 2, *counts), layer.layer
         layer.layer.load_state_dict(dgls.state_dict())
         layer.layer.linear_a.register_forward_pre_hook(hgt._apply_relu)
     return layer
@@ -374,4 +374,4 @@ def test_the_stand_in_refuses_what_it_does_not_compute(message, reduce, got):
     ):
         graph.update_all(Function(message), Function(reduce, in_field="m", out_field="h"))
     with pytest.raises(AttributeError, match=rf"got '{got}'\. Write"):
-        getattr(stand_in, got)
+        getattr(dgl_stand_in, got)

@@ -8,8 +8,8 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from datamodules import stand_in as fn
-from datamodules.stand_in import GraphStandIn
+from datamodules import dgl_stand_in as fn
+from datamodules.dgl_stand_in import GraphStandIn
 
 
 class GraphConv(nn.Module):

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from datamodules.batch import Batch
-from datamodules.heterograph import (
+from datamodules.graph_columns import (
     FURNITURE_DATA,
     NODE_DATA,
     QUERY_DATA,

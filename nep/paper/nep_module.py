@@ -15,7 +15,7 @@ from nep.paper.loss import balanced_bce
 from nep.paper.predictor import NodeEdgePredictor
 from nep.paper.query_attention import AttentionConfig
 from nep.training.listwise_loss import listwise_loss, relevance_loss
-from nep.training.module import Schedule, ScoredAnswers, TrainingModule
+from nep.training.training_module import Schedule, ScoredAnswers, TrainingModule
 from sgm.checks import check_at_least
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from datamodules.batch import Batch
 from nep.any_home.elsewhere import find_elsewhere
 from nep.any_home.network import AnyHomeNetwork
 from nep.training.listwise_loss import listwise_loss
-from nep.training.module import ScoredAnswers, TrainingModule
+from nep.training.training_module import ScoredAnswers, TrainingModule
 from sgm.checks import check_at_least, check_shares
 from sgm.messages import shorten
 

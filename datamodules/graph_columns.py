@@ -1,21 +1,14 @@
-"""Batches as heterogeneous graphs of DGL: what its nodes and edges carry.
-
-The functions are those of `datamodules.batch.Batch`, which imports this.
-"""
+"""What nodes and edges carry in a graph of DGL or PyTorch Geometric, by node and edge type."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import torch
 from torch import Tensor
 
 from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
-
-if TYPE_CHECKING:
-    import dgl
 
 EdgeType = tuple[str, str, str]
 Data = Mapping[Any, Mapping[str, Tensor]]  # columns by node or edge type
@@ -35,39 +28,6 @@ QUERY_DATA = {
     "target": ("query_target", torch.nan),
     "relevance": ("query_relevance", 0),
 }
-
-
-def make_dgl(batch: Any) -> dgl.DGLGraph:
-    """Make a DGL graph that knows its snapshots, as one of `dgl.batch` does.
-
-    Raises:
-        ModuleNotFoundError: if DGL is not installed.
-    """
-    try:
-        import dgl
-    except ModuleNotFoundError as error:
-        if error.name != "dgl":
-            raise
-        raise ModuleNotFoundError(
-            "batch.graph must have DGL, got none. Its wheels end with Python 3.11: pip install "
-            "'dgl>=1.1.3,<2' there. batch.to_pyg() gives the same graph without it.",
-            name="dgl",
-        ) from error
-    node_data, ends = list_node_data(batch), list_ends(batch)
-    graph = dgl.heterograph(
-        ends, num_nodes_dict=dict(zip(NODE_TYPES, batch.node_counts, strict=True))
-    )
-    for ntype, columns in node_data.items():
-        graph.nodes[ntype].data.update(columns)
-    for etype, columns in list_edge_data(batch).items():
-        graph.edges[etype].data.update(columns)
-    snapshot = {ntype: columns["snapshot"] for ntype, columns in node_data.items()}
-    count = partial(torch.bincount, minlength=batch.num_snapshots)
-    graph.set_batch_num_nodes({ntype: count(found) for ntype, found in snapshot.items()})
-    graph.set_batch_num_edges(
-        {etype: count(snapshot[etype[2]][dst.long()]) for etype, (_, dst) in ends.items()}
-    )
-    return graph
 
 
 def list_node_data(batch: Any) -> dict[str, dict[str, Tensor]]:
