@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import NamedTuple
 
 from sgm.finder.finder import Finder
@@ -82,7 +82,7 @@ def list_all(
     if not resolution.quantity or resolution.is_ambiguous or not resolution.matches:
         return [name], None
     number = len(resolution.matches)
-    if number <= MOST_CANDIDATES and (resolution.quantity != "both" or number == 2):
+    if number <= MOST_CANDIDATES and resolution.has_quantity:
         return list(resolution.matches), None
     near = resolution.matches[:MOST_CANDIDATES]
     ask = f"{asking.say('all', number=number)} {asking.ask_which(near)}"
@@ -109,13 +109,20 @@ def add_time(
     begin, end = said.find(now, sentence.tense)
     if is_present(begin, end, now, sentence.tense):
         return asked._replace(time_words=words)
-    first, last = (count_step(memory, moment) for moment in (begin, end))
-    return asked._replace(span=(first, last), is_past=end <= now, time_words=words)
+    return asked._replace(
+        span=count_steps(memory, begin, end), is_past=end <= now, time_words=words
+    )
 
 
 def is_present(begin: datetime, end: datetime, now: datetime, tense: str) -> bool:
     """Tell whether a time that was said is the present: "today", if nothing says the past."""
     return begin <= now < end or (begin <= now == end and (tense != "past" or begin == end))
+
+
+def count_steps(memory: SceneGraphMemory, begin: datetime, end: datetime) -> tuple[int, int]:
+    """Return the first and the last time step of a time; its end is no part of it."""
+    last = max(begin, end - timedelta(microseconds=1))
+    return count_step(memory, begin), count_step(memory, last)
 
 
 def count_step(memory: SceneGraphMemory, moment: datetime) -> int:

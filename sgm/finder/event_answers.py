@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from sgm.finder.answers import Answered, ChangeRow, EventRow, WhereIs, WhereOne
-from sgm.finder.asked_things import count_step, is_present
+from sgm.finder.asked_things import count_step, count_steps, is_present
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear, doubt, tell_doubt
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.asking import Asking, make_asking
@@ -144,8 +144,8 @@ class EventAnswers:
         begin, end = said.find(clock.get_time(now), "past")
         if said.link == "before":
             return 0, count_step(self._memory, begin)
-        last = now if said.link == "since" else min(count_step(self._memory, end), now)
-        return count_step(self._memory, begin), last
+        first, last = count_steps(self._memory, begin, end)
+        return first, now if said.link == "since" else min(last, now)
 
     def _list_changes(self, things: Sequence[str] | None) -> list[ChangeRow]:
         begin, end = self._find_span()

@@ -240,8 +240,8 @@ def _find_quantity(
     """Return all things of a kind where as many are said: both of two, or every one."""
     meant = memory.resolve(thing)
     number = len(meant.matches)
-    fits = number == 2 if quantity == "both" else 1 <= number <= most
-    if not fits or meant.is_ambiguous or not meant.is_sure or most < number:
+    is_all = 1 <= number <= most and meant.has_quantity
+    if not is_all or meant.is_ambiguous or not meant.is_sure or most < number:
         near = (meant.matches or meant.doubtful)[:MOST_CANDIDATES]
         ask = f"{asking.say('all', number=number)} {asking.ask_which(near) if near else ''}".strip()
         raise Unclear("ambiguous" if near else "unknown", ask, near, thing)

@@ -6,15 +6,23 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from sgm.finder.answers import Answered, ThingRow, WhereIs, WhereOne
-from sgm.finder.asked_things import WHERE_KINDS, count_step, read_asked
+from sgm.finder.asked_things import (
+    MOST_THINGS,
+    WHERE_KINDS,
+    AskedThings,
+    count_steps,
+    read_asked,
+)
 from sgm.finder.event_answers import EventAnswers, drop_also
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear
 from sgm.finder.past_places import find_past_places
 from sgm.finder.said_places import find_said_places
+from sgm.names.phrase import BEYOND
 from sgm.names.resolution import Resolution
 
 _SURE, _LIKELY = 0.9, 0.5  # probabilities from which on it "is" there, and "is probably"
 _MOST_ROWS = 20
+_MOST_TOLD = 10  # things at a place that are named
 
 
 class QuestionAnswers(EventAnswers):
@@ -76,8 +84,8 @@ class QuestionAnswers(EventAnswers):
     def _list_meant(self, found: WhereOne) -> tuple[str, ...]:
         """List the things that a name means, where they are few and have names of their own."""
         several = found.status == "ok" and found.asked_for == "thing" and len(found.taken_for) > 1
-        few = several and (found.num_known or 0) <= MOST_CANDIDATES
-        return found.taken_for if few else ()
+        few = several and (found.num_known or 0) <= MOST_THINGS
+        return self._resolve(found.thing).matches if few else ()
 
     def _tell_place(self, found: WhereOne, tense: str) -> str:
         """Say in a sentence where one thing is."""
@@ -85,6 +93,10 @@ class QuestionAnswers(EventAnswers):
         if found.asked_for != "thing":
             places = self._asking.list_names([place.name for place in found.places], "and")
             return self._say("place" if found.asked_for == "place" else "room", places=places)
+        if len(found.taken_for) > 1:  # too many for a sentence each
+            matches = self._resolve(found.thing).matches
+            names = self._asking.list_names(matches, "and")
+            return self._say("count", number=len(matches), names=names)
         best = found.places[0] if found.places else None
         if found.with_robot > (best.probability if best else 0.0):
             return self._say("with robot", name, percent=_percent(found.with_robot))
@@ -113,6 +125,9 @@ class QuestionAnswers(EventAnswers):
     def _tell_is_at(self) -> Answered:
         """Say whether things are at a place, or whether there is one; or were, at a time."""
         past = self._find_past()
+        first, *others = self._sentence.things or ("",)
+        if others and all(map(self._find_either, others)):
+            return self._tell_is_at_either(first, others)
         phrases = [self._phrases.read(thing) for thing in self._sentence.things]
         said_where = phrases[-1].where if phrases else ""
         if not said_where or any(not phrase.name or phrase.excluded for phrase in phrases):
@@ -127,11 +142,31 @@ class QuestionAnswers(EventAnswers):
         chance = min(answered.probability or 0.0 for answered in told)
         return replace(told[0], said=said, where=where, probability=chance)
 
+    def _find_either(self, words: str) -> list[int]:
+        """Return the other place of "in the bedroom or the office"; nothing for a thing."""
+        is_thing = bool(self._calls.finder.resolve(self._memory, words).matches)
+        return [] if is_thing else find_said_places(self._memory, words)
+
+    def _tell_is_at_either(self, first: str, others: Sequence[str]) -> Answered:
+        """Say at which of two places or more a thing is."""
+        phrase = self._phrases.read(first)
+        if not phrase.where or not phrase.name or phrase.excluded or phrase.is_not_there:
+            raise Unclear("unknown", self._say("no question"), ())
+        self._refuse_time()
+        self._resolve_one(phrase.name)
+        places = self._find_places(phrase.where)
+        places += [place for words in others for place in self._find_places(words)]
+        found = self._calls.where_is(phrase.name, speaker=self._speaker)
+        chance = self._compute_chance(phrase.name, places)
+        told = self._tell_place(found, "is")
+        if chance < _LIKELY:
+            where = self._asking.join([phrase.where, *others])
+            told = f"{self._say('no', where=where, percent=_percent(chance))} {told}"
+        return self._make(told, where=(drop_also(found),), probability=chance)
+
     def _tell_thing_at(self, thing: str, said: str, past: tuple[int, int] | None) -> Answered:
         """Say whether a thing is at a place, or was at a time."""
-        places = find_said_places(self._memory, said)
-        if not places:
-            self._refuse_place(said)
+        places = self._find_places(said)
         resolution = self._resolve(thing)
         where = self._say_places(said, places)
         if past is not None:
@@ -143,6 +178,12 @@ class QuestionAnswers(EventAnswers):
             best = self._tell_place(found, "is")
             no = f"{self._say('no', where=where, percent=_percent(chance))} {best}"
             return self._make(no, where=(drop_also(found),), probability=chance)
+        if self._is_inside(thing, said, places):  # "is the milk on the fridge?"
+            inside = self._phrases.say_inside(where)
+            told = self._say(
+                "in room", name, where=inside.partition(" ")[2], percent=_percent(chance)
+            )
+            return self._make(told, where=(drop_also(found),), probability=chance)
         chances = {match: self._compute_chance(match, places) for match in found.taken_for}
         likely = [match for match in found.taken_for if chances[match] >= _LIKELY]
         if len(found.taken_for) == 1 or not likely:
@@ -171,7 +212,7 @@ class QuestionAnswers(EventAnswers):
         if end >= clock.get_time(now):
             self._refuse_time()
             return None
-        return count_step(self._memory, begin), count_step(self._memory, end)
+        return count_steps(self._memory, begin, end)
 
     def _tell_was_at(
         self, resolution: Resolution, past: tuple[int, int], where: str, places: Sequence[int]
@@ -243,6 +284,8 @@ class QuestionAnswers(EventAnswers):
         return [row for row in rows.values() if row.thing in resolution.matches]
 
     def _find_places(self, where: str) -> list[int]:
+        if self._phrases.find_relation(where) == BEYOND:
+            raise Unclear("ambiguous", self._say("no relation", where=where), ())
         places = find_said_places(self._memory, where)
         if not places:
             self._refuse_place(where)
@@ -254,8 +297,8 @@ class QuestionAnswers(EventAnswers):
         raise Unclear("ambiguous", self._say("no place", name=name), ())
 
     def _tell_what_at(self) -> Answered:
-        """Say what is at a place, or in a room: "what is on the desk but the lamp?"."""
-        self._refuse_time()
+        """Say what is or was at a place, or in a room: "what is on the desk but the lamp?"."""
+        past = self._find_past()
         where = self._sentence.where
         phrase = self._phrases.read(where)
         if phrase.excluded or phrase.is_not_there:
@@ -265,15 +308,57 @@ class QuestionAnswers(EventAnswers):
         if phrase.is_not_there:  # "in the garage but not on the workbench"
             away = self._find_places(phrase.where)
             places = [place for place in places if place not in away]
+        if past is not None:
+            return self._tell_what_was_at(where, places, past, left_out)
         rows = [row for row in self._list_at(places) if row.thing not in left_out]
         return self._tell_rows(where, places, rows)
 
+    def _tell_what_was_at(
+        self, where: str, places: Sequence[int], past: tuple[int, int], left_out: set[str]
+    ) -> Answered:
+        """Say what is known to have been at a place in a time that has passed."""
+        names = [name for name in self._memory.descriptions if name not in left_out]
+        was = [
+            name
+            for name in names
+            for found in find_past_places(self._memory, name, *past)
+            if found.furniture in places and found.probability >= _LIKELY
+        ]
+        at, where = (
+            self._calls.tell_time(past[1], self._memory.time),
+            self._say_places(where, places),
+        )
+        if not was:
+            return self._make(self._say("nothing then", where=where), at=at)
+        told = self._asking.list_names(was, "and", plain=True, most=_MOST_TOLD)
+        asked = AskedThings(things=tuple(was[:MOST_THINGS]), span=past, is_past=True)
+        answers = _list_answers(self._calls.tell_asked(asked))
+        return self._make(
+            self._say("things then", where=where, names=told), where=tuple(answers), at=at
+        )
+
     def _tell_rows(self, where: str, places: Sequence[int], rows: Sequence[ThingRow]) -> Answered:
-        where = self._say_places(where, places)
+        asked_on = self._phrases.find_relation(where) == "onTop" and not self._asking.is_translated
+        inside = [row for row in rows if asked_on and row.relation == "in"]
+        others = [row for row in rows if row not in inside]
+        told = [self._tell_names(self._say_places(where, places), others)]
+        if inside:  # "what is on the fridge?"
+            told.append(self._tell_names(self._phrases.say_inside(where), inside))
+        return self._make(" ".join(told), things=(*others, *inside))
+
+    def _tell_names(self, where: str, rows: Sequence[ThingRow]) -> str:
+        """Say what is at a place, by its words."""
         if not rows:
-            return self._make(self._say("nothing there", where=where))
-        names = self._asking.list_names([row.thing for row in rows], "and", plain=True)
-        return self._make(self._say("things there", where=where, names=names), things=tuple(rows))
+            return self._say("nothing there", where=where)
+        told = self._asking.list_names([row.thing for row in rows], "and", True, _MOST_TOLD)
+        return self._say("things there", where=where, names=told)
+
+    def _is_inside(self, thing: str, said: str, places: Sequence[int]) -> bool:
+        """Tell whether a thing is in what it is asked to be on, as far as is known."""
+        if self._phrases.find_relation(said) != "onTop" or self._asking.is_translated:
+            return False
+        ranked = self._calls.finder.rank(self._memory, thing)
+        return all(place.relation == "in" for place in ranked if place.furniture in places)
 
     def _list_at(self, places: Sequence[int]) -> list[ThingRow]:
         """List what is at places."""

@@ -12,6 +12,7 @@ from sgm.names.modifiers import is_property, spell
 from sgm.names.name import Name
 from sgm.names.phrase import make_phrase_reader
 from sgm.names.resolution import Resolution
+from sgm.names.words import make_key, normalize
 
 _MOST_SEEN = 200  # places of the things that are asked for
 
@@ -58,6 +59,14 @@ def _find_likely(memory: SceneGraphMemory, words: str) -> list[int]:
     last = words.split()[-1]
     if meant.unused or (meant.says_less and is_property(spell(last))):
         return []
+    if not meant.matches and words == last:  # "the drawer", where a desk drawer is the only one
+        key = make_key([last])
+        ending = [
+            n
+            for n, node in furniture.items()
+            if make_key(normalize(node.description).split()[-1:]) == key
+        ]
+        return ending if len(ending) == 1 else []
     return [n for n, node in furniture.items() if node.description in meant.matches]
 
 

@@ -155,12 +155,14 @@ class Asking:
         sentence = "date" if time.year == now.year else "date of year"
         return self.say(sentence, day=time.day, month=month, year=time.year, at=at_hour)
 
-    def list_names(self, names: Sequence[str], link: str = "or", plain: bool = False) -> str:
+    def list_names(
+        self, names: Sequence[str], link: str = "or", plain: bool = False, most: int = MOST_NAMED
+    ) -> str:
         """Return "the red mug, the blue mug or the bowl"; plain, without articles."""
         told = [
             self.translate(name) if plain else self.say_the(name) for name in dict.fromkeys(names)
         ]
-        return self.join(told, link)
+        return self.join(told, link, most)
 
     def tell_several(self, sentence: str, names: Sequence[str], **values: object) -> str:
         """Return a sentence about things, with its verb, and without articles."""
@@ -172,7 +174,7 @@ class Asking:
         """Return texts with commas, and "or" before the last one."""
         if len(told) > most:
             sentence = "and others" if link == "and" else "others"
-            more = self._ask[sentence].format(number=len(told) - most)
+            more = self.count(sentence, len(told) - most)
             told = [*told[:most], more]
         if len(told) < 2:
             return "".join(told)
@@ -211,7 +213,7 @@ class Asking:
 
     def tell_unused(self, words: Sequence[str]) -> str:
         """Return "I do not understand 'zorb'."."""
-        quoted = [shorten(word, MOST_NAME) for word in words]
+        quoted = [shorten(word, MOST_NAME) for word in dict.fromkeys(words)]
         sentence = "pronoun" if self._pronouns.issuperset(words) else "unused"
         return self.say(sentence, words=self.join(quoted, "and"))
 

@@ -92,6 +92,8 @@ def is_possible(asked: Reading, said: Reading) -> bool:
         return False
     if not said.features.isdisjoint(f"{LACKED}{word}" for word in asked.features):
         return False
+    if not asked.features.isdisjoint(f"{LACKED}{word}" for word in said.head_words):
+        return False  # a "drink without milk" is no milk
     asked_before, said_before = asked.said - asked.head_words, said.said - said.head_words
     # No "canvas belt" is a "leather belt", but a green bottle may be one of white wine.
     return not (

@@ -17,9 +17,11 @@ _GRAMMAR = load_grammar()
 _ALIKE = _GRAMMAR.read_spellings("alike")
 # Properties that shut one another out: what is red is not blue, unless it is said to be both.
 COLOURS, MATERIALS = _GRAMMAR.list_words("colours"), _GRAMMAR.list_words("materials")
-_BRANDS = _GRAMMAR.list_words("brands")
+# A material, and the things of which it says nothing new: a "leather belt" is a belt.
+_MADE_OF = _GRAMMAR.read_groups("made of")
+BRANDS = _GRAMMAR.list_words("brands")
 _SIDES = _GRAMMAR.list_classes("picking")
-_CLASSES = (COLOURS, MATERIALS, _BRANDS, *_SIDES, *_GRAMMAR.list_classes("opposites"))
+_CLASSES = (COLOURS, MATERIALS, BRANDS, *_SIDES, *_GRAMMAR.list_classes("opposites"))
 _SHUT_OUT = (*_CLASSES, _GRAMMAR.list_words("seasons"))
 # Words that pick one of two or more that are alike but for where they belong.
 _PICKING = _GRAMMAR.list_words("also picking").union(*_SIDES)
@@ -66,6 +68,14 @@ def says_how(word: str) -> bool:
     "Red", "wooden" and "dirty" do; "digital", "kitchen" and "ski" name a sort.
     """
     return word in _HOW
+
+
+def is_made_otherwise(material: str, head: str) -> bool:
+    """Tell whether a material makes a thing another one: a "plastic hammer" is no hammer.
+
+    Both are as they are compared; a "leather belt" is a belt.
+    """
+    return material in MATERIALS and head not in _MADE_OF.get(material, ())
 
 
 def picks(word: str) -> bool:

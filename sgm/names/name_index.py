@@ -67,7 +67,7 @@ class NameIndex:
         self._matcher = NameMatcher(
             self._tables, self._reader, self._aliases, self._encoder, self._nobodys
         )
-        self._unread = UnreadWords(self._tables, self._reader, self._aliases)
+        self._unread = UnreadWords(self._tables, self._reader, self._aliases, self._nobodys)
 
     def copy(self) -> NameIndex:
         """Return the same index, which can be changed alone; no description is read again."""
@@ -154,11 +154,19 @@ class NameIndex:
             return Sentence(kind="command", things=(), text=question)
         sentence = self._sentences.read(question)
         things = [
-            self._phrases.name_speaker(part, speaker)
+            self._name_speaker(part, speaker)
             for thing in sentence.things
             for part in self._sentences.part(thing, self._is_name, self._is_property)
         ]
         return sentence._replace(things=tuple(things))
+
+    def _name_speaker(self, thing: str, speaker: str) -> str:
+        """Say whose "my phone" is, where it is known of one that it is the speaker's."""
+        named = self._phrases.name_speaker(thing, speaker)
+        is_known = named == thing or f"{normalize(speaker)}{POSSESSIVE}" not in (
+            normalize(word) for word in self.resolve(named).unused
+        )
+        return named if is_known else thing
 
     def part(self, question: str) -> tuple[str, ...]:
         """Part a question into the things that it is about; itself, if it is about none."""
@@ -230,7 +238,10 @@ class NameIndex:
         """Say what is meant by what is said of one thing."""
         text = self._reader.translate(phrase.name)
         readings = self._matcher.read_main(text)
+        any_that_is = self._list_any(phrase.name)
         how, groups = self._matcher.match(readings, text)
+        if any_that_is:
+            how, groups = "any of the kind", self._find_any(any_that_is)
         # "mug red"; "mug_track_9" where there is one mug, without a number; "study lamp"
         room, many = "", len(self._tables.readings)
         no_room = self._drop_room(text, readings[0])
@@ -290,9 +301,28 @@ class NameIndex:
         said |= {
             "alternatives": others,
             "readings": tuple(self._name(group) for group in groups),
-            "unused": (*unused, *self._unread.list_words(text, readings, found, how)),
+            "unused": (*unused, *self._list_unread(phrase, text, readings, found, how)),
         }
         return self._resolution(question, found, how, **said), is_by_words
+
+    def _list_any(self, name: str) -> frozenset[str]:
+        """List the properties of "anything red", as they are compared; none of a name."""
+        said = frozenset(
+            spell(self._reader.translate(word)) for word in self._phrases.split_any(name)
+        )
+        return said if all(map(says_how, said)) else frozenset()
+
+    def _find_any(self, said: frozenset[str]) -> list[list[int]]:
+        """Find all that has some properties."""
+        found = [n for n, (first, *_) in enumerate(self._tables.readings) if said <= first.said]
+        return [found] if found else []
+
+    def _list_unread(
+        self, phrase: Phrase, text: str, readings: list[Reading], found: list[int], how: str
+    ) -> tuple[str, ...]:
+        if self._list_any(phrase.name):
+            return ()
+        return self._unread.list_words(text, readings, found, how)
 
     def _mend(
         self, text: str, readings: list[Reading], how: str, groups: list[list[int]]

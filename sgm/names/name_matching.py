@@ -159,6 +159,11 @@ class NameMatcher:
                     for entry in groups[place]
                     if entry in exact or kinds & set(entry[1].things)
                 ]
+        if any(written):  # a "notebook" may be a laptop, and is none beside what is called so
+            groups = [
+                [entry for entry in group if entry in exact or len(entry[1].things) < 2]
+                for group, exact in zip(groups, written, strict=True)
+            ]
         most = max((rank(reading, said) for group in groups for _, said in group), default=None)
         groups = [[entry for entry in group if rank(reading, entry[1]) == most] for group in groups]
         return [sorted({number for number, _ in group}) for group in groups if group]

@@ -15,6 +15,10 @@ from sgm.names.sentence import SentenceReader, make_sentence_reader
 from sgm.names.words import MOST_READ, POSSESSIVE
 
 IsName = Callable[[str], bool]
+BEYOND = "beyond"  # how a thing lies, where a memory has no such relation
+INSIDE_SECTION = "inside"
+# Of sections of a language, which relation of the schema their words say.
+RELATION_SECTIONS = {INSIDE_SECTION: "in", "upon": "onTop", "beyond": BEYOND}
 
 
 class Phrase(NamedTuple):
@@ -26,7 +30,7 @@ class Phrase(NamedTuple):
         where: words of a place: "on the dinner table".
         is_not_there: whether it is elsewhere: "the mug that is not on the table".
         is_speakers: whether it is of who speaks, "my", "our".
-        quantity: "both" or "every"; else empty.
+        quantity: "both", "every", or how many: "3" of "all three mugs"; else empty.
         clause: what was done with it, "that I used": it tells nothing of one thing from another.
         pronoun: "it" and the like, where that is all that is said.
     """
@@ -45,8 +49,10 @@ class PhraseReader:
     """Reads what is said of one thing by the tables of a language.
 
     - "not the red mug", "non-red mug", "the mug that is not red", "anything but the red mug";
-    - "the mug in the sink", "the mug from the desk", "the mug that is on the desk";
-    - "the phone belonging to Anna", "the phone of Anna", "my phone";
+    - "the mug in the sink", "the mug from the desk", "the mug that is on the desk", "the mug that
+      Anna left on the desk";
+    - "the phone belonging to Anna", "the phone of Anna", "my phone", "a phone that does not belong
+      to Anna";
     - "both mugs", "all mugs"; "the mug that I used"; "it".
     """
 
@@ -67,6 +73,7 @@ class PhraseReader:
         self._quantities = [
             (name, re.compile(f"^{compiled(name)}(?= )")) for name in ("both", "every")
         ]
+        self._numbers = language.read_pairs("numbers")
         that_is, negation, but = compiled("that is"), compiled("not"), compiled("but")
         articles = compiled("articles")
         x, y = "(?P<x>(?: [^ ]+)+?)", "(?P<y>(?: [^ ]+)+)"
@@ -81,12 +88,19 @@ class PhraseReader:
             )
         ]
         self._that_is = re.compile(rf"^{x}(?:{that_is}){y}$")
+        self._left_there = re.compile(rf"^{x}(?:{compiled('left there')}){y}$")
+        self._not_owned = re.compile(rf"^{x}(?:{compiled('not owned')}){y}$")
         self._owned = re.compile(rf"^{x}(?:{compiled('owned')}){y}$")
         self._of = re.compile(rf"^{x}(?:{compiled('of')}){y}$")
         links = "|".join(f"(?P<{link}>{compiled(link)})" for link in ("at", "near", "from"))
         self._places = re.compile(rf"^{x}(?:{links}){y}$")
         self._where = re.compile(rf"^(?:{links}){y}$")
         self._clause = re.compile(rf"(?:{compiled('clauses')})$")
+        self._relations = [
+            (relation, re.compile(rf"^(?: [^ ]+)??(?:{compiled(section)})(?= )"))
+            for section, relation in RELATION_SECTIONS.items()
+        ]
+        self._inside = next(iter(language.list_phrases(INSIDE_SECTION)), "")
         self._joins = language.list_words("and") | {"/", ","}
         self.read = lru_cache(maxsize=MOST_READ)(self._read)
 
@@ -101,10 +115,18 @@ class PhraseReader:
             if shorter != padded:
                 quantity, padded = name, shorter
                 break
+        number, _, after = padded.strip().partition(" ")
+        number = self._numbers.get(number, number)
+        if quantity == "every" and number.isdecimal() and after:  # "all three mugs"
+            quantity, padded = number, f" {after}"
         phrase = self._read_words(padded)
         return phrase._replace(quantity=quantity) if quantity else phrase
 
     def _read_words(self, padded: str) -> Phrase:
+        found = self._not_owned.match(padded)
+        if found:
+            owner = self._make_owner(found["y"])
+            return self._read_words(found["x"])._replace(excluded=(owner,))
         for pattern in self._exclusions:
             found = pattern.match(padded)
             if found:
@@ -120,6 +142,9 @@ class PhraseReader:
                 padded = f"{self._drop_articles(found['y'])}{x}"
             else:
                 padded = f"{found['x']}{found['y']}"
+        found = self._left_there.match(padded)
+        if found and self._where.match(found["y"]):
+            padded = f"{found['x']}{found['y']}"
         clause = self._clause.search(
             padded, padded.find(" ", 1) if " " in padded[1:] else len(padded)
         )
@@ -139,6 +164,25 @@ class PhraseReader:
             return "at", where
         link = next(name for name in ("at", "near", "from") if found[name])
         return link, self._drop_articles(found["y"]).strip()
+
+    def find_relation(self, where: str) -> str:
+        """Find how a thing lies at a place by words of it: "in" of "inside the fridge".
+
+        Returns:
+            The relation; `BEYOND` for what no memory knows, "under the sofa"; else empty.
+        """
+        for relation, pattern in self._relations:
+            if pattern.match(f" {where}"):
+                return relation
+        return ""
+
+    def say_inside(self, where: str) -> str:
+        """Return "in the fridge" of "on the fridge"."""
+        words = where.split()
+        while len(words) > 1 and words[0] not in self._articles:
+            words = words[1:]
+        name = words if words[0] in self._articles else self.split_where(where)[1].split()
+        return " ".join((self._inside, *name))
 
     def _finish(self, padded: str, where: str, clause: str) -> Phrase:
         words = padded.split()
@@ -229,6 +273,12 @@ class PhraseReader:
     def list_unused(self, name: str) -> tuple[str, ...]:
         """List the words of a name that no name has, "and", "is", "who"."""
         return tuple(word for word in self._split_words(name) if word in self._function_words)
+
+    def split_any(self, name: str) -> list[str]:
+        """Return what "anything red" says of a thing that it does not name; else nothing."""
+        words = name.split()
+        said = [word for word in words if word not in self._any]
+        return said if 0 < len(said) < len(words) else []
 
     def is_unnamed(self, text: str) -> bool:
         """Tell whether words name nothing without what was said before: "mine", "that"."""

@@ -18,7 +18,7 @@ _UNSURE = (
     "several things",
     "unknown",
 )
-_SAYS_LESS = ("fewer words", "more general name")
+SAYS_LESS = ("fewer words", "more general name")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class Resolution:
         is_soft: whether that place is a room before a name, "kitchen scissors".
         places: furniture that the words of a place mean; the finder fills it in.
         contradiction: how what is known contradicts that place, in one sentence.
-        quantity: "both" or "every", where the question says so.
+        quantity: "both", "every" or a number, where the question says so.
         language: in which is asked back.
     """
 
@@ -86,6 +86,13 @@ class Resolution:
         return len(self.readings) > 1
 
     @property
+    def has_quantity(self) -> bool:
+        """Whether there are as many matches as "both", "every" or "3" says."""
+        if self.quantity in ("", "every"):
+            return True
+        return len(self.matches) == (2 if self.quantity == "both" else int(self.quantity))
+
+    @property
     def is_sure(self) -> bool:
         """Whether the matches are meant by their names, so that finding one ends a search."""
         return self.how not in _UNSURE and not self.unused
@@ -93,7 +100,7 @@ class Resolution:
     @property
     def says_less(self) -> bool:
         """Whether the matches say less than the question: "mug" for "red mug"."""
-        return self.how in _SAYS_LESS
+        return self.how in SAYS_LESS
 
     @property
     def meant(self) -> tuple[str, ...]:

@@ -57,6 +57,7 @@ class SentenceReader:
         self.language = language
         self._times = TimeReader(language)
         self._short = language.read_pairs("short forms")
+        self._fillers = language.list_words("fillers")
         prefixes = "|".join(map(re.escape, language.list_words("not"))) or "(?!)"
         self._prefixes = re.compile(rf"\b({prefixes})-(?=\w)")  # "non-red"
         first, last, after = (
@@ -96,8 +97,8 @@ class SentenceReader:
         """List the words of which a plain name has none."""
         sections = (
             "chat first, chat last, questions, commands, and, not, but, pronouns, both, every, "
-            "that is, owned, at, near, from, function words, times, parts of the day, days, units, "
-            "ago, ahead, clock, speaker's, clauses"
+            "that is, owned, not owned, left there, at, near, from, fillers, function words, "
+            "times, parts of the day, days, units, ago, ahead, clock, speaker's, clauses"
         )
         words = {
             word
@@ -111,6 +112,7 @@ class SentenceReader:
         words = self.split_words(text)
         if self.signals.isdisjoint(words) and self._joins.isdisjoint(words):
             return Sentence(kind="thing", things=(text,), text=text)
+        words = [word for word in words if word not in self._fillers] or words
         words = self._drop_context(words)
         tense = self._find_tense(words)
         padded = self._strip(_pad(words), self._first, self._last)

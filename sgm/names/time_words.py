@@ -195,7 +195,9 @@ class TimeReader:
         self, words: Sequence[str], place: int, has_link: bool
     ) -> tuple[int, dict[str, Any]]:
         """Read "5 pm", "17:30", and "5" where a link stands before it."""
-        found = _CLOCK.fullmatch(words[place]) if place < len(words) else None
+        said = words[place] if place < len(words) else ""
+        spoken = dict(_join(self._numbers)).get(said, "") if has_link else ""  # "at nine"
+        found = _CLOCK.fullmatch(spoken or said)
         if found is None:
             return 0, {}
         length, value = _match(self._clock, words, place + 1)

@@ -7,25 +7,37 @@ from collections.abc import Iterable, Sequence
 from sgm.names.aliases import AliasTable
 from sgm.names.description_tables import DescriptionTables
 from sgm.names.known_words import is_word
-from sgm.names.modifiers import PROPERTIES, is_property, spell
+from sgm.names.modifiers import BRANDS, PROPERTIES, is_made_otherwise, is_property, spell
 from sgm.names.name_grammar import NameReader, Reading, is_measure
+from sgm.names.resolution import SAYS_LESS
 from sgm.names.spelling import count_mistakes
-from sgm.names.words import BREAKS, DETERMINERS, OF, WITH, split_words
+from sgm.names.words import BREAKS, DETERMINERS, OF, POSSESSIVE, WITH, split_words
 
 
 class UnreadWords:
     """Lists the words of a question that say something, and that nothing was made of."""
 
-    def __init__(self, tables: DescriptionTables, reader: NameReader, aliases: AliasTable) -> None:
-        """Judge by the descriptions of tables."""
+    def __init__(
+        self,
+        tables: DescriptionTables,
+        reader: NameReader,
+        aliases: AliasTable,
+        nobodys: frozenset[str],
+    ) -> None:
+        """Judge by the descriptions of tables.
+
+        `nobodys` are owners that name no person: "their".
+        """
         self._tables, self._reader, self._aliases = tables, reader, aliases
+        self._nobodys = nobodys
 
     def list_words(
         self, name: str, readings: Sequence[Reading], found: Sequence[int], how: str
     ) -> tuple[str, ...]:
         """List the words of a question that what was found does not say, and no table knows.
 
-        What comes after "of", "for" and the like, and what is before a thing and no English word.
+        What comes after "of", "for" and the like, and what is before a thing and no English word,
+        whose it is, and of what it is made, if that makes it another thing ("plastic hammer").
         """
         if how in ("exact", "same words", "typo", "similar meaning") or self._tables.has_name(name):
             return ()
@@ -39,8 +51,22 @@ class UnreadWords:
                 slip = any(count_mistakes(word, other, 1) == 1 for other in known)
                 if not slip and not is_word(word) and not is_property(word):
                     unread[word] = None
+            if how in SAYS_LESS:
+                unread |= dict.fromkeys(self._list_other_makes(reading, known))
+            owners = {other.owner for other in said}
+            if reading.owner and reading.owner not in known | owners | self._nobodys | BRANDS:
+                unread[f"{reading.owner}{POSSESSIVE}"] = None
             unread |= dict.fromkeys(self._list_after_link(name, reading, known))
         return tuple(unread)
+
+    def _list_other_makes(self, reading: Reading, known: frozenset[str]) -> Iterable[str]:
+        """List the materials that no name found says, and that make a thing another one."""
+        head = spell(reading.head[-1])
+        return [
+            word
+            for word in reading.words[:-1]
+            if spell(word) not in known and is_made_otherwise(spell(word), head)
+        ]
 
     def _list_after_link(self, name: str, reading: Reading, known: frozenset[str]) -> Iterable[str]:
         """List the words after "of", "for" and the like that no name found says, nor the head."""
