@@ -73,8 +73,9 @@ SGM_OPTIONAL = {
     "sgm/network/hub.py": {"huggingface_hub"},
     "sgm/network/onnx_runtime.py": {"onnxruntime"},
     "sgm/ros/compressed_depth.py": {"PIL"},
+    "sgm/serve/application.py": {"starlette"},
     "sgm/serve/server.py": {"uvicorn"},
-    "sgm/serve/tools.py": {"mcp"},
+    "sgm/serve/tools.py": {"mcp", "starlette"},
     "sgm/text/vectors.py": {"spacy"},
     "sgm/text/tok2vec.py": {"safetensors"},
 }

@@ -1,4 +1,4 @@
-"""The HTTP side: an ASGI application whose routes are the declared calls."""
+"""The HTTP side: a Starlette application whose routes are the declared calls."""
 
 from __future__ import annotations
 
@@ -6,23 +6,32 @@ import asyncio
 import json
 import time
 from collections import Counter
-from collections.abc import Mapping, MutableMapping, Sequence
-from contextlib import suppress
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager, suppress
 from difflib import get_close_matches
+from functools import partial
 from importlib import import_module
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
+from starlette.applications import Starlette
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
 from sgm.files import parse_json
 from sgm.messages import shorten_text
 from sgm.serve.caller import Caller
-from sgm.serve.calls import BY_NAME, VERSION, Call
+from sgm.serve.calls import BY_NAME, CALLS, VERSION, Call
 from sgm.serve.documents import make_openapi, make_page
 from sgm.serve.feed import Feed
-from sgm.serve.guard import BODY_SECONDS, MOST_LINE, Guard, Receive, Refused, Scope, Send, read_body
+from sgm.serve.guard import BODY_SECONDS, MOST_BYTES, MOST_LINE, Guard, Refused
 
-if TYPE_CHECKING:  # mcp is an extra, and takes as long to import as all else
+if TYPE_CHECKING:  # mcp takes as long to import as all else
     from sgm.serve.tools import MCPTools
 
 # Upper bounds of the times that are counted, in seconds.
@@ -30,12 +39,12 @@ BOUNDS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 _JSON = "application/json"
 _KEY_HEADER = "idempotency-key"  # as other services call the key of a write
 # A page that was read, by mistake or not, can do nothing and is shown nowhere else.
-_HEADERS = [
-    (b"x-content-type-options", b"nosniff"),
-    (b"cross-origin-resource-policy", b"same-origin"),
-    (b"content-security-policy", b"default-src 'none'; style-src 'unsafe-inline'"),
-    (b"cache-control", b"no-store"),
-]
+_HEADERS = {
+    "x-content-type-options": "nosniff",
+    "cross-origin-resource-policy": "same-origin",
+    "content-security-policy": "default-src 'none'; style-src 'unsafe-inline'",
+    "cache-control": "no-store",
+}
 
 
 class Metrics:
@@ -79,41 +88,6 @@ class Metrics:
         return "\n".join(lines) + "\n"
 
 
-class LateTools:
-    """The tools of MCP, which are loaded when the first client asks for them."""
-
-    def __init__(self, caller: Caller) -> None:
-        """Offer the calls of a caller."""
-        self._caller = caller
-        self._ended = asyncio.Event()
-        self._running: asyncio.Task[None] | None = None
-        self._made: asyncio.Future[MCPTools] = asyncio.get_running_loop().create_future()
-
-    async def get(self) -> MCPTools:
-        """Return the tools, ready to answer until `close`."""
-        if self._running is None:
-            self._running = asyncio.create_task(self._run())
-        return await asyncio.shield(self._made)
-
-    async def _run(self) -> None:
-        try:
-            module = await asyncio.to_thread(import_module, "sgm.serve.tools")
-            tools = module.MCPTools(self._caller)
-            async with tools.run():
-                self._made.set_result(tools)
-                await self._ended.wait()
-        except Exception as error:
-            if self._made.done():
-                raise
-            self._made.set_exception(error)
-
-    async def close(self) -> None:
-        """End what was begun."""
-        self._ended.set()
-        if self._running is not None:
-            await self._running
-
-
 class Application:
     """Answers HTTP requests: /v1/CALL, /v1/feed, /mcp, /health, /metrics, /openapi.json, /.
 
@@ -138,119 +112,136 @@ class Application:
         self.feed: Feed | None = None
         self._guard = guard
         self._has_tools = has_tools
-        self._tools: LateTools | None = None  # while it runs
+        self._tools: asyncio.Future[MCPTools] | None = None  # while it runs
+        self._tools_asked = asyncio.Event()
         self._snapshot_seconds = snapshot_seconds
         self._body_seconds = body_seconds
-        self._openapi = json.dumps(make_openapi()).encode()
-        self._page = make_page().encode()
+        refused = (HTTPException, Refused, KeyError, ValueError, TypeError, OSError)
+        self._routed = Starlette(
+            routes=self._list_routes(),
+            exception_handlers=dict.fromkeys(refused, _answer_error),
+            lifespan=self._live,
+        )
+        self._routed.router.redirect_slashes = False
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, or begin and end with the server."""
-        if scope["type"] == "lifespan":
-            await self._live(receive, send)
-        elif scope["type"] == "http":
-            await self._answer(scope, receive, send)
-        else:
-            await send({"type": "websocket.close", "code": 1003})
+        """Answer a request that the guard lets pass, or begin and end with the server."""
+        if scope["type"] != "http":
+            await self._routed(scope, receive, send)
+            return
+        begin, status = time.perf_counter(), 500
 
-    async def _live(self, receive: Receive, send: Send) -> None:
-        await receive()
-        self.feed = Feed(self.caller.service)
-        if self._has_tools:
-            self._tools = LateTools(self.caller)
-        keeping = asyncio.create_task(self.caller.keep(self._snapshot_seconds))
-        starting = asyncio.create_task(self.caller.start_reader())
-        await send({"type": "lifespan.startup.complete"})
-        await receive()
-        self.feed.close()
-        if self._tools is not None:
-            await self._tools.close()
-        await starting
-        await self.caller.close_reader()
-        keeping.cancel()
-        with suppress(asyncio.CancelledError):
-            await keeping
-        await send({"type": "lifespan.shutdown.complete"})
-
-    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
-        begin, status, name = time.perf_counter(), 500, "other"
-
-        async def count(message: MutableMapping[str, Any]) -> None:
+        async def note(message: Message) -> None:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
+                MutableHeaders(scope=message).update(_HEADERS)
             await send(message)
 
+        path, headers = scope["path"], Headers(scope=scope)
+        name = path.removeprefix(f"/{VERSION}/")
         try:
-            path: str = scope["path"]
-            headers = _join_headers(scope["headers"])
-            name = path.removeprefix(f"/{VERSION}/")
-            if name not in BY_NAME and name not in ("feed", "/mcp", "/health"):
-                name = "other"
             client = (scope.get("client") or ("",))[0]
-            self._guard.check(client, path, headers)
-            await self._route(scope, headers, receive, count)
+            joined = {key: ", ".join(headers.getlist(key)) for key in headers}
+            self._guard.check(client, path, joined)
         except Refused as error:
-            await _send(count, error.status, _JSON, _write_error(error.line), error.headers)
-        except KeyError as error:
-            await _send(count, 404, _JSON, _write_error(str(error.args[0])))
-        except (ValueError, TypeError) as error:
-            await _send(count, 400, _JSON, _write_error(str(error)))
-        except OSError as error:
-            line = str(error.args[-1] if error.args else error)
-            if " must " not in line:
-                line = f"disk must take the change, got {error}. Free some space, and send it again"
-            await _send(count, 507, _JSON, _write_error(line))
+            await _refuse(error)(scope, receive, note)
+        else:
+            await self._routed(scope, receive, note)
         finally:
-            self.metrics.count(name, status, time.perf_counter() - begin)
+            is_known = name in BY_NAME or name in ("feed", "/mcp", "/health")
+            self.metrics.count(name if is_known else "other", status, time.perf_counter() - begin)
 
-    async def _route(
-        self, scope: Scope, headers: Mapping[str, str], receive: Receive, send: Send
-    ) -> None:
-        path, method = scope["path"], scope["method"]
-        call = BY_NAME.get(path.removeprefix(f"/{VERSION}/"))
-        if call is not None and path.startswith(f"/{VERSION}/"):
-            arguments = await self._read(call, scope, headers, receive)
-            await _send(send, 200, _JSON, await self.caller.answer(call, arguments))
-        elif path == "/mcp" and self._tools is not None:
-            body = b"" if method == "GET" else await read_body(headers, receive, self._body_seconds)
-            tools = await self._tools.get()
-            await tools.handle(scope, _give(body, receive), send)
-        elif path in ("/", "/health", "/metrics", "/openapi.json", f"/{VERSION}/feed"):
-            if method != "GET":
-                raise _refuse_method(path, method, ["GET"])
-            await self._show(path, receive, send)
+    def _list_routes(self) -> list[Route]:
+        routes = [
+            Route(
+                f"/{VERSION}/{call.name}",
+                partial(self._answer_call, call),
+                methods=["POST"] if call.is_write else ["GET", "POST"],
+            )
+            for call in CALLS
+        ]
+        for path, endpoint in (
+            ("/", HTMLResponse(make_page())),
+            ("/health", self._answer_health),
+            ("/metrics", self._answer_metrics),
+            ("/openapi.json", JSONResponse(make_openapi())),
+            (f"/{VERSION}/feed", self._answer_feed),
+        ):
+            routes.append(Route(path, endpoint, methods=["GET"]))
+        for route in routes:
+            assert route.methods is not None
+            route.methods.discard("HEAD")  # which Starlette adds: a feed has no end
+        if self._has_tools:
+            tools = Route("/mcp", self._answer_tools, methods=["DELETE", "GET", "POST"])
+            routes.append(tools)
+        return routes
+
+    @asynccontextmanager
+    async def _live(self, _: Starlette) -> AsyncIterator[None]:
+        self.feed = Feed(self.caller.service)
+        keeping = asyncio.create_task(self.caller.keep(self._snapshot_seconds))
+        offering = asyncio.create_task(self._offer_tools())
+        starting = asyncio.create_task(self.caller.start_reader())
+        yield
+        self.feed.close()
+        await starting
+        await self.caller.close_reader()
+        for task in (offering, keeping):
+            task.cancel()
+            with suppress(asyncio.CancelledError):
+                await task
+
+    async def _offer_tools(self) -> None:
+        """Make the tools of MCP when the first client asks for them, until it is cancelled."""
+        made = self._tools = asyncio.get_running_loop().create_future()
+        await self._tools_asked.wait()
+        try:
+            module = await asyncio.to_thread(import_module, "sgm.serve.tools")
+            tools = module.MCPTools(self.caller)
+            async with tools.run():
+                made.set_result(tools)
+                await asyncio.Event().wait()
+        except Exception as error:
+            if made.done():
+                raise
+            made.set_exception(error)
+
+    async def _answer_call(self, call: Call, request: Request) -> Response:
+        if request.method == "GET":
+            arguments = call.read(_read_query(request), is_query=True)
         else:
-            line = f"path must be one that /openapi.json lists, got {shorten_text(path)!r}."
-            near = get_close_matches(path.rpartition("/")[2], BY_NAME, 1)
-            remedy = f"Did you mean /{VERSION}/{near[0]}?" if near else "Look there."
-            raise Refused(404, f"{line} {remedy}")
+            arguments = call.read(await self._read_values(call, request))
+        return Response(await self.caller.answer(call, arguments), media_type=_JSON)
 
-    async def _show(self, path: str, receive: Receive, send: Send) -> None:
-        if path == "/":
-            await _send(send, 200, "text/html; charset=utf-8", self._page)
-        elif path == "/health":
-            fault = self.caller.service.clock_fault
-            health = {"status": "ok", **({"clock_fault": fault} if fault else {})}
-            await _send(send, 200, _JSON, json.dumps(health, separators=(",", ":")).encode())
-        elif path == "/metrics":
-            text = self.metrics.write(self._list_gauges())
-            await _send(send, 200, "text/plain; version=0.0.4; charset=utf-8", text.encode())
-        elif path == "/openapi.json":
-            await _send(send, 200, _JSON, self._openapi)
-        else:
-            await self._tell(receive, send)
+    async def _answer_health(self, _: Request) -> Response:
+        fault = self.caller.service.clock_fault
+        return JSONResponse({"status": "ok", **({"clock_fault": fault} if fault else {})})
 
-    async def _tell(self, receive: Receive, send: Send) -> None:
+    async def _answer_metrics(self, _: Request) -> Response:
+        text = self.metrics.write(self._list_gauges())
+        return Response(text, media_type="text/plain; version=0.0.4; charset=utf-8")
+
+    async def _answer_feed(self, _: Request) -> Response:
         """Tell what changes until the client or the server ends."""
-        feed = self.feed
-        if feed is None or feed.is_full:
+        if self.feed is None or self.feed.is_full:
             raise Refused(503, "feed must have few listeners, got too many. Close some.")
-        head = [(b"content-type", b"text/event-stream; charset=utf-8"), *_HEADERS]
-        await send({"type": "http.response.start", "status": 200, "headers": head})
-        async for event in feed.listen(_wait_gone(receive)):
-            await send({"type": "http.response.body", "body": event, "more_body": True})
-        await send({"type": "http.response.body", "body": b"", "more_body": False})
+        return StreamingResponse(self.feed.listen(), media_type="text/event-stream")
+
+    async def _answer_tools(self, request: Request) -> ASGIApp:
+        body = b"" if request.method == "GET" else await self._read_body(request)
+        read: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
+        assert self._tools is not None
+        self._tools_asked.set()
+        tools = await asyncio.shield(self._tools)
+
+        async def give(receive: Receive) -> Message:
+            return read.pop() if read else await receive()
+
+        async def answer(scope: Scope, receive: Receive, send: Send) -> None:
+            await tools.handle(scope, partial(give, receive), send)
+
+        return answer
 
     def _list_gauges(self) -> dict[str, float]:
         memory, reader = self.caller.service.memory, self.caller.reader
@@ -265,88 +256,102 @@ class Application:
             "sgm_reader_cpu_seconds_total": 0 if reader is None else reader.processor_seconds,
         }
 
-    async def _read(
-        self, call: Call, scope: Scope, headers: Mapping[str, str], receive: Receive
-    ) -> dict[str, Any]:
-        """Read the arguments of a call: JSON in the body, or, of what only reads, a query."""
-        method = scope["method"]
-        if method == "GET" and not call.is_write:
-            try:
-                query = scope["query_string"].decode("ascii")
-                pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=20, errors="strict")
-            except ValueError:
-                raise ValueError(
-                    "query must be name=value pairs in UTF-8, 20 at most, got another one. See "
-                    "/openapi.json."
-                ) from None
-            if len(dict(pairs)) < len(pairs):
-                raise ValueError("query must name an argument once, got one twice. Leave one out.")
-            return call.read(dict(pairs), is_query=True)
-        if method != "POST":
-            raise _refuse_method(call.name, method, ["POST"] if call.is_write else ["GET", "POST"])
-        media_type = headers.get("content-type", "").partition(";")[0].strip().lower()
+    async def _read_values(self, call: Call, request: Request) -> Any:
+        """Read the JSON of a body, and the key that may stand in a header."""
+        media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
         if media_type != _JSON:
-            raise Refused(
-                415,
-                f"Content-Type must be {_JSON}, got {shorten_text(media_type, 100)!r}. Send JSON.",
-            )
-        body = await read_body(headers, receive, self._body_seconds)
+            got = shorten_text(media_type, 100)
+            raise Refused(415, f"Content-Type must be {_JSON}, got {got!r}. Send JSON.")
         try:
-            values = parse_json(body)
+            values = parse_json(await self._read_body(request))
         except ValueError as error:
             raise ValueError(
                 f"body must be JSON, got {shorten_text(str(error))}. Send one object."
             ) from None
-        key = headers.get(_KEY_HEADER)
+        key = request.headers.get(_KEY_HEADER)
         if key is not None and call.is_write and isinstance(values, Mapping):
-            values = {"key": key, **values}
-        return call.read(values)
+            return {"key": key, **values}
+        return values
+
+    async def _read_body(self, request: Request) -> bytes:
+        """Read the body of a request; raises `Refused` if it is too long, late or cut short."""
+        told = request.headers.get("content-length", "0")
+        if not told.isascii() or not told.isdigit():
+            raise Refused(400, "Content-Length must be a number, got another value. Mend it.")
+        too_long = Refused(413, f"body must have at most {MOST_BYTES} bytes, got more. Send less.")
+        if len(told) > 12 or int(told) > MOST_BYTES:
+            raise too_long
+
+        async def read() -> bytes:
+            body = bytearray()
+            async for part in request.stream():
+                body += part
+                if len(body) > MOST_BYTES:
+                    raise too_long
+            return bytes(body)
+
+        try:
+            return await asyncio.wait_for(read(), self._body_seconds)
+        except ClientDisconnect:
+            raise Refused(400, "body must be whole, got a part of it. Send it again.") from None
+        except asyncio.TimeoutError:
+            # The rest of a body that is late is not waited for. That of one that is too long is
+            # read and dropped, for HEAD_SECONDS at most: a reset would overtake the answer.
+            raise Refused(
+                408,
+                f"body must arrive within {self._body_seconds:g} s, got a part of it. Try again.",
+                {"connection": "close"},
+            ) from None
 
 
-def _refuse_method(name: str, method: str, allowed: Sequence[str]) -> Refused:
-    methods = " or ".join(allowed)
-    line = f"method of {name} must be {methods}, got {shorten_text(method, 20)}. Use {methods}."
-    return Refused(405, line, [(b"allow", ", ".join(allowed).encode())])
+def _read_query(request: Request) -> dict[str, str]:
+    """Read the query, strictly: each name once, in UTF-8."""
+    try:
+        query = request.scope["query_string"].decode("ascii")
+        pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=20, errors="strict")
+    except ValueError:
+        raise ValueError(
+            "query must be name=value pairs in UTF-8, 20 at most, got another one. See "
+            "/openapi.json."
+        ) from None
+    if len(dict(pairs)) < len(pairs):
+        raise ValueError("query must name an argument once, got one twice. Leave one out.")
+    return dict(pairs)
 
 
-async def _wait_gone(receive: Receive) -> None:
-    """Return when the client has closed the connection."""
-    while (await receive())["type"] != "http.disconnect":
-        pass
+async def _answer_error(request: Request, error: Exception) -> Response:
+    """Answer what a route has raised."""
+    if isinstance(error, HTTPException):
+        error = _explain(request, error)
+    if isinstance(error, Refused):
+        return _refuse(error)
+    if isinstance(error, KeyError):
+        return _refuse(Refused(404, str(error.args[0])))
+    if isinstance(error, OSError):
+        line = str(error.args[-1] if error.args else error)
+        if " must " not in line:
+            line = f"disk must take the change, got {error}. Free some space, and send it again"
+        return _refuse(Refused(507, line))
+    return _refuse(Refused(400, str(error)))
 
 
-def _give(body: bytes, receive: Receive) -> Receive:
-    """Return a `receive` that gives a body that was read, then what follows."""
-    given = [{"type": "http.request", "body": body, "more_body": False}]
-
-    async def give() -> MutableMapping[str, Any]:
-        return given.pop() if given else await receive()
-
-    return give
-
-
-def _join_headers(headers: Any) -> dict[str, str]:
-    joined: dict[str, str] = {}
-    for name, value in headers:
-        key, text = name.decode("latin-1").lower(), value.decode("latin-1")
-        joined[key] = f"{joined[key]}, {text}" if key in joined else text
-    return joined
+def _explain(request: Request, error: HTTPException) -> Refused:
+    """Say which path or method there is in the place of one that Starlette does not find."""
+    path, method = request.scope["path"], request.method
+    if error.status_code == 405:
+        allowed = sorted((error.headers or {})["Allow"].split(", "))
+        methods, name = " or ".join(allowed), path.removeprefix(f"/{VERSION}/")
+        name = name if name in BY_NAME else path
+        line = f"method of {name} must be {methods}, got {shorten_text(method, 20)}. Use {methods}."
+        return Refused(405, line, {"allow": ", ".join(allowed)})
+    line = f"path must be one that /openapi.json lists, got {shorten_text(path)!r}."
+    near = get_close_matches(path.rpartition("/")[2], BY_NAME, 1)
+    return Refused(
+        404, f"{line} {f'Did you mean /{VERSION}/{near[0]}?' if near else 'Look there.'}"
+    )
 
 
-def _write_error(line: str) -> bytes:
-    line = " ".join(shorten_text(line, MOST_LINE).split())
-    text = json.dumps({"error": line}, ensure_ascii=False)
-    return text.encode("utf-8", "backslashreplace")
-
-
-async def _send(
-    send: Send, status: int, media_type: str, body: bytes, more: Sequence[tuple[bytes, bytes]] = ()
-) -> None:
-    head = [(b"content-type", media_type.encode()), (b"content-length", b"%d" % len(body))]
-    head += [*_HEADERS, *more]
-    # A body that is late is not waited for. The rest of one that is too long is read and dropped,
-    # for HEAD_SECONDS at most: a reset of the connection would overtake the answer.
-    if status == 408:
-        head.append((b"connection", b"close"))
-    await send({"type": "http.response.start", "status": status, "headers": head})
-    await send({"type": "http.response.body", "body": body})
+def _refuse(error: Refused) -> Response:
+    line = " ".join(shorten_text(error.line, MOST_LINE).split())
+    text = json.dumps({"error": line}, ensure_ascii=False).encode("utf-8", "backslashreplace")
+    return Response(text, error.status, error.headers, _JSON)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 
 from sgm.finder.answers import write_json
@@ -46,14 +46,12 @@ class Feed:
         with suppress(RuntimeError):  # the loop has ended, and all connections with it
             self._loop.call_soon_threadsafe(self.close)
 
-    async def listen(self, until: Awaitable[object]) -> AsyncIterator[bytes]:
-        """Yield events as they are sent, from now on, until something is done or the feed ends."""
+    async def listen(self) -> AsyncIterator[bytes]:
+        """Yield events as they are sent, from now on, until it is cancelled or the feed ends."""
         queue: asyncio.Queue[bytes | None] = asyncio.Queue(MOST_WAITING)
         self._queues.add(queue)
         if self._end is None:
             self._end = self._service.subscribe(self._hand_on)
-        waiting = asyncio.ensure_future(until)
-        waiting.add_done_callback(lambda _: self._finish(queue))
         try:
             yield b": sgm feed\n\n"  # now: the client knows that it is heard
             while True:
@@ -66,7 +64,6 @@ class Feed:
                 yield event
         finally:
             self._queues.discard(queue)
-            waiting.cancel()
             if not self._queues and self._end is not None:
                 self._end()
                 self._end = None

@@ -5,13 +5,11 @@ And requests of so many bytes at most, which arrive in time.
 
 from __future__ import annotations
 
-import asyncio
 import hmac
 import ipaddress
 from collections import OrderedDict
-from collections.abc import Awaitable, Callable, Collection, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from time import monotonic
-from typing import Any
 
 from sgm.messages import shorten_text
 
@@ -24,11 +22,6 @@ BODY_SECONDS = 10.0  # in which it has to arrive
 MOST_LINE = 500  # characters of an error
 OPEN_PATHS = frozenset(("/health",))  # answered without a token: it says nothing of the home
 
-# Of ASGI.
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-
 
 class Refused(Exception):
     """A request that is not answered.
@@ -39,7 +32,7 @@ class Refused(Exception):
         headers: that the status demands, beside those of every answer.
     """
 
-    def __init__(self, status: int, line: str, headers: Sequence[tuple[bytes, bytes]] = ()) -> None:
+    def __init__(self, status: int, line: str, headers: Mapping[str, str] | None = None) -> None:
         """Refuse with a status and a line."""
         super().__init__(line)
         self.status = status
@@ -106,7 +99,7 @@ class Guard:
                 raise Refused(
                     401,
                     "Authorization must be Bearer and the token of this server. Send both.",
-                    [(b"www-authenticate", b"Bearer")],
+                    {"www-authenticate": "Bearer"},
                 )
 
     def _check_rate(self, client: str) -> None:
@@ -121,36 +114,6 @@ class Guard:
             raise Refused(
                 429, f"requests must be at most {self._rate:g} a second, got more. Wait a second."
             )
-
-
-async def read_body(headers: Mapping[str, str], receive: Receive, seconds: float) -> bytes:
-    """Read the body of a request; raises `Refused` if it is too long, late or cut short."""
-    told = headers.get("content-length", "0")
-    if not told.isascii() or not told.isdigit():
-        raise Refused(400, "Content-Length must be a number, got another value. Mend it.")
-    body = bytearray()
-    too_long = Refused(413, f"body must have at most {MOST_BYTES} bytes, got more. Send less.")
-    if len(told) > 12 or int(told) > MOST_BYTES:
-        raise too_long
-
-    async def read() -> None:
-        while True:
-            message = await receive()
-            if message["type"] == "http.disconnect":
-                raise Refused(400, "body must be whole, got a part of it. Send it again.")
-            body.extend(message.get("body", b""))
-            if len(body) > MOST_BYTES:
-                raise too_long
-            if not message.get("more_body"):
-                return
-
-    try:
-        await asyncio.wait_for(read(), seconds)
-    except asyncio.TimeoutError:
-        raise Refused(
-            408, f"body must arrive within {seconds:g} s, got a part of it. Try again."
-        ) from None
-    return bytes(body)
 
 
 def is_local(host: str) -> bool:

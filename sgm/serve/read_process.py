@@ -21,8 +21,7 @@ from sgm.replay.followed_memory import FollowedMemory
 from sgm.serve.caller import NUM_READERS, Turns
 from sgm.serve.calls import BY_NAME
 from sgm.serve.finders import make_finder, warm_up
-from sgm.serve.frames import Kind, pack, read_frame
-from sgm.serve.reader import SECONDS
+from sgm.serve.reader import SECONDS, Kind, pack, read_frame
 
 
 class ReadProcess:

@@ -12,12 +12,13 @@ from mcp import MCPError
 from mcp.server.lowlevel import Server
 from mcp.server.stdio import stdio_server
 from mcp.server.streamable_http_manager import StreamableHTTPSessionManager
+from starlette.types import Receive, Scope, Send
 
 from sgm.finder.answers import to_json
 from sgm.messages import shorten_text
 from sgm.serve.caller import Caller
 from sgm.serve.calls import VERSION
-from sgm.serve.guard import MOST_BYTES, MOST_LINE, Receive, Refused, Scope, Send
+from sgm.serve.guard import MOST_BYTES, MOST_LINE, Refused
 from sgm.serve.prompts import PROMPTS
 from sgm.serve.resources import RESOURCES, read_resource
 from sgm.serve.tool_list import TOOLS, find_call

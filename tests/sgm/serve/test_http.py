@@ -129,6 +129,9 @@ BAD = [
     ("GET", "/v1/nothing", None, {}, 404, "path must be one that /openapi.json lists"),
     ("GET", "/v1/../etc/passwd", None, {}, 404, "path must be one that /openapi.json lists"),
     ("GET", "/v1/whereis?thing=mug", None, {}, 404, "Did you mean /v1/where_is?"),
+    ("GET", "/v1/where_is/?thing=mug", None, {}, 404, "path must be one that /openapi.json lists"),
+    ("POST", "/openapi.json", b"", {}, 405, "/openapi.json must be GET, got POST. Use GET."),
+    ("PATCH", "/v1/feed", b"", {}, 405, "method of /v1/feed must be GET, got PATCH. Use GET."),
     ("POST", "/health", b"", {}, 405, "method of /health must be GET, got POST. Use GET."),
     ("GET", "/health", None, {"Host": "evil.example"}, 403, "Host must be a name of this server"),
     ("GET", "/health", None, {"Host": ""}, 403, "Host must be a name of this server"),
@@ -147,6 +150,15 @@ def test_a_bad_request_is_refused_in_one_line(served, method, path, body, header
         assert method not in allowed
         assert line.endswith(f"Use {' or '.join(allowed)}.")
     assert served.client.send("GET", "/health").status == 200
+
+
+def test_the_head_of_a_feed_is_refused(served):
+    """A feed has no end: one that sends nothing would wait for good."""
+    for path in ("/v1/feed", "/health", "/v1/where_is?thing=mug"):
+        answer = served.client.send("HEAD", path)
+        assert answer.status == 405
+        assert "HEAD" not in answer.headers["Allow"]
+    assert served.application.feed.num_listeners == 0
 
 
 def test_a_page_of_another_origin_neither_reads_nor_writes(served):
