@@ -438,7 +438,7 @@ def test_parameters_say_what_they_are_and_the_file_has_all(start):
     [
         ({"map_file": "/nowhere/map.yaml"}, "No such file or directory"),
         ({"detections_type": "PointCloud2"}, "detections_type must be one of Detection2DArray"),
-        ({"memory_file": __file__}, "memory file must be whole JSON"),
+        ({"memory_file": __file__}, "memory file must be one that SceneGraphMemory wrote"),
         ({"step_seconds": 0.1}, "step_seconds must be at least 1"),
         ({"step_seconds": 600}, "'step_seconds'"),  # a whole number where rclpy wants 600.0
     ],
