@@ -1,4 +1,4 @@
-"""What `make docs` adds to the pages of docs/: results, notebooks, commands and the API.
+"""What `make docs` adds to the pages of docs/: results, notebooks, tables, commands and the API.
 
 MkDocs reads one folder. Pages that lie elsewhere in the repository, and files that a page links to,
 are added here under their path in the repository, and links are written for where they are now.
@@ -25,6 +25,7 @@ sys.path.insert(0, str(ROOT))
 
 from docs.make_api import make_api_pages  # noqa: E402
 from docs.make_commands import make_command_pages  # noqa: E402
+from docs.make_tables import make_table_pages  # noqa: E402
 from docs.markdown_math import replace_equations  # noqa: E402
 
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s]+)(\))")
@@ -52,10 +53,10 @@ def on_config(config: Any) -> Any:
     # Templates of notebooks lie beside nbconvert, also where an environment borrows its packages.
     beside = Path(nbconvert.__file__).parents[4] / "share" / "jupyter"
     os.environ["JUPYTER_PATH"] = os.pathsep.join([os.environ.get("JUPYTER_PATH", ""), str(beside)])
-    api, commands = make_api_pages(ROOT), make_command_pages()
-    _made.update(api | commands)
+    api, commands, tables = make_api_pages(ROOT), make_command_pages(), make_table_pages()
+    _made.update(api | commands | tables)
     parts = {title: pages for part in config["nav"] for title, pages in part.items()}
-    parts["Reference"] += [{"Commands": sorted(commands)}, {"API": list(api)}]
+    parts["Reference"] += [*tables, {"Commands": sorted(commands)}, {"API": list(api)}]
     named = set(list_pages(config["nav"]))
     results = [path for path in list_outside() if path.startswith("results/")]
     parts["Results"] += [path for path in results if path not in named]

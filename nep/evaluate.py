@@ -16,7 +16,14 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from nep.players.contestants import Checkpoint, check_contestants, list_contestants
 from nep.report.figures import draw_task, make_png
 from nep.report.results import Results, ScoreSummary, TaskTitle, describe_code, list_versions
-from nep.report.tables import Row, compute_rows, make_csv, make_markdown, make_rich_table
+from nep.report.tables import (
+    REFERENCES,
+    Row,
+    compute_rows,
+    make_csv,
+    make_markdown,
+    make_rich_table,
+)
 from sgm.checks import check_at_least
 from sgm.files import write_whole
 from sgm.messages import shorten
@@ -156,7 +163,12 @@ def evaluate(
 
 
 def save_results(
-    config: EvaluateConfig, summaries: Summaries, tables: Tables, out: Path, command: str
+    config: EvaluateConfig,
+    summaries: Summaries,
+    tables: Tables,
+    out: Path,
+    command: str,
+    minus: Sequence[str] = REFERENCES,
 ) -> None:
     """Write `results.json`, `table.md`, `table.csv` and a figure per task, each whole or not."""
     classes = {task: find_task(task) for task in summaries}
@@ -171,7 +183,7 @@ def save_results(
     ]
     parts.append(f"`{command}`\n\n{describe_made(config)}\n")
     write_whole(out / "table.md", "\n".join(parts).encode())
-    write_whole(out / "table.csv", make_csv(tables, more=config.more).encode())
+    write_whole(out / "table.csv", make_csv(tables, more=config.more, references=minus).encode())
     models = [checkpoint.name for checkpoint in config.checkpoints]
     for task, players in summaries.items():
         picture = make_png(draw_task(classes[task], players, models))
@@ -210,6 +222,8 @@ def _make_parser() -> ArgumentParser:
         f"checkpoint, an exported folder or one that ships ({', '.join(list_shipped())}); may be "
         "repeated",
         "encoders": "modules of your own with the encoders of exported networks",
+        "minus": "policies and networks from which the table has the differences of all others; "
+        f"{', '.join(REFERENCES)} if left out",
     }
     for name, text in several.items():
         default = ("all",) if name in ("tasks", "policies") else ()
@@ -246,6 +260,22 @@ def _make_config(options: Namespace) -> EvaluateConfig:
     )
 
 
+def _find_references(named: Sequence[str], config: EvaluateConfig) -> Sequence[str]:
+    """Return what differences are taken from; what is named must play one of the tasks."""
+    players = {
+        player
+        for task in config.tasks
+        for player in list_contestants(task, config.policies, config.checkpoints)
+    }
+    for name in named:
+        if name not in players:
+            raise ValueError(
+                f"minus must name what plays, got {name!r}. Name some of "
+                f"{', '.join(sorted(players))}, or add it to --policies or --checkpoint."
+            )
+    return named or REFERENCES
+
+
 def _check_folder(out: Path, command: str) -> None:
     """Raise ValueError if a folder holds the results of another command, or a broken file."""
     path = out / RESULTS_FILE
@@ -267,6 +297,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         check_workers(options.workers, options.backend)
         config = _make_config(options)
         config.check()
+        minus = _find_references(options.minus, config)
         command = shlex.join(["python", "-m", "nep.evaluate", *arguments])
         _check_folder(options.out, command)
         options.out.mkdir(parents=True, exist_ok=True)
@@ -294,8 +325,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         task: {name: ScoreSummary.of(scores, units, more) for name, scores in players.items()}
         for task, players in scores.items()
     }
-    tables = {task: compute_rows(find_task(task), players) for task, players in summaries.items()}
-    save_results(config, summaries, tables, options.out, command)
+    tables = {
+        task: compute_rows(find_task(task), players, minus) for task, players in summaries.items()
+    }
+    save_results(config, summaries, tables, options.out, command, minus)
     for task, rows in tables.items():
         console.print(make_rich_table(find_task(task), rows, _make_title(config, task), more))
 

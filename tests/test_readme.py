@@ -75,6 +75,13 @@ def test_a_first_page_ends_with_at_most_four_next_ones(page):
     assert all(row.startswith("| ") for row in rows)
 
 
+def test_the_guides_are_in_proportion():
+    """One reader and one question a page; figures are in results/, tables of code in the site."""
+    sizes = [path.stat().st_size for path in (README.parent / "docs").rglob("*.md")]
+    assert sum(sizes) <= 345_000
+    assert max(sizes) <= 30_000
+
+
 def test_make_installs_extras_that_there_are():
     """pip warns of one that is unknown, and goes on without it."""
     settings = configparser.ConfigParser()

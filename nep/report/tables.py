@@ -293,17 +293,18 @@ def make_csv(
     tables: Mapping[str, Sequence[Row]],
     key: str = "task",
     more: Mapping[str, Metric] | None = None,
+    references: Sequence[str] = REFERENCES,
 ) -> str:
     """Make one CSV of all tables, numbers unrounded; `key` names the first column."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
-    differences = [f"minus_{name}{part}" for name in REFERENCES for part in ("", "_low", "_high")]
+    differences = [f"minus_{name}{part}" for name in references for part in ("", "_low", "_high")]
     names = [*METRICS, *(more or {})]
     writer.writerow([key, "policy", "mean", "std", *differences, "gap_closed", *names])
     for task, rows in tables.items():
         for row in rows:
             numbers: list[float | None] = [row.mean, row.std]
-            for name in REFERENCES:
+            for name in references:
                 delta = row.differences.get(name)
                 numbers += [delta.mean, delta.low, delta.high] if delta else [None] * 3
             numbers += [row.gap_closed, *(row.metrics[name] for name in names)]

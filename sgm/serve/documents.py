@@ -1,4 +1,4 @@
-"""OpenAPI, a page for people and docs/reference/calls.md, all from the declared calls."""
+"""OpenAPI, a page for people and one of Markdown, all from the declared calls."""
 
 from __future__ import annotations
 
@@ -88,8 +88,13 @@ def describe_rule(schema: Any) -> str:
 
 
 def make_tables() -> str:
-    """Return the part of docs/reference/calls.md that lists every call, in Markdown."""
-    lines = []
+    """Return a page of Markdown with the arguments of every call, and the fields of its answer."""
+    lines = [
+        "# Calls of the server",
+        "",
+        f"Version `{VERSION}`: fields may be added, none changes or goes.",
+        "",
+    ]
     shapes: dict[str, Any] = {}
     for call in CALLS:
         lines += [f"### {call.name}", "", call.about, ""]

@@ -27,16 +27,6 @@ from nep.paper.nep_module import NEPModule
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_the_docs_list_them():
-    """Every feature is a row of the table in docs/data.md, in their order."""
-    table = "\n".join(
-        f"| {feature.name} | {feature.of} | {feature.width} | `features.{feature.group}` |"
-        for feature in FEATURES
-    )
-    heading = "| feature | of | columns | switch |\n| --- | --- | ---: | --- |\n"
-    assert heading + table in (ROOT / "docs" / "data.md").read_text("utf-8")
-
-
 def test_columns_of_the_paper_come_first_and_others_where_they_are_on():
     assert (NODE_FEATURE_DIM, EDGE_FEATURE_DIM) == (4, 9)
     assert count_columns("edge", ["belief"]) == 9 + 5

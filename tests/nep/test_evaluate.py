@@ -1,5 +1,6 @@
 """`python -m nep.evaluate`: what it writes, that it repeats, and what it refuses."""
 
+import csv
 import hashlib
 import json
 import re
@@ -99,6 +100,26 @@ def test_the_same_seed_gives_the_same_files(tmp_path, checkpoint):
     assert read(tmp_path / "a")["tasks"] == read(tmp_path / "b")["tasks"]
     main(["--out", str(tmp_path / "c"), *arguments, "--seed", "1"])
     assert read(tmp_path / "a")["tasks"] != read(tmp_path / "c")["tasks"]
+
+
+def test_differences_are_from_what_is_named(tmp_path, checkpoint):
+    """Home by home, in the table and in the file of numbers."""
+    out = tmp_path / "scores"
+    players = ["--policies", "bayesian", "random", "--checkpoint", f"mine={checkpoint}"]
+    tasks = ["--tasks", "find_object"]
+    main(["--out", str(out), *SMALL, *tasks, *players, "--minus", "mine", "random"])
+    values = {
+        name: np.mean(player["values"], axis=1)
+        for name, player in read(out)["tasks"]["find_object"]["policies"].items()
+    }
+    with (out / "table.csv").open() as file:
+        rows = {row["policy"]: row for row in csv.DictReader(file)}
+    assert float(rows["bayesian"]["minus_mine"]) == pytest.approx(
+        np.mean(values["bayesian"] - values["mine"])
+    )
+    assert rows["mine"]["minus_mine"] == ""
+    assert "minus_bayesian" not in rows["mine"]
+    assert "| minus mine | minus random |" in (out / "table.md").read_text(encoding="utf-8")
 
 
 def test_what_is_played_beside_it_changes_nothing(tmp_path, checkpoint):
@@ -265,6 +286,7 @@ def test_exported_and_shipped_networks_play_like_their_checkpoint(checkpoint, tm
             "an exported folder or one of any_home, heat, got 'no.ckpt'. Train",
         ),
         (["--checkpoint", "a@dance=no.ckpt"], "task must be one of .*, got 'dance'"),
+        (["--policies", "random", "--minus", "heat"], "minus must name what plays, got 'heat'"),
     ],
 )
 def test_bad_input_ends_with_a_message(tmp_path, capsys, arguments, message):

@@ -1,13 +1,12 @@
-"""docs/serve.md: its C++ names calls; docs/reference/calls.md: the schema of every call."""
+"""docs/serve.md names calls that there are; the page of calls has every argument and field."""
 
 import re
 from pathlib import Path
 
+from sgm.serve.calls import CALLS
 from sgm.serve.documents import make_tables
 
-DOCS = Path(__file__).parents[3] / "docs"
-PAGE = (DOCS / "serve.md").read_text("utf-8")
-CALLS = (DOCS / "reference" / "calls.md").read_text("utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "serve.md").read_text("utf-8")
 
 
 def find_code(language):
@@ -15,9 +14,15 @@ def find_code(language):
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
 
 
-def test_the_page_has_the_schema_of_every_call():
-    shown = CALLS.partition("<!-- calls -->\n")[2].partition("<!-- end -->")[0]
-    assert shown == f"\n{make_tables()}", "Write it again: python -m sgm.serve.documents"
+def test_the_page_of_calls_has_every_argument_and_every_field_of_an_answer():
+    parts = dict(part.split("\n", 1) for part in make_tables().split("\n### ")[1:])
+    for call in CALLS:
+        assert call.about in parts[call.name]
+        shown = re.findall(r"^\| `(\w+)` \|", parts[call.name], re.MULTILINE)
+        assert shown == [argument.name for argument in call.arguments]
+        answer = call.make_output_schema()
+        fields = re.findall(r"^\| `(\w+)` \|", parts[answer["title"]], re.MULTILINE)
+        assert fields == [*answer["properties"]]
 
 
 def test_the_lines_of_cpp_name_calls_that_there_are():
