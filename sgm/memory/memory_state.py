@@ -364,7 +364,7 @@ class MemoryState:
         content = self.get_content(before.batch)
         things, said = list(content.things), Counter[int]()
         for _, event in step.between:
-            if isinstance(event, SaidOf):
+            if isinstance(event, SaidOf) and event.statement is not None:
                 said[self.things.get_row(Name.read(event.name.description), event.name.id)] += 1
         for object_row, number in said.items():
             if object_row < len(things):  # it was not said yet
@@ -595,6 +595,9 @@ class MemoryState:
         self.version = object()
         object_row = self.ensure_object(Name.read(said.name.description), said.name.id)
         batch, members = self.batch, self.list_members(object_row)
+        if statement is None:
+            self._lose(members)
+            return
         edges = batch.edges
         is_left = np.isin(edges["object"], members) & edges["is_true"]
         if said.was_at is not None:
@@ -625,6 +628,17 @@ class MemoryState:
             for member in members:
                 said_at = statement.furniture if member == object_row else None
                 self.step.say(member, said_at, places)
+
+    def _lose(self, members: Sequence[int]) -> None:
+        """Let a thing, by its rows, be where it was seen last: at furniture that was removed."""
+        objects, step = self.batch.objects, self.step
+        if objects["num_at_once"][members[0]] > 1:
+            return
+        objects["last_furniture"][list(members)] = NEVER
+        if self.before is not None:
+            for member in members:
+                step.left.setdefault(member, set()).update(step.num_until_seen.get(member, ()))
+                step.last_shown.pop(member, None)
 
     def _note_several(self, object_row: int, is_other: np.ndarray) -> None:
         """Note that one of several was taken, where others of the edges (E,) are true."""
@@ -729,8 +743,10 @@ class MemoryState:
         """Let what was said of a node be of another name: of all, or that it is at furniture."""
         between = self.step.between
         for index, (number, event) in enumerate(between):
-            is_said = isinstance(event, SaidOf) and event.name.is_same(before)
-            if is_said and furniture in (None, event.statement.furniture):
+            if not isinstance(event, SaidOf) or not event.name.is_same(before):
+                continue
+            said_at = None if event.statement is None else event.statement.furniture
+            if furniture in (None, said_at):
                 between[index] = number, replace(event, name=after)
 
     def list_seen_rows(self, look: StepLook) -> list[int]:
@@ -951,13 +967,14 @@ class MemoryState:
 
     def close_looks(
         self,
-        change: Callable[[StepLook], StepLook | list[StepLook] | None],
+        change: Callable[[StepLook], StepLook | Sequence[StepLook | SaidOf]],
         change_content: Callable[[MemoryContent], MemoryContent] | None = None,
         change_said: Callable[[SaidOf], SaidOf | None] = lambda said: said,
     ) -> None:
         """Look again, after what was known before was changed, with changed looks of this step.
 
-        So are statements between them; what becomes None is left out, and one may become several.
+        So are statements between them; a statement that becomes None is left out. A look may become
+        none, several, or what is known instead.
         """
         if self.before is None and change_content is None:
             return
@@ -966,9 +983,12 @@ class MemoryState:
         between: list[tuple[int, str | SaidOf]] = []
         events = deque(saved.between)
         for number in range(len(saved.looks) + 1):
-            changed = change(saved.looks[number - 1]) if number else None
-            if changed is not None:
-                looks += changed if isinstance(changed, list) else [changed]
+            changed = change(saved.looks[number - 1]) if number else ()
+            for known in [changed] if isinstance(changed, StepLook) else changed:
+                if isinstance(known, StepLook):
+                    looks.append(known)
+                else:
+                    between.append((len(looks), known))
             while events and events[0][0] == number:
                 _, event = events.popleft()
                 kept = event if isinstance(event, str) else change_said(event)
@@ -1001,12 +1021,19 @@ class MemoryState:
                 if column not in ("home", "key", "label", "type"):
                     values[[*seen_there]] = self.batch.objects[column][[*seen_there]]
 
-        def leave_out(look: StepLook) -> StepLook | None:
+        def leave_out(look: StepLook) -> list[StepLook | SaidOf]:
             seen_rows, named = rows_of[look]
-            if look.furniture in gone or (look.sought and named[-1] and {*named[-1]} <= {*objects}):
-                return None
+            if look.sought and named[-1] and {*named[-1]} <= {*objects}:
+                return []
             pairs = zip(look.seen, seen_rows, strict=True)
-            return replace(look, seen=tuple(seen for seen, row in pairs if row not in objects))
+            kept = tuple(seen for seen, row in pairs if row not in objects)
+            if look.furniture in gone:
+                return [
+                    SaidOf(ThingName(seen.description, seen.id or ""), None)
+                    for seen in kept
+                    if seen.confidence >= SURE
+                ]
+            return [replace(look, seen=kept)]
 
         def change(content: MemoryContent) -> MemoryContent:
             known = [row for row in objects if row < len(content.things)]
@@ -1015,9 +1042,9 @@ class MemoryState:
             return replace(content, renamed=renamed)
 
         def leave_out_said(said: SaidOf) -> SaidOf | None:
-            statement = said.statement.leave_out(gone)
-            if statement is None or said.name in forgotten:
+            if said.name in forgotten:
                 return None
+            statement = None if said.statement is None else said.statement.leave_out(gone)
             was_at = None if said.was_at in gone else said.was_at
             return replace(said, statement=statement, was_at=was_at)
 
@@ -1043,6 +1070,8 @@ class MemoryState:
             return replace(look, furniture=kept, hidden=tuple(names.values()))
 
         def redirect(said: SaidOf) -> SaidOf:
+            if said.statement is None:
+                return said
             was_at = kept if said.was_at == other else said.was_at
             return replace(said, statement=said.statement.redirect(other, kept), was_at=was_at)
 

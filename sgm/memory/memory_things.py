@@ -74,13 +74,10 @@ class MemoryThings:
             rows = state.find_rows(*names)
             if place is not None:
                 state.layout.check_furniture(place)
-                edges, position = state.batch.edges, state.furniture.position[int(place)]
-                objects_there = edges["object"][edges["is_true"] & (edges["furniture"] == position)]
-                rows = [
-                    object_row
-                    for object_row in rows
-                    if np.isin(state.list_members(object_row), objects_there).any()
-                ]
+                fused, position = state.fuse_batch(), state.furniture.position[int(place)]
+                edges = np.flatnonzero(fused.edges["furniture"] == position)
+                present = set(fused.edges["object"][edges[fused.find_present(edges)]].tolist())
+                rows = [object_row for object_row in rows if object_row in present]
             return tuple(state.things[object_row].name for object_row in rows)
 
     def find_nearest(

@@ -855,8 +855,7 @@ class SceneGraphMemory:
 
         Args:
             names: descriptions or ids, of exactly these things.
-            place: furniture id: only what the last look at it showed, whatever other places have
-                shown since; None for all.
+            place: furniture id: only what is there by the last looks; None for all.
 
         Raises:
             KeyError: if there is no such furniture.

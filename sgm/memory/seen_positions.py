@@ -174,16 +174,16 @@ def find_positions(memory: Remembered, edges: np.ndarray) -> list[int]:
 def tell_positions(memory: Remembered, edges: np.ndarray) -> list[Told]:
     """Return of each edge (n,) where the object is, how sure that is, and where it usually lies.
 
-    Where it is, is known as long as the last look there found it, and nothing was said of it since.
+    Where it is, is known as long as it is there (`find_present`), and nothing was said of it since.
     """
     table, told = memory.positions, list[Told]()
-    for edge, position_row in zip(edges.tolist(), find_positions(memory, edges), strict=True):
+    found = zip(edges, find_positions(memory, edges), memory.find_present(edges), strict=True)
+    for edge, position_row, is_there in found:
         if position_row < 0:
             told.append((None, None, None))
             continue
         x, y, z = _get_point(table, position_row, _USUAL).tolist()
         usual, time = (x, y, z), int(table["time"][position_row])
-        is_there = bool(memory.edges["is_true"][edge])
         if not is_there or time == NEVER or memory.edges["last_changed"][edge] > time:
             told.append((None, None, usual))
             continue

@@ -130,21 +130,22 @@ class ThingName:
 
 @dataclass(frozen=True, slots=True)
 class SaidOf:
-    """What was said of a thing, or done with it, between looks of a time step.
+    """What was said of a thing, done with it, or became of its place, between looks of a time step.
 
     Attributes:
         name: of the node.
-        statement: what was said.
+        statement: what was said; None where it came to furniture that was removed since.
         was_at: id of furniture from which one of several was taken; None for all its places.
     """
 
     name: ThingName
-    statement: Statement
+    statement: Statement | None
     was_at: int | None = None
 
     def to_json(self) -> list[Any]:
         """Return JSON values, from which `from_json` makes the same."""
-        return [self.name.to_json(), self.statement.to_json(), self.was_at]
+        said = None if self.statement is None else self.statement.to_json()
+        return [self.name.to_json(), said, self.was_at]
 
     @classmethod
     def from_json(cls, data: Any, furniture: Collection[int], time: int) -> SaidOf:
@@ -153,8 +154,8 @@ class SaidOf:
         if was_at is not None and was_at not in furniture:
             raise ValueError(f"there is no furniture {shorten(was_at)}")
         read_words("description", name["description"])
-        read = Statement.from_json(statement, furniture, time)
-        return cls(ThingName.from_json(name), read, was_at)
+        said = None if statement is None else Statement.from_json(statement, furniture, time)
+        return cls(ThingName.from_json(name), said, was_at)
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,8 +62,8 @@ CHANGES = {
         memory.split("comb", DESK, "brush"),
     ),
 }
-# Every call that writes changes something here; those of time end the step.
-TRIED_ELSEWHERE = {"observe", "step", "step_to", "start_clock"}
+# Every call that is no look and writes changes something here; those of time end the step.
+TRIED_ELSEWHERE = {"observe", "note_found", "step", "step_to", "start_clock"}
 
 
 def make_memory(policy_seen: int, num_now: int) -> SceneGraphMemory:

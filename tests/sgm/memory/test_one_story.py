@@ -5,7 +5,8 @@ import pytest
 from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
 from sgm.finder.service import MemoryService
 
-MUG, NAMED = Sighting("mug"), Sighting("mug", id="m")
+HERE = (1.0, 2.0, 0.5)
+MUG, NAMED = Sighting("mug", position=HERE), Sighting("mug", id="m", position=HERE)
 
 
 class Home:
@@ -62,8 +63,39 @@ def take_one(home):
 
 def remove(home):
     move(home, 0, 1)
-    home.memory.step()
     home.memory.remove_furniture(home.places[1])
+
+
+def remove_of_merged(home):
+    merge(home)
+    home.memory.remove_furniture(home.places[1])
+
+
+def remove_before(home):
+    move(home, 0, 1)
+    home.memory.remove_furniture(home.places[0])
+
+
+def remove_said(home):
+    say(home)
+    home.memory.remove_furniture(home.places[2])
+
+
+def remove_room(home):
+    attic = home.memory.add_room("attic")
+    home.places.append(home.memory.add_furniture("box", attic))
+    move(home, 0, 3)
+    home.memory.remove_room(attic)
+
+
+def merge_places(home):
+    move(home, 0, 1)
+    home.memory.merge_furniture(home.places[1], home.places[2])
+
+
+def find(home):
+    move(home, 0, 1)
+    home.memory.note_found(home.places[2], "mug")
 
 
 def look_for(home):
@@ -87,6 +119,12 @@ STORIES = {
     "two names of one": (merge, {1}),
     "two names of one, the other way": (lambda home: merge(home, "cup", "mug"), {1}),
     "its place is gone": (remove, set()),
+    "its place is gone, of two names of one": (remove_of_merged, set()),
+    "where it was is gone": (remove_before, {1}),
+    "where it was said to be is gone": (remove_said, set()),
+    "its room is gone": (remove_room, set()),
+    "its place is another one, too": (merge_places, {1}),
+    "found": (find, {2}),
 }
 
 
@@ -108,6 +146,11 @@ def test_all_that_tells_where_a_thing_is_tells_the_same(home, name):
     assert {place.furniture for _, place in listed if place.is_there} == present
     listed, _ = memory.list_seen()
     assert {place.furniture for _, place in listed if place.is_there} == present
+    is_named = {
+        place: memory.list_named("mug", "cup", place=place) for place in memory.furniture_ids
+    }
+    assert {place for place, things in is_named.items() if things} == present
+    assert {place.furniture for place in seen if place.position is not None} <= present
     at = {place: memory.list_seen(furniture=place)[1] for place in memory.furniture_ids}
     assert {place for place, number in at.items() if number} == present
     assert {place for place, (number, _) in memory.count_things().items() if number} == present

@@ -91,7 +91,7 @@ def test_each_place_and_relation_has_its_own(memory):
     see(memory, 0, AT)
     spoon = Sighting("spoon", "in", position=(5.0, 3.0, 0.4))
     memory.observe(1, [Sighting("mug", position=(5.0, 3.0, 0.85)), spoon])
-    assert find(memory) == {0: AT, 1: (5.0, 3.0, 0.85)}
+    assert find(memory) == {0: None, 1: (5.0, 3.0, 0.85)}  # it was moved there
     assert find(memory, "spoon") == {1: (5.0, 3.0, 0.4)}
 
 
@@ -126,8 +126,8 @@ def test_what_is_said_of_a_thing_ends_its_position(memory):
 
 
 def test_one_of_several_that_is_moved_leaves_those_elsewhere(memory):
-    see(memory, 0, AT)
-    see(memory, 1, (5.0, 3.0, 0.85))  # two at once
+    see(memory, 0, AT, (2.0, 2.1, 0.95))  # two at once
+    see(memory, 1, (5.0, 3.0, 0.85))
     memory.note_moved("mug", 1, by="anna", was_at=1, relation="on")
     assert find(memory) == {0: AT, 1: None}
 
