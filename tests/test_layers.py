@@ -59,6 +59,14 @@ ORDER = """
 """.split()
 # Plug-ins of packages above, which a registry names and imports only where they are asked for.
 PLUGINS = {("simulator.trace.importers", "nep.importers.homer")}  # its files need torch
+# What commands of a folder take from above it: the options that commands share, and one command.
+COMMANDS = {
+    ("simulator.priors", "simulator.command_line"),
+    ("simulator.priors", "simulator.trace"),  # from-trace counts a prior
+    ("simulator.trace", "simulator.command_line"),
+    ("simulator.trace", "simulator.home_options"),
+    ("simulator.trace", "simulator.import_command"),
+}
 # What needs a learnt network; the simulator needs none.
 LEARNING = {"dgl", "lightning", "pytorch_lightning", "torch", "torchmetrics"}
 # All that `sgm` imports beside the standard library, and what single files import when asked to.
@@ -185,6 +193,17 @@ def test_every_part_imports_from_those_before_it():
         if place[find_part(imported)] > place[find_part(name)]
     }
     assert up == PLUGINS
+
+
+def test_commands_of_a_folder_import_from_those_before_it():
+    place = {part: number for number, part in enumerate(ORDER)}
+    up = set()
+    for name, imports in list_module_imports().items():
+        folder = find_part(name.removesuffix(".__main__"))
+        if name.endswith(".__main__") and folder in place:
+            parts = map(find_part, imports)
+            up |= {(folder, part) for part in parts if place[part] > place[folder]}
+    assert up == COMMANDS
 
 
 def test_no_modules_import_each_other_in_a_circle():

@@ -10,9 +10,9 @@ from typing import Any
 
 from sgm.files import read_file, write_whole
 from sgm.finder.home_map import HomeMap
+from sgm.layout.map_file import write_map
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten, tell_error
-from sgm.ros.map_file import write_map
 
 _MOST_BYTES = 1 << 24  # of a map
 
