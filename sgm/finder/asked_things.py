@@ -29,6 +29,7 @@ class AskedThings(NamedTuple):
         is_past: whether that has passed.
         time_words: words of it.
         unclear: what to ask, where a part of the words was not understood; else None.
+        is_exact: whether the things are descriptions, and mean nothing else.
     """
 
     things: tuple[str, ...]
@@ -36,6 +37,7 @@ class AskedThings(NamedTuple):
     is_past: bool = False
     time_words: str = ""
     unclear: Unclear | None = None
+    is_exact: bool = False
 
 
 def read_asked(

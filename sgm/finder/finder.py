@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from datetime import datetime
 from threading import Lock
 from typing import Any
@@ -130,6 +131,8 @@ class Finder:
         k: int | None = None,
         exclude: Collection[int] = (),
         at: datetime | int | None = None,
+        *,
+        exactly: bool = False,
     ) -> Ranking:
         """Rank the places where something may be, now or at a time to come.
 
@@ -142,6 +145,8 @@ class Finder:
             exclude: furniture ids to leave out; their probability is not given to others.
             at: when it will be looked for: a time step, or a date and time by the memory's clock;
                 None for the present step.
+            exactly: whether only what is seen under this description is meant, and no other thing
+                that it may name.
 
         Raises:
             ValueError: if the description is no name (`read_words`), there is no furniture yet,
@@ -154,6 +159,9 @@ class Finder:
             )
         check_ids(exclude)
         resolution = self.resolve(memory, description)
+        if exactly and description in resolution.matches:
+            meant = (description,)
+            resolution = replace(resolution, matches=meant, readings=(meant,), how="exact")
         asked_for, ids = memory.find_places(description, resolution)
         if ids:
             ids = tuple(number for number in ids if number in resolution.places) or ids

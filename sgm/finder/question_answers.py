@@ -69,8 +69,9 @@ class QuestionAnswers(EventAnswers):
             for name, found in zip(asked.things, _list_answers(answer), strict=True)
         ]
         if any(names for _, names in meant):
-            things = tuple(thing for name, names in meant for thing in names or (name,))
-            answer = self._calls.tell_asked(asked._replace(things=things))
+            things = dict.fromkeys(thing for name, names in meant for thing in names or (name,))
+            is_exact = all(names for _, names in meant)
+            answer = self._calls.tell_asked(asked._replace(things=tuple(things), is_exact=is_exact))
         answers = _list_answers(answer)
         if answer.status != "ok":
             unclear = Unclear(answer.status, answer.ask, answer.candidates)
@@ -192,6 +193,11 @@ class QuestionAnswers(EventAnswers):
             self._say("yes", match, where=where, percent=_percent(chances[match]))
             for match in likely
         ]
+        if resolution.quantity and len(resolution.matches) <= MOST_THINGS:  # "are all mugs there?"
+            away = [match for match in resolution.matches if chances.get(match, 0.0) < _LIKELY]
+            asked = AskedThings(things=tuple(away), is_exact=True)
+            others = _list_answers(self._calls.tell_asked(asked)) if away else []
+            yes += [self._tell_place(other, "is") for other in others]
         return self._make(" ".join(yes), where=(drop_also(found),), probability=chance)
 
     def _compute_chance(self, thing: str, places: Sequence[int]) -> float:
@@ -331,7 +337,8 @@ class QuestionAnswers(EventAnswers):
         if not was:
             return self._make(self._say("nothing then", where=where), at=at)
         told = self._asking.list_names(was, "and", plain=True, most=_MOST_TOLD)
-        asked = AskedThings(things=tuple(was[:MOST_THINGS]), span=past, is_past=True)
+        named = tuple(was[:MOST_THINGS])
+        asked = AskedThings(things=named, span=past, is_past=True, is_exact=True)
         answers = _list_answers(self._calls.tell_asked(asked))
         return self._make(
             self._say("things then", where=where, names=told), where=tuple(answers), at=at

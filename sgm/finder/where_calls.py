@@ -112,7 +112,9 @@ class WhereCalls:
             return self._locate_past(asked, thing, k)
         if asked.span is not None:
             at = asked.span[0]
-        ranking = self.finder.rank(self.memory, thing, k or DEFAULT_PLACES, at=at)
+        ranking = self.finder.rank(
+            self.memory, thing, k or DEFAULT_PLACES, at=at, exactly=asked.is_exact
+        )
         seen, clock, step = _choose_last_seen(ranking), self.memory.clock, now
         if isinstance(at, datetime) and clock is not None:
             step = int((at - clock.start).total_seconds() // clock.step_seconds)
@@ -150,6 +152,8 @@ class WhereCalls:
         assert asked.span is not None
         begin, end = asked.span
         resolution, now = self.finder.resolve(self.memory, thing), self.memory.time
+        if asked.is_exact and thing in resolution.matches:
+            resolution = replace(resolution, matches=(thing,), readings=((thing,),))
         unclear = asked.unclear or doubt(resolution)
         was: list[WasAt] = []
         for match in resolution.matches:

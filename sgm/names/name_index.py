@@ -350,12 +350,22 @@ class NameIndex:
         if phrase.pronoun:
             return (phrase.pronoun,)
         words = tuple(filter(self._phrases.is_unnamed, phrase.excluded))  # "not hers"
+        words += tuple(filter(self._is_no_word, phrase.excluded))
         if self._is_name(phrase.name):  # "post it notes"
             return words
         words += self._phrases.list_unused(phrase.name)
         if phrase.name and self._phrases.is_one(phrase.name):
             words += (phrase.name.split()[-1],)
         return words
+
+    def _is_no_word(self, excluded: str) -> bool:
+        """Tell whether what something is not says nothing that is known: "not zorb"."""
+        words = [word.removesuffix(POSSESSIVE) for word in excluded.split()]
+        is_known = self._tables.has_name(excluded) or self._tables.owners.issuperset(words)
+        return not is_known and not any(
+            is_word(self._reader.translate(word)) or self._tables.words.get(spell(word))
+            for word in words
+        )
 
     def _find_room(self, reading: Reading, found: Sequence[int]) -> dict[str, Any]:
         """Take a room before a name for a place, if no name found says it: "kitchen keys"."""

@@ -159,11 +159,6 @@ class NameMatcher:
                     for entry in groups[place]
                     if entry in exact or kinds & set(entry[1].things)
                 ]
-        if any(written):  # a "notebook" may be a laptop, and is none beside what is called so
-            groups = [
-                [entry for entry in group if entry in exact or len(entry[1].things) < 2]
-                for group, exact in zip(groups, written, strict=True)
-            ]
         most = max((rank(reading, said) for group in groups for _, said in group), default=None)
         groups = [[entry for entry in group if rank(reading, entry[1]) == most] for group in groups]
         return [sorted({number for number, _ in group}) for group in groups if group]
@@ -184,7 +179,15 @@ class NameMatcher:
             for entry in self._tables.things.get(kind, ())
             if not self._is_named_after(entry[1], {thing, *below})
         ]
-        return [*self._tables.things.get(thing, ()), *found]
+        called = self._tables.things.get(thing, ())
+        if len(reading.things) == 1 and any(is_written(reading, said) for _, said in called):
+            # A "notebook" may be a laptop, and is none beside what is called so.
+            called = [
+                entry
+                for entry in called
+                if is_written(reading, entry[1]) or len(entry[1].things) < 2
+            ]
+        return [*called, *found]
 
     def _is_named_after(self, said: Reading, kinds: set[int]) -> bool:
         """Tell whether a description has the name of a thing that is none of some kinds.

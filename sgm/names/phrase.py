@@ -65,6 +65,7 @@ class PhraseReader:
         self._ours = self._speakers | language.list_words("our")
         self._pronouns = language.list_words("pronouns")
         self._any, self._one = language.list_words("any"), language.list_words("one")
+        self._other = language.list_words("other")
         self._people = language.list_words("people")
         self._unnamed = self._pronouns | self._ours | language.list_words("nobody's")
         self._function_words = language.list_words("function words")
@@ -89,6 +90,8 @@ class PhraseReader:
         ]
         self._that_is = re.compile(rf"^{x}(?:{that_is}){y}$")
         self._left_there = re.compile(rf"^{x}(?:{compiled('left there')}){y}$")
+        verbs = compiled("verb last")  # "der Becher, der rot ist"
+        self._verb_last = re.compile(rf"^(?P<x>.+ ,(?: [^ ]+)+?)(?:{verbs})$")
         self._not_owned = re.compile(rf"^{x}(?:{compiled('not owned')}){y}$")
         self._owned = re.compile(rf"^{x}(?:{compiled('owned')}){y}$")
         self._of = re.compile(rf"^{x}(?:{compiled('of')}){y}$")
@@ -123,6 +126,7 @@ class PhraseReader:
         return phrase._replace(quantity=quantity) if quantity else phrase
 
     def _read_words(self, padded: str) -> Phrase:
+        padded = self._verb_last.sub(r"\g<x>", padded)
         found = self._not_owned.match(padded)
         if found:
             owner = self._make_owner(found["y"])
@@ -226,7 +230,8 @@ class PhraseReader:
                 parts.append([])
             elif word not in self._articles and word not in self._one:
                 parts[-1].append(word)
-        return [" ".join(part) for part in parts if part] or [y.strip()]
+        said = [part for part in parts if not self._other.issuperset(part)]
+        return [" ".join(part) for part in said] or [y.strip()]
 
     def _drop_articles(self, padded: str) -> str:
         words = padded.split()
@@ -237,8 +242,8 @@ class PhraseReader:
 
     def _make_owner(self, padded: str) -> str:
         """Return "anna's" of " anna", and "my" of " me"."""
-        words = self._drop_articles(padded).split()
-        return f"{' '.join(words)}{POSSESSIVE}"
+        owner = self._drop_articles(padded).strip().removesuffix(POSSESSIVE)
+        return f"{owner}{POSSESSIVE}"
 
     def turn_owner(self, text: str, is_person: IsName) -> str:
         """Return "anna's phone" of "the phone of anna", the text itself without such an owner."""
@@ -276,7 +281,7 @@ class PhraseReader:
 
     def split_any(self, name: str) -> list[str]:
         """Return what "anything red" says of a thing that it does not name; else nothing."""
-        words = name.split()
+        words = self._drop_articles(f" {name}").split()
         said = [word for word in words if word not in self._any]
         return said if 0 < len(said) < len(words) else []
 

@@ -226,6 +226,8 @@ class SentenceReader:
         parts = self._split(words, is_name)
         if len(parts) > 1 and parts[0][0] in self._both and len(parts[0]) > 1:
             parts[0] = parts[0][1:]  # "both the keys and the wallet"
+        if len(parts) == 2 and "," in words and all(map(is_property, parts[1])):  # "the mug, red"
+            parts = [[*parts[1], *self._drop_articles(parts[0])]]
         if len(parts) < 2:
             return (" ".join(parts[0]),) if parts else (text,)
         return tuple(" ".join(part) for part in self._lend(parts, is_property))

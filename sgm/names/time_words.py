@@ -97,6 +97,7 @@ class TimeReader:
         days = [line.split("|") for line in language.list_lines("days")]
         names = {name.strip(): str(number) for line in days for number, name in enumerate(line)}
         self._days = _make_phrases(names)
+        self._tenses = language.list_words("past words") | language.list_words("future words")
         self._last, self._next = (
             _make_phrases(dict.fromkeys(language.list_phrases(section), ""))
             for section in ("last", "next")
@@ -123,6 +124,17 @@ class TimeReader:
             said = self._read(words[:end])
             if said is not None:
                 return _drop_comma(words[end:]), said
+        return self._split_middle(words)
+
+    def _split_middle(self, words: list[str]) -> tuple[list[str], TimeSaid | None]:
+        """Split a day that is said after the verb: "what was yesterday on the desk?"."""
+        for start in range(1, len(words) - 1):
+            if words[start - 1] not in self._tenses:
+                continue
+            for end in range(min(start + _LONGEST, len(words)), start, -1):
+                said = self._read(words[start:end])
+                if said is not None and (said.day is not None or said.weekday is not None):
+                    return [*words[:start], *words[end:]], said
         return words, None
 
     def _read(self, words: Sequence[str]) -> TimeSaid | None:

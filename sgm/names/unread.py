@@ -50,7 +50,7 @@ class UnreadWords:
             for word in missing - reading.head_words:
                 slip = any(count_mistakes(word, other, 1) == 1 for other in known)
                 if not slip and not is_word(word) and not is_property(word):
-                    unread[word] = None
+                    unread[self._show(word, reading)] = None
             if how in SAYS_LESS:
                 unread |= dict.fromkeys(self._list_other_makes(reading, known))
             owners = {other.owner for other in said}
@@ -58,6 +58,10 @@ class UnreadWords:
                 unread[f"{reading.owner}{POSSESSIVE}"] = None
             unread |= dict.fromkeys(self._list_after_link(name, reading, known))
         return tuple(unread)
+
+    def _show(self, word: str, reading: Reading) -> str:
+        """Return a word as it stands in the question, "rag" of "rag doll"."""
+        return next((w for w in reading.words if word in self._reader.list_spellings(w)), word)
 
     def _list_other_makes(self, reading: Reading, known: frozenset[str]) -> Iterable[str]:
         """List the materials that no name found says, and that make a thing another one."""

@@ -69,6 +69,12 @@ def service():
         ("the phone on the desk that belongs to Tom", [("tom's phone",)]),
         ("the mug on the counter that is red", [("red mug",)]),
         ("phones on the desk", [("anna's phone", "tom's phone")]),
+        ("the mug, red", [("red mug",)]),
+        ("anything red", [("red mug",)]),
+        ("all two mugs", [("red mug",), ("blue mug",)]),
+        ("the phone that doesn't belong to Tom", [("anna's phone",)]),
+        ("not Tom's phone, the other one", [("anna's phone",)]),
+        ("the phone that Anna left on the desk", [("anna's phone", "tom's phone")]),
     ],
 )
 def test_what_is_asked_for_is_answered_thing_by_thing(service, asked, taken):

@@ -61,6 +61,11 @@ def service():
         ("Wie viele Becher gibt es?", "count", "Ich kenne 2"),
         ("Wann hast du zuletzt die Katze gesehen?", "when", "gestern um 7:30 Uhr"),
         ("Wo ist das Getränk?", "where", "Kühlschrank"),
+        ("der Becher, der nicht rot ist", "where", "Der blaue Becher"),
+        ("nicht Annas Telefon, das andere", "where", "Toms Telefon"),
+        ("etwas Rotes", "where", "Der rote Becher"),
+        ("Was war gestern im Kühlschrank?", "what_at", "Milch"),
+        ("Ist die Katze auf dem Sofa oder in der Spüle?", "is_at", "Sofa"),
     ],
 )
 def test_a_german_sentence_is_answered_in_german(service, asked, kind, said):
@@ -77,6 +82,8 @@ def test_a_german_sentence_is_answered_in_german(service, asked, kind, said):
         ("Zorb", "Nichts ist bekannt als 'Zorb'."),
         ("der Becher in der Spüle", "Dort ist keiner bekannt"),
         ("Wo ist der Becher auf dem Mond?", "Das verstehe ich nicht"),
+        ("Was liegt unter dem Sofa?", "Ich weiß, was in, auf oder an einem Platz ist"),
+        ("der Geldbeutel von Peter", "Das verstehe ich nicht"),
         ("Ich habe die Schlüssel in die Schublade gelegt", "Ich kann nur sagen"),
     ],
 )

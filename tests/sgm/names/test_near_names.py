@@ -394,3 +394,41 @@ def test_a_question_for_a_place_or_a_room_is_answered_with_it():
     assert service.where_is("milk").asked_for == "thing"
     memory.observe(tables[0], [Sighting("table")])  # a toy, perhaps: it was seen as a thing
     assert service.where_is("table").asked_for == "thing"
+
+
+@pytest.mark.parametrize(
+    ("question", "unread"),
+    [
+        ("plastic hammer", ("plastic",)),
+        ("metal hammer", ()),
+        ("leather belt", ()),
+        ("wooden belt", ("wooden",)),
+        ("peter's belt", ("peter's",)),
+        ("campbell's soup", ()),
+        ("the soup that is not zorby", ("zorby",)),
+    ],
+)
+def test_a_material_or_an_owner_that_no_name_has_is_asked_back(question, unread):
+    memory = SceneGraphMemory()
+    shelf = memory.add_furniture("shelf", memory.add_room("garage"))
+    memory.observe(shelf, [Sighting(name) for name in ("hammer", "belt", "soup")])
+    resolution = memory.resolve(question)
+    assert resolution.unused == unread
+    assert resolution.is_ambiguous == bool(unread)
+
+
+@pytest.mark.parametrize(
+    ("question", "matches"),
+    [
+        ("laptops", ("anna's laptop", "tom's laptop")),
+        ("notebook", ("notebook",)),
+        ("peter's laptop", ()),
+        ("a drink without milk", ("juice",)),
+    ],
+)
+def test_what_may_be_so_called_is_none_beside_what_is(question, matches):
+    memory = SceneGraphMemory()
+    shelf = memory.add_furniture("shelf", memory.add_room("garage"))
+    names = ("anna's laptop", "tom's laptop", "notebook", "milk", "juice")
+    memory.observe(shelf, [Sighting(name) for name in names])
+    assert memory.resolve(question).matches == matches
