@@ -13,7 +13,7 @@ from sgm.checks import read_optional
 from sgm.layout.layout import read_map_id
 from sgm.memory.clock import Clock
 from sgm.memory.memory_content import MemoryContent
-from sgm.memory.memory_state import MemoryState, write_file
+from sgm.memory.memory_state import MemoryState, add_snapshot, write_file
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph, find_shipped
@@ -144,9 +144,7 @@ class MemoryFiles:
             if file is None:
                 return
             content, number = self._state.get_content_to_save().copy(), file.number
-        snapshot = content.to_snapshot(number)
-        seconds = None if content.clock is None else content.clock.step_seconds
-        file.add_snapshot(snapshot, seconds)
+        add_snapshot(content, file, number)
 
     @contextmanager
     def transaction(self) -> Iterator[None]:

@@ -80,6 +80,12 @@ def write_file(content: MemoryContent, path: Path) -> None:
     write_home_file(path, *about, content.to_snapshot(0))
 
 
+def add_snapshot(content: MemoryContent, file: HomeFile, number: int) -> None:
+    """Write a content as it was after the event of that number into its file."""
+    seconds = None if content.clock is None else content.clock.step_seconds
+    file.add_snapshot(content.to_snapshot(number), seconds)
+
+
 class MemoryState:
     """The state of a `SceneGraphMemory`, which is given to each of its parts.
 
@@ -196,7 +202,7 @@ class MemoryState:
         if file is None:
             return
         if file.num_new >= MOST_NEW:
-            self._write_snapshot(file)
+            add_snapshot(self.get_content_to_save(), file, file.number)
         said = {
             name: value
             for name, value in values.items()
@@ -237,19 +243,18 @@ class MemoryState:
         self.begin(content.copy(), prior)
 
     def renew_lost_file(self) -> HomeFile | None:
-        """Begin the file anew if it was moved or removed, and warn who called the memory."""
+        """Begin the file anew if it was moved or removed, and warn who called the memory.
+
+        An open transaction ends in the file in which it began.
+        """
         file = self.file
-        if file is not None and file.is_held and file.is_lost():
+        if file is not None and file.is_held and not file.is_writing and file.is_lost():
             warn_caller(f"the memory file was moved or removed: it is begun anew at {file.path}")
             file.close()
             write_file(self.get_content_to_save(), file.path)
             self.file = HomeFile(file.path)
             self.file.kept_bytes, self.file.kept_days = file.kept_bytes, file.kept_days
         return self.file
-
-    def _write_snapshot(self, file: HomeFile) -> None:
-        seconds = None if self.clock is None else self.clock.step_seconds
-        file.add_snapshot(self.get_content_to_save().to_snapshot(file.number), seconds)
 
     def resolve(
         self,

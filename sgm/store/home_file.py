@@ -109,6 +109,11 @@ class HomeFile:
         return self._owner.turn is self._turn
 
     @property
+    def is_writing(self) -> bool:
+        """Whether a transaction is open."""
+        return self._depth > 0
+
+    @property
     def num_bytes(self) -> int:
         """Size of the file with what lies beside it."""
         sizes = []
@@ -327,9 +332,13 @@ class HomeFile:
 
     def copy(self, path: Path) -> None:
         """Write a copy of the file as it is now to another path, whole or not at all."""
-        with self._lock, translated(self.path):
+        with translated(self.path):
+            write_new(path, self._back_up)
+
+    def _back_up(self, made: sqlite3.Connection) -> None:
+        with self._lock:  # and not while the copy takes its place, which asks who has that file
             self._check_held()
-            write_new(path, self._connection.backup)
+            self._connection.backup(made)
 
     def close(self) -> None:
         """Let go of the file; what lies beside it is in it then, if no one reads it."""
@@ -371,6 +380,8 @@ def _let_go(owner: Owner, turn: object, connection: sqlite3.Connection, lock: RL
     """Close a database, and with it the file of its owner, unless another one has that now."""
     if owner.process != os.getpid():  # a fork: it is not ours to close
         _LEFT_OPEN.append(connection)
+        return
+    if owner.turn is not turn:  # for good: a thread that holds the lock of a file need not wait
         return
     with owner.handing_on, lock:
         if owner.turn is turn:

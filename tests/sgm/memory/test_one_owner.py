@@ -5,13 +5,16 @@ import os
 import sqlite3
 import subprocess
 import sys
+import time
 import warnings
 from contextlib import closing
+from threading import Thread
 
 import pytest
 
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
+from sgm.store.home_file import HomeFile
 
 pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="no locks of open files: fcntl"),
@@ -177,6 +180,70 @@ def test_a_file_that_was_taken_away_is_begun_anew(home, tmp_path, way):
     if way == "moved":
         old = SceneGraphMemory.load(moved)
         assert (old.last_seen("mug") is None, old.last_seen("keys") is None) == (False, True)
+
+
+def test_a_transaction_ends_in_the_file_in_which_it_began(home, tmp_path):
+    path, moved = home.path, tmp_path / "moved.sgm"
+    with home.transaction():
+        home.observe(0, [Sighting("mug")])
+        path.rename(moved)
+        home.observe(0, [Sighting("keys")])
+    with pytest.warns(UserWarning, match="begun anew"):
+        home.observe(0, [Sighting("pen")])
+    home.close()
+    assert set(SceneGraphMemory.load(path).descriptions) == {"mug", "keys", "pen"}
+    assert set(SceneGraphMemory.load(moved).descriptions) == {"mug", "keys"}
+
+
+def test_who_opens_a_file_that_is_moved_in_a_transaction_has_it_after_that(
+    home, tmp_path, monkeypatch
+):
+    """The one waited for the lock of the file, the other one for the right to hand it on."""
+    moved, opened, caught = tmp_path / "moved.sgm", [], []
+    other = Thread(target=lambda: opened.append(SceneGraphMemory.open(moved)), daemon=True)
+
+    def look_for_it(file):
+        lost = not file.is_in_place
+        other.start()
+        while file.is_held:
+            time.sleep(0.001)
+        return lost
+
+    def write():
+        with home.transaction():
+            home.observe(0, [Sighting("mug")])
+            home.path.rename(moved)
+            monkeypatch.setattr(HomeFile, "is_lost", look_for_it)
+            home.observe(0, [Sighting("keys")])
+            monkeypatch.undo()
+        if not other.ident:
+            other.start()
+        other.join()
+        with pytest.raises(ValueError, match="by one memory at a time") as error:
+            home.step()
+        caught.append(error)
+
+    writer = Thread(target=write, daemon=True)
+    writer.start()
+    writer.join(20)
+    assert not writer.is_alive()
+    assert caught
+    assert set(opened[0].descriptions) == {"mug", "keys"}
+    opened[0].close()
+
+
+def test_a_copy_that_takes_its_place_holds_up_no_write(home, tmp_path, monkeypatch):
+    def write_meanwhile(file):
+        monkeypatch.undo()
+        writer = Thread(target=home.step, daemon=True)
+        writer.start()
+        writer.join(20)
+        assert not writer.is_alive()
+
+    monkeypatch.setattr("sgm.store.new_file.os.fsync", write_meanwhile)
+    home.parts.state.file.copy(tmp_path / "copy.sgm")
+    assert SceneGraphMemory.load(tmp_path / "copy.sgm").time == 0
+    assert home.time == 1
 
 
 def test_nothing_is_written_to_another_file_in_its_place(home, tmp_path):
