@@ -8,6 +8,7 @@ import numpy as np
 import torch
 
 from datamodules.pyg_graph import import_pyg
+from sgm.messages import needed_to
 from sgm.schema import NUM_RELATIONS, RELATIONS
 from simulator.events.files import make_edge_types
 from simulator.events.table import EventTable
@@ -59,7 +60,8 @@ def to_tgm(table: EventTable) -> Any:
     Raises:
         ModuleNotFoundError: if tgm is not installed.
     """
-    from tgm.data import DGData
+    with needed_to("make a graph of TGM", extra="tgm"):
+        from tgm.data import DGData
 
     events = table.events
     return DGData.from_raw(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import torch
 
 from datamodules.graph_columns import list_edge_data, list_ends, list_node_data
+from sgm.messages import needed_to
 
 if TYPE_CHECKING:
     from torch_geometric.data import HeteroData
@@ -42,10 +43,5 @@ def import_pyg(noun: str) -> Any:
     Raises:
         ModuleNotFoundError: if it is not installed.
     """
-    try:
+    with needed_to(f"make {noun}", extra="events"):
         return import_module("torch_geometric.data")
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            f"{noun} must have torch_geometric, got none. "
-            "Install it with `pip install ./core '.[events]'`."
-        ) from error

@@ -270,7 +270,7 @@ def _find_references(named: Sequence[str], config: EvaluateConfig) -> Sequence[s
     for name in named:
         if name not in players:
             raise ValueError(
-                f"minus must name what plays, got {name!r}. Name some of "
+                f"minus must name what plays, got {shorten(name)}. Name some of "
                 f"{', '.join(sorted(players))}, or add it to --policies or --checkpoint."
             )
     return named or REFERENCES

@@ -1,4 +1,4 @@
-"""Values as error messages repeat them, and warnings that blame the line of the caller."""
+"""Values as error messages repeat them, missing packages, warnings that blame the caller."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import os
 import re
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -13,6 +15,7 @@ from typing import Any
 MAX_LENGTH = 200  # characters of a value in a message
 _MAX_PARTS = 10_000  # of a list or the like, with the parts of its parts and their characters
 _LISTS = (list, tuple, dict, set, frozenset)
+_CORE_EXTRAS = ("serve", "mcap", "hub", "frame", "spark")  # of the package `sgm` itself
 _FOLDER = f"{Path(__file__).parent}{os.sep}"  # of this package
 
 
@@ -86,3 +89,32 @@ def _find_caller(frame: FrameType) -> FrameType:
             return frame
         frame = frame.f_back
     return frame
+
+
+def tell_missing(package: str, use: str, extra: str = "", install: str = "") -> str:
+    """Say which package is missing, what it is needed for, and what installs it.
+
+    Args:
+        package: what is imported.
+        use: what needs it, such as "read bags".
+        extra: of this package, or of the one that holds all packages, that brings it.
+        install: what pip is given where no extra brings it.
+    """
+    if extra:
+        install = f"'./core[{extra}]'" if extra in _CORE_EXTRAS else f"./core '.[{extra}]'"
+    return f"package {package} must be installed to {use}, got none. Run pip install {install}."
+
+
+@contextmanager
+def needed_to(use: str, extra: str = "", install: str = "") -> Iterator[None]:
+    """Import packages that may not be installed; arguments are those of `tell_missing`.
+
+    Raises:
+        ModuleNotFoundError: if one is missing, with a message that says what installs it.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        message = tell_missing(package, use, extra, install)
+        raise ModuleNotFoundError(message, name=error.name) from None

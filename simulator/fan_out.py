@@ -9,6 +9,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import Any, TypeVar
 
 from sgm.checks import check_at_least, check_choice
+from sgm.messages import needed_to
 
 BACKENDS = ("processes", "ray")
 _JOBS_PER_ROUND = 4  # per worker, where results come round by round
@@ -111,13 +112,8 @@ def _choose_backend(backend: str) -> AbstractContextManager[Any]:
     if backend == "processes":
         return nullcontext()
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # a setting of the user's stays
-    try:
+    with needed_to("share work out with backend ray", extra="cluster"):
         from joblib import parallel_config
         from ray.util.joblib import register_ray
-    except ImportError as error:
-        raise ValueError(
-            "backend ray must have Ray installed, got no package of that name. Install the extra: "
-            "pip install ./core '.[cluster]'."
-        ) from error
     register_ray()
     return parallel_config(backend="ray")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import select
 import sys
@@ -9,7 +10,7 @@ from collections.abc import Callable
 from typing import NoReturn
 
 
-def run_main(main: Callable[[], object]) -> NoReturn:
+def run_main(main: Callable[[], object], *, leaves_threads: bool = False) -> NoReturn:
     """Run a command and end the process with the status that it returns, 0 if it returns none.
 
     Letters that the terminal's encoding has not are printed as "?". Where the reader of the output
@@ -17,6 +18,9 @@ def run_main(main: Callable[[], object]) -> NoReturn:
 
     Args:
         main: reads the command line of the process.
+        leaves_threads: whether daemon threads may be at work when it returns. Python would stop
+            them wherever they are, which within torch or ONNX Runtime aborts the process; so it
+            ends without that.
     """
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="replace")  # type: ignore[union-attr]
@@ -29,6 +33,11 @@ def run_main(main: Callable[[], object]) -> NoReturn:
             raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is not written
         status = 1
+    if leaves_threads:
+        atexit._run_exitfuncs()  # temporary folders go, as at any end
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
     sys.exit(status)
 
 

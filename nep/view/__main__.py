@@ -193,7 +193,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def run() -> NoReturn:
     """Run the command and end the process: what `sgm-view` calls."""
-    run_main(main)
+    run_main(main, leaves_threads=True)  # a network may be loaded, or asked by the page
 
 
 if __name__ == "__main__":

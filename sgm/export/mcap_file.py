@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import Any, BinaryIO
 
 from sgm.export.scene_messages import Message
+from sgm.messages import needed_to
 
 _KEPT_BYTES = 1 << 20  # that are compressed together, where the file need not be whole before
 
@@ -29,7 +30,7 @@ class McapFile:
         Raises:
             ModuleNotFoundError: if the packages of the extra mcap are not installed.
         """
-        try:
+        with needed_to("write MCAP", extra="mcap"):
             from foxglove_schemas_protobuf import (
                 FrameTransform_pb2,
                 PoseInFrame_pb2,
@@ -38,11 +39,6 @@ class McapFile:
             from google.protobuf.descriptor_pb2 import FileDescriptorSet
             from google.protobuf.json_format import ParseDict
             from mcap.writer import Writer
-        except ModuleNotFoundError as error:
-            raise ModuleNotFoundError(
-                f"extra mcap must be installed, got no {error.name}. Run pip install "
-                "'./core[mcap]'."
-            ) from None
         self._classes: dict[str, Any] = {
             "SceneUpdate": SceneUpdate_pb2.SceneUpdate,
             "FrameTransform": FrameTransform_pb2.FrameTransform,

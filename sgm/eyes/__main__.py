@@ -12,7 +12,7 @@ from sgm.files import read_file, write_whole
 from sgm.finder.home_map import HomeMap
 from sgm.layout.map_file import write_map
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.messages import shorten, tell_error
+from sgm.messages import needed_to, shorten, tell_error
 
 _MOST_BYTES = 1 << 24  # of a map
 
@@ -72,12 +72,8 @@ def load_map(path: Path) -> HomeMap:
         ValueError: if it is none.
         ModuleNotFoundError: if PyYAML is not installed.
     """
-    try:
+    with needed_to("read a map", install="pyyaml"):
         import yaml
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            "PyYAML must be installed to read a map, got no such package. Run pip install pyyaml."
-        ) from None
     try:
         data: Any = yaml.safe_load(read_file(path, _MOST_BYTES))
     except (yaml.YAMLError, RecursionError) as error:

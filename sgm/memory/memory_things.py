@@ -32,7 +32,7 @@ from sgm.memory.seen_places import (
 from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
 from sgm.memory.thing import ThingName
-from sgm.messages import shorten
+from sgm.messages import needed_to, shorten
 from sgm.schema import NEVER
 
 if TYPE_CHECKING:  # pandas is an extra
@@ -224,7 +224,8 @@ class MemoryThings:
 
     def to_frame(self) -> DataFrame:
         """Return a table of every object at every place where it was ever seen (needs pandas)."""
-        from pandas import DataFrame  # an extra: only this needs it
+        with needed_to("make a table", extra="frame"):
+            from pandas import DataFrame
 
         return DataFrame(list_rows(self.to_dict()))
 

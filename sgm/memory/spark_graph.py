@@ -11,6 +11,7 @@ import numpy as np
 from sgm.layout.box import LEAST_METRES, Box
 from sgm.layout.furniture import Furniture
 from sgm.layout.layout import Layout
+from sgm.messages import needed_to
 
 _SPACING = 3.0  # metres between what has no position
 _BESIDE = 0.3  # metres from the middle of furniture to what lies on it
@@ -27,13 +28,8 @@ def import_spark_dsg() -> Any:
     Raises:
         ModuleNotFoundError: if it is not installed.
     """
-    try:
+    with needed_to("read and write scene graphs", extra="spark"):
         return import_module("spark_dsg")
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "scene graphs must be read and written by the package spark_dsg, got none. "
-            "Install it with `pip install './core[spark]'`."
-        ) from error
 
 
 def read_box(node: Any, usual: str = "none") -> Box | None:

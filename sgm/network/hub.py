@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from sgm.messages import shorten
+from sgm.messages import needed_to, shorten
 
 PREFIX = "hf://"
 # owner/name, a revision behind "@", a folder of the repository behind it.
@@ -31,18 +31,13 @@ def fetch(source: str) -> Path:
             f"network of a hub must be hf://owner/name, got {shorten(source)}. A revision may "
             "follow behind @, and a folder of the repository behind #."
         )
-    try:
+    with needed_to(f"load {shorten(source)}", extra="hub"):
         from huggingface_hub import snapshot_download
         from huggingface_hub.errors import (
             HfHubHTTPError,
             HFValidationError,
             LocalEntryNotFoundError,
         )
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            f"extra hub must be installed for {shorten(source)}, got no huggingface_hub. Run pip "
-            "install './core[hub]'."
-        ) from None
     repository, revision, folder = found.groups()
     inner = f"{folder.strip('/')}/" if folder else ""
     try:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.messages import shorten
+from sgm.messages import needed_to, shorten
 
 MOST_PIXELS = 1 << 25  # of a depth image: 8K is less
 _PNG = b"\x89PNG\r\n\x1a\n"
@@ -52,12 +52,8 @@ def read_compressed_depth(encoding: str, data: Any) -> np.ndarray:
 
 def _read_png(content: bytes) -> np.ndarray:
     """Return the numbers of a PNG of one channel of 16 bits, (height, width)."""
-    try:
+    with needed_to("read compressed depth", install="pillow"):
         from PIL import Image
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            "compressed depth must be read by Pillow, got no such package. Run pip install pillow."
-        ) from None
     try:
         with Image.open(io.BytesIO(content), formats=("PNG",)) as image:
             mode, (width, height) = image.mode, image.size

@@ -14,7 +14,7 @@ from pathlib import Path
 from sgm.finder.service import MemoryService
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.messages import shorten, tell_error
+from sgm.messages import shorten, tell_error, tell_missing
 from sgm.names.language import list_languages
 from sgm.names.sections import ENGLISH
 from sgm.serve.caller import DEFAULT_TIMEOUT, Caller
@@ -112,9 +112,7 @@ def _run(options: argparse.Namespace) -> None:
         raise ValueError(f"--port must be 0 to 65535, got {options.port}. Leave it out.")
     for name in ("uvicorn", "mcp"):
         if find_spec(name) is None:
-            raise ValueError(
-                f"extra serve must be installed, got no {name}. Run pip install './core[serve]'."
-            )
+            raise ValueError(tell_missing(name, "serve a memory", extra="serve"))
     token = _read_token(options.token_file)
     guard = _make_guard(options, token)
     clock = Clock(datetime.now().replace(microsecond=0), options.step_seconds)

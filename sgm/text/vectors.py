@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sgm.arrays.kept_rows import KeptRows
-from sgm.messages import shorten
+from sgm.messages import needed_to, shorten
 from sgm.text.tok2vec import ENCODER_FILE, RMS, WIDTH, FloatArray, Tok2Vec, load_tok2vec, scale_mean
 
 if TYPE_CHECKING:
@@ -217,14 +217,9 @@ def load_language(pipeline: str | Path) -> Language:
     Raises:
         ModuleNotFoundError: if spaCy or the package is not installed.
     """
-    try:
+    use = f"load the text pipeline {shorten(str(pipeline))} (the one that ships does without)"
+    with needed_to(use, install="'spacy>=3.8,<4'"):
         import spacy  # here, not above: it imports torch where torch is installed, seconds
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            f"spaCy must be installed for the text pipeline {shorten(str(pipeline))}, got "
-            f"{shorten(str(error))}. Run `pip install 'spacy>=3.8,<4'`, or leave the pipeline out "
-            "to use the shipped one"
-        ) from error
     is_folder = pipeline != PAPER_PIPELINE and (Path(pipeline) / "config.cfg").is_file()
     if not is_folder and not spacy.util.is_package(str(pipeline)):
         raise ModuleNotFoundError(

@@ -5,12 +5,10 @@
 
 from __future__ import annotations
 
-try:
+from sgm.messages import needed_to
+
+with needed_to("make an environment", extra="gym"):
     import gymnasium
-except ModuleNotFoundError as error:
-    raise ModuleNotFoundError(
-        "FindObject must have Gymnasium, got none. Install it with `pip install ./core '.[gym]'`."
-    ) from error
 
 ENV_ID = "FindObject-v0"
 

@@ -7,16 +7,13 @@ from __future__ import annotations
 
 import os
 
+from sgm.messages import needed_to
+
 # pygame prints a banner when MiniGrid imports it.
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
-try:
+with needed_to("play in the home on a grid", extra="igridson"):
     import gymnasium
-except ModuleNotFoundError as error:
-    raise ModuleNotFoundError(
-        "iGridson must have MiniGrid, got no gymnasium. "
-        "Install it with `pip install ./core '.[igridson]'`."
-    ) from error
 
 ENV_ID = "iGridson-v0"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sgm.checks import check_at_least
 from sgm.files import read_file
-from sgm.messages import shorten
+from sgm.messages import needed_to, shorten
 from sgm.prior.prior_check import find_problems
 from sgm.prior.prior_graph import PRIOR_HELP, Placement, PriorGraph, load_prior, parse_prior
 from simulator.command_line import choose, make_parser, parse
@@ -209,14 +209,9 @@ def print_prior(
     Raises:
         ModuleNotFoundError: if `rich` is not installed.
     """
-    try:
+    with needed_to("show a prior", install="rich"):
         from rich.console import Console
         from rich.table import Table
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "showing a prior must find the package 'rich', got none. "
-            "Install it with `pip install rich matplotlib`."
-        ) from error
     table = Table(title="places" if label else "furniture", title_justify="left")
     if label:
         for column in ("room", "furniture", "relation", "prob", "count", "source"):

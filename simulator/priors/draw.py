@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sgm.messages import needed_to
 from sgm.prior.prior_graph import Placement, PriorGraph
 from simulator.caches import keep_home_clean
 
@@ -100,13 +101,8 @@ def draw_heat_map(
 def _make_figure(width: float, height: float) -> Figure:
     """A figure that needs no display and leaves no global state behind."""
     keep_home_clean()
-    try:
+    with needed_to("draw a prior (--no_picture leaves it out)", install="matplotlib"):
         from matplotlib.figure import Figure
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "drawing a prior must find the package 'matplotlib', got none. "
-            "Install it with `pip install matplotlib`, or pass --no-picture."
-        ) from error
     return Figure(figsize=(width, height), layout="constrained")
 
 

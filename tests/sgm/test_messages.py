@@ -1,11 +1,15 @@
 """Values in messages are cut; nothing makes it fail."""
 
+import ast
+import configparser
 import re
 from pathlib import Path
 
 import pytest
 
-from sgm.messages import shorten, shorten_values
+from sgm.messages import needed_to, shorten, shorten_values, tell_missing
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(
@@ -37,11 +41,10 @@ def test_values_within_a_message_are_cut_and_the_rest_stays():
 
 def test_no_message_repeats_a_whole_value():
     """What is no message is written by `repr`."""
-    root = Path(__file__).parents[2]
     found = [
-        f"{path.relative_to(root)}: {line.strip()}"
+        f"{path.relative_to(ROOT)}: {line.strip()}"
         for package in ("simulator", "datamodules", "nep")
-        for path in (root / package).rglob("*.py")
+        for path in (ROOT / package).rglob("*.py")
         for line in path.read_text(encoding="utf-8").splitlines()
         if re.search(r"\{[^{}]+!r\}", line)
     ]
@@ -59,3 +62,42 @@ def test_lists_in_lists_are_not_written_as_often_as_they_stand_there():
     around.append(around)
     assert shorten(around) == "a list of 1"
     assert shorten(["x" * 20_000]) == "a list of 1"
+
+
+def test_a_missing_package_is_told_with_what_installs_it():
+    with (
+        pytest.raises(ModuleNotFoundError) as error,
+        needed_to("read bags", extra="bag"),
+    ):
+        import no_such_package.inner  # noqa: F401
+    assert error.value.name == "no_such_package"
+    assert str(error.value) == (
+        "package no_such_package must be installed to read bags, got none. "
+        "Run pip install ./core '.[bag]'."
+    )
+    assert tell_missing("x", "serve", extra="serve").endswith("Run pip install './core[serve]'.")
+    assert tell_missing("PIL", "draw", install="pillow").endswith("Run pip install pillow.")
+
+
+def test_missing_packages_are_told_in_one_way():
+    """By `needed_to` or `tell_missing`, with extras that the package has which is named."""
+    settings = configparser.ConfigParser()
+    settings.read(ROOT / "setup.cfg", encoding="utf-8")
+    found = []
+    for package in ("sgm", "simulator", "datamodules", "nep"):
+        for path in (ROOT / package).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+                if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                    if node.func.id in ("needed_to", "tell_missing"):
+                        found += [(word.value, path) for word in node.keywords]
+                    text = ast.unparse(node) if node.func.id.endswith("Error") else ""
+                    assert "./core" not in text, f"{path}: use needed_to"
+    extras = {value.value for value, path in found if isinstance(value, ast.Constant)}
+    named = {extra for extra in extras if extra in settings["options.extras_require"]}
+    assert {"serve", "mcap", "hub", "frame", "spark", "bag", "gym", "events"} <= named
+    assert extras - named == {"pillow", "pyyaml", "matplotlib", "rich", "'spacy>=3.8,<4'"}
+    core = configparser.ConfigParser()
+    core.read(ROOT / "core" / "setup.cfg", encoding="utf-8")
+    for extra in named:
+        is_core = extra in core["options.extras_require"]
+        assert ("'./core[" in tell_missing("x", "run", extra=extra)) == is_core

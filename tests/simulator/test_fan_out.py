@@ -77,7 +77,7 @@ def test_workers_and_backend_are_checked(monkeypatch):
     with pytest.raises(ValueError, match=r"one of processes, ray, got 'spark'\. Choose one"):
         check_workers(1, "spark")
     monkeypatch.setitem(sys.modules, "ray.util.joblib", None)  # as where Ray is not installed
-    with pytest.raises(ValueError, match=r"must have Ray .* pip install ./core '.\[clu"):
+    with pytest.raises(ModuleNotFoundError, match=r"package ray .* pip install ./core '.\[clu"):
         check_workers(1, "ray")
 
 

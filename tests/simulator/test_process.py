@@ -113,3 +113,44 @@ def run(script, **variables):
         check=False,
         env=environment | {"PYTHONPATH": str(ROOT)} | variables,
     )
+
+
+AT_WORK = """
+import atexit
+from threading import Event, Thread
+
+from sgm.network.shipped import find_trained
+from simulator.process import run_main
+
+begun = Event()
+
+
+def work():
+    import onnxruntime
+
+    path = str(find_trained("any_home") / "network.onnx")
+    while True:
+        onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
+        begun.set()
+
+
+def main():
+    Thread(target=work, daemon=True).start()
+    begun.wait()
+    atexit.register(print, "cleared up")
+    print("ends")
+    return 3
+
+
+run_main(main, leaves_threads=True)
+"""
+
+
+@pytest.mark.slow
+def test_threads_at_work_do_not_abort_a_command_that_ends():
+    """Without `leaves_threads`: "terminate called without an active exception", status -6."""
+    for _ in range(3):
+        done = subprocess.run(
+            [sys.executable, "-c", AT_WORK], capture_output=True, text=True, check=False, cwd=ROOT
+        )
+        assert (done.returncode, done.stdout, done.stderr) == (3, "ends\ncleared up\n", "")

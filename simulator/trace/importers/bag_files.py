@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from sgm.messages import shorten
+from sgm.messages import needed_to, shorten
 from simulator.yaml_text import read_yaml
 
 MOST_METADATA_BYTES = 1 << 24
@@ -85,12 +85,8 @@ def open_bag(path: Path) -> StorageFiles:
         ModuleNotFoundError: if rosbags is not installed.
         ValueError: if it is none, or was compressed as a whole by rosbag2.
     """
-    try:
+    with needed_to("read bags", extra="bag"):
         from rosbags.rosbag2 import Reader, ReaderError
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            "rosbags must be installed to read bags. pip install ./core '.[bag]'"
-        ) from None
     _bound_chunks()
     has_metadata = (path / "metadata.yaml").is_file()
     files = [path] if has_metadata else _list_storages(path)

@@ -27,7 +27,7 @@ from sgm.finder.finder import Finder
 from sgm.finder.home_map import HomeMap
 from sgm.layout.areas import Areas
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.messages import shorten
+from sgm.messages import needed_to, shorten
 from sgm.policies.adaptive import Adaptive
 from sgm.prior.prior_graph import PriorGraph
 from sgm.ros.live_memory import LiveMemory
@@ -309,12 +309,8 @@ def _read_depth(
     folder: Path, picture: _Picture, options: CocoOptions, counts: Counter[str]
 ) -> np.ndarray | None:
     """Return the depth of a picture in metres, 0 where there is none; None without an image."""
-    try:
+    with needed_to("read depth images", install="pillow"):
         from PIL import Image
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            "depth images must be read by Pillow, got no such package. Run pip install pillow."
-        ) from None
     path = folder / f"{picture.stem}.png"
     try:
         content = read_file(path, _MOST_DEPTH_BYTES)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.messages import shorten
+from sgm.messages import needed_to, shorten
 from simulator.yaml_text import load_yaml
 
 _MOST_CELLS = 1 << 26
@@ -123,12 +123,8 @@ def _read_image(path: Path, where: Path) -> np.ndarray:
             f"image of a map must be a file that exists, got none at {path}, of {where}. Save it "
             "beside the map, or correct its name."
         )
-    try:
+    with needed_to("read the image of a map", install="pillow"):
         from PIL import Image
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError(
-            "image of a map must be read by Pillow, got no such package. Run pip install pillow."
-        ) from None
     try:
         with Image.open(path, formats=("PPM", "PNG")) as image:
             if image.width * image.height > _MOST_CELLS:

@@ -80,5 +80,7 @@ def test_what_cannot_be_fetched_ends_in_one_line(cache, source):
 
 def test_without_the_package_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "huggingface_hub", None)
-    with pytest.raises(ModuleNotFoundError, match=r"extra hub .* pip install './core\[hub\]'"):
+    with pytest.raises(
+        ModuleNotFoundError, match=r"huggingface_hub .* pip install './core\[hub\]'"
+    ):
         ObjectFinder.load("hf://robots/any-home")

@@ -110,7 +110,9 @@ def test_what_is_no_whole_graph_is_refused(memory, change, message):
 
 def test_without_spark_dsg_one_line_says_what_to_install(memory, monkeypatch):
     monkeypatch.setitem(sys.modules, "spark_dsg", None)
-    with pytest.raises(ModuleNotFoundError, match=r"package spark_dsg, got none. Install it with"):
+    with pytest.raises(
+        ModuleNotFoundError, match=r"package spark_dsg .* pip install './core\[spark\]'"
+    ):
         GraphFurniture(memory)
 
 

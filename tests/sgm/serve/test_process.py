@@ -193,7 +193,9 @@ def test_without_its_extra_the_line_says_what_an_index_has(tmp_path, monkeypatch
     monkeypatch.setattr(server_main, "find_spec", find)
     assert main([str(tmp_path / "home.sgm"), "--new"]) == 2
     said = capsys.readouterr().err
-    assert said.startswith(f"error: extra serve must be installed, got no {missing}.")
+    assert said.startswith(
+        f"error: package {missing} must be installed to serve a memory, got none."
+    )
     assert said.endswith("Run pip install './core[serve]'.\n")
     assert list(tmp_path.iterdir()) == []
 

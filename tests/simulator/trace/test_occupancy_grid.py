@@ -67,7 +67,7 @@ def test_what_is_no_grid_is_one_line(grid_file, tmp_path, capsys, monkeypatch):
     with monkeypatch.context() as without:
         without.setitem(sys.modules, "PIL", None)
         assert main(["rooms", str(grid_file), "--out", str(tmp_path / "x.yaml")]) == 1
-    assert "must be read by Pillow" in capsys.readouterr().err
+    assert "got none. Run pip install pillow." in capsys.readouterr().err
     arguments = ["rooms", str(grid_file), "--out", str(tmp_path / "x.yaml"), "--door", "9"]
     assert main(arguments) == 1
     assert "Give a smaller --door" in capsys.readouterr().err
