@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 from collections.abc import Sequence, Sized
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, cast
 
@@ -16,18 +14,13 @@ from torch.utils.data import DataLoader, Dataset, Subset
 
 from datamodules.batch import Batch
 from datamodules.batch_builder import BatchBuilder
-from datamodules.collection_plan import make_sources, plan_collections
+from datamodules.collection_plan import CollectionPlan
 from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig, list_recorded
 from datamodules.snapshot_dataset import SnapshotDataset
 from sgm.checks import check_at_least
 from sgm.messages import shorten
 from simulator.collect.folder import collect
-from simulator.collect.settings import EXTRAS, CollectConfig
-from simulator.home_options import HomeOptions, MakeSource
-from simulator.tasks.question_shares import QuestionShares
-from simulator.tasks.registry import make_file_name
-from simulator.world.config import HomeConfig
-from simulator.world.source import SampledSource
+from simulator.collect.settings import CollectConfig
 
 
 class SGMDataModule(pl.LightningDataModule):
@@ -39,124 +32,45 @@ class SGMDataModule(pl.LightningDataModule):
 
     def __init__(
         self,
-        homes: MakeSource = SampledSource,
-        also_homes: list[MakeSource] | None = None,
-        val_homes: MakeSource | None = None,
-        home: HomeConfig = HomeConfig(),  # noqa: B008 - frozen
-        prior: str | None = None,
-        trace: list[str] | None = None,
-        val_trace: list[str] | None = None,
-        step_seconds: float | None = None,
-        by_day: bool = False,
-        replays: int = 1,
-        data_dir: str = "data",
-        num_homes: int = 100,
-        steps: int = 100,
-        num_val_homes: int = 20,
-        policy: str = "bayesian",
-        task: str = "predict_location",
-        also_policies: list[str] | None = None,
-        also_tasks: list[str] | None = None,
-        asked: QuestionShares | None = None,
-        relevance: bool = False,
-        seed: int = 0,
-        workers: int | None = None,
         features: FeatureConfig = FeatureConfig(),
         batch_size: int = 100,
         train_snapshots: int | None = None,
         val_snapshots: int | None = None,
         num_hops: int | None = None,
+        data_dir: str = "data",
+        workers: int | None = None,
+        **collected: Any,
     ) -> None:
         """Set what to load.
 
         Args:
-            homes: where homes come from: gets the prior and the rules, as the class of a source
-                does.
-            also_homes: further sources, with the same words as `homes`; `num_homes` homes of each
-                are trained on, too, in all tasks.
-            val_homes: the same for validation; None for other homes of the same source.
-            home: rules of the homes.
-            prior: a shipped prior, "default" or "household", or a file; None for the default.
-            trace: train in all recorded homes and steps of these traces, or folders of traces
-                (docs/traces.md), by their own rules, instead of `homes`; `num_homes`, `steps`,
-                `num_val_homes` are then what was recorded.
-            val_trace: the same for validation; other homes than `trace`.
-            step_seconds: length of a step of recorded homes; None for an hour, or what they were
-                simulated with.
-            by_day: whether each recorded day is a home of its own, with an empty memory at first.
-            replays: how often each recorded home is played, every time with other looks and
-                questions.
-            data_dir: folder that holds the collections.
-            num_homes: training homes.
-            steps: time steps per home; `predict_location` takes one snapshot a step,
-                `relative_likelihood` five, `find_object` one per look.
-            num_val_homes: validation homes.
-            policy: the policy that collects.
-            task: the task it plays.
-            also_policies: further policies that collect, each in as many other homes; of a trained
-                network, `nep.players.policy:NEPPolicy=FILE`.
-            also_tasks: further tasks, played in as many other homes, whose snapshots are trained
-                on, too.
-            asked: shares of the kinds of questions, of the tasks that take them
-                (`simulator.tasks.ask_anything:AskAnything`); None for those of the task.
-            relevance: learn the relevance of each place instead of where the object is, for a task
-                that knows it (`relative_likelihood`); the other tasks stay what they are.
-            seed: of homes and collection, and of the shuffling.
-            workers: processes for collecting; None for one per core.
             features: which features the model sees.
             batch_size: snapshots per batch.
             train_snapshots: train on so many of the snapshots, drawn once by `seed`, where there
                 are more; None for all.
             val_snapshots: the same for validation.
             num_hops: prune graphs to this many hops around the query edges; None keeps all.
+            data_dir: folder that holds the collections.
+            workers: processes for collecting; None for one per core.
+            collected: homes, policies and tasks: options of `CollectionPlan` and `HomeOptions`.
 
         Raises:
-            ValueError: if a count or a name is out of range, or a trace is broken; if recorded
-                homes are both to train on and to validate on; if `features.clock` is on and the
-                time of a home is unknown.
+            ValueError: as `CollectionPlan` does, or if a count is out of range; if
+                `features.clock` is on and the time of a home is unknown.
         """
         super().__init__()
         limits = {"train_snapshots": train_snapshots, "val_snapshots": val_snapshots}
         check_at_least(1, batch_size=batch_size, **limits)
-        where = None if trace is None else tuple(trace)
-        source, val_source, also_sources = make_sources(
-            HomeOptions(homes, home, prior, where, step_seconds, by_day, replays),
-            also_homes or [],
-            val_homes,
-            val_trace,
-        )
-        recorded: dict[str, Any] = dict.fromkeys(list_recorded(features), True)
-        first = CollectConfig(
-            homes=source,
-            num_homes=source.num_homes or num_homes,
-            steps=source.num_steps or steps,
-            policy=policy,
-            task=task,
-            seed=seed,
-            **{"relevance": relevance, **recorded},
-        )
-        self.train_config, *self.also_configs = plan_collections(
-            first,
-            also_sources,
-            [policy, *(also_policies or [])],
-            [task, *(also_tasks or [])],
-            asked,
-        )
-        self.val_config = replace(
-            self.train_config,
-            homes=val_source,
-            split="val",
-            num_homes=val_source.num_homes or num_val_homes,
-            steps=val_source.num_steps or steps,
-        )
+        plan = CollectionPlan(extras=list_recorded(features), **collected)
+        self.train_config, self.also_configs, self.val_config = plan.train, plan.also, plan.val
         if features.clock:
-            source.check_clock()
-            val_source.check_clock()
+            plan.train.homes.check_clock()
+            plan.val.homes.check_clock()
         self.data_dir, self.workers, self.batch_size = data_dir, workers, batch_size
         self._train_snapshots, self._val_snapshots = train_snapshots, val_snapshots
         self._order: torch.Generator | None = None  # of the training batches
         self._order_state: torch.Tensor | None = None  # that a checkpoint has kept
-        self.builder = BatchBuilder(features, num_hops, seed)
+        self.builder = BatchBuilder(features, num_hops, plan.train.seed)
         # What a checkpoint needs to be used without this data module, what a model card says, and
         # what loggers show beside the settings of the model.
         self.save_hyperparameters(
@@ -165,16 +79,16 @@ class SGMDataModule(pl.LightningDataModule):
                 "feature_schema": FEATURE_SCHEMA_VERSION,
                 "text": self.builder.text_name,
                 "training": {
-                    "num_homes": first.num_homes,
-                    "steps": first.steps,
-                    "homes": source.describe(),
-                    "also_homes": [config.homes.describe() for config in self.also_configs],
-                    "is_recorded": trace is not None,
-                    "task": task,
-                    "also_tasks": also_tasks or [],
-                    "policy": policy,
-                    "also_policies": also_policies or [],
-                    "seed": seed,
+                    "num_homes": plan.train.num_homes,
+                    "steps": plan.train.steps,
+                    "homes": plan.train.homes.describe(),
+                    "also_homes": [config.homes.describe() for config in plan.also],
+                    "is_recorded": collected.get("trace") is not None,
+                    "task": plan.train.task,
+                    "also_tasks": collected.get("also_tasks") or [],
+                    "policy": plan.train.policy,
+                    "also_policies": collected.get("also_policies") or [],
+                    "seed": plan.train.seed,
                     "snapshots": train_snapshots,
                     "batch_size": batch_size,
                 },
@@ -183,20 +97,7 @@ class SGMDataModule(pl.LightningDataModule):
 
     def get_folder(self, config: CollectConfig) -> Path:
         """Return the folder of a collection."""
-        settings = config.describe()
-        homes = json.dumps(settings["homes"], sort_keys=True).encode()
-        digest = hashlib.sha256(homes).hexdigest()[:8]
-        policy, loads, checksum = settings["policy"].partition("=")
-        if loads:
-            policy = f"{policy}-{checksum[:8]}"
-        name = f"{make_file_name(config.task)}-{policy}-{config.steps}steps-seed{config.seed}"
-        extras = "".join(  # those of which there are versions with theirs
-            f"-{extra}" if settings[extra] is True else f"-{extra}{settings[extra]}"
-            for extra in EXTRAS
-            if extra in settings
-        )
-        folder = Path(self.data_dir) / f"{name}-homes{digest}{extras}"
-        return folder / f"{config.split}-{config.num_homes}homes"
+        return Path(self.data_dir) / config.name_folder()
 
     def prepare_data(self) -> None:
         """Collect what is not on disk yet; an interrupted collection is finished."""

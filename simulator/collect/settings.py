@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
 from typing import Any
 
 from sgm.checks import check_at_least, check_at_most, check_choice, check_seed
@@ -10,7 +13,7 @@ from sgm.evidence.columns import EVIDENCE_VERSION
 from simulator.policies.registry import check_policies, identify_policy
 from simulator.snapshots.shards import MAX_HOMES
 from simulator.tasks.question_shares import QuestionShares
-from simulator.tasks.registry import find_task
+from simulator.tasks.registry import find_task, make_file_name
 from simulator.world.source import HomeSource, SampledSource
 from simulator.world.streams import SPLITS
 
@@ -87,3 +90,19 @@ class CollectConfig:
         if checksum is not None:  # whatever the file is called
             settings["policy"] = f"{self.policy.partition('=')[0]}={checksum}"
         return {**settings, "homes": self.homes.describe(), "labels": list(self.homes.labels)}
+
+    def name_folder(self) -> Path:
+        """Return a folder for the collection, named for its settings: others get another one."""
+        settings = self.describe()
+        homes = json.dumps(settings["homes"], sort_keys=True).encode()
+        policy, loads, checksum = settings["policy"].partition("=")
+        if loads:
+            policy = f"{policy}-{checksum[:8]}"
+        extras = "".join(  # those of which there are versions with theirs
+            f"-{extra}" if settings[extra] is True else f"-{extra}{settings[extra]}"
+            for extra in EXTRAS
+            if extra in settings
+        )
+        name = f"{make_file_name(self.task)}-{policy}-{self.steps}steps-seed{self.seed}"
+        of_homes = f"homes{hashlib.sha256(homes).hexdigest()[:8]}{extras}"
+        return Path(f"{name}-{of_homes}") / f"{self.split}-{self.num_homes}homes"

@@ -1,9 +1,8 @@
 """Settings of a training: each has one name, on the command line, in a config and in Python."""
 
-import inspect
-
 import pytest
 import yaml
+from jsonargparse import ArgumentParser
 
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.any_home.any_home_module import AnyHomeModule
@@ -46,4 +45,5 @@ def test_configs_name_arguments_of_the_classes(path):
     config = yaml.safe_load(path.read_text("utf-8"))
     model = AnyHomeModule if "model_class" in config else NEPModule
     for part, cls in (("model", model), ("data", SGMDataModule)):
-        assert config.get(part, {}).keys() <= inspect.signature(cls).parameters.keys()
+        options = {name.partition(".")[0] for name in ArgumentParser().add_class_arguments(cls)}
+        assert config.get(part, {}).keys() <= options

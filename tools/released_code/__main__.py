@@ -141,9 +141,9 @@ def make_page(study: Study, scores: Scores) -> str:
         "# What the released code does otherwise\n",
         "In the authors' released code NEP-HEAT is ahead of NEP-MLP; here both are level "
         "([claims](claims.md#the-authors-code-beside-ours)). Each row makes one thing as it is "
-        "there, in homes of its sizes (24 places). Predict Object Location, share of right first "
-        f"guesses in {study.num_homes} test homes x {study.steps} steps; 95 % intervals over "
-        "homes, and over trainings where there are several.\n",
+        "there, the last one all of them, in homes of its sizes (24 places). Predict Object "
+        f"Location, share of right first guesses in {study.num_homes} test homes x {study.steps} "
+        "steps; 95 % intervals over homes, and over trainings where there are several.\n",
         join_table([*header, "HEAT minus MLP [95 %]"], cells, 2),
         conclude({name: found for (nodes, name), found in differences.items() if nodes == "off"}),
         "A switch of HEAT alone stands beside MLP as it is. Trainings with objects that come and "

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import Any
 from unittest import mock
@@ -102,9 +102,9 @@ def _embed_edges_narrowly() -> Iterator[None]:
 
     def make_narrow(self: nn.Module, units: int, *args: Any) -> None:
         make(self, units, *args)  # type: ignore[arg-type]
-        self.second = nn.Sequential(
-            nn.Linear(units, _EDGE_UNITS), nn.ZeroPad1d((0, units - _EDGE_UNITS))
-        )
+        *before, _ = self.second if isinstance(self.second, nn.Sequential) else [self.second]
+        narrow = nn.Linear(units, _EDGE_UNITS), nn.ZeroPad1d((0, units - _EDGE_UNITS))
+        self.second = nn.Sequential(*before, *narrow)
 
     with mock.patch.object(embedding.EdgeEmbedding, "__init__", make_narrow):
         yield
@@ -156,8 +156,23 @@ def _send_up_alone() -> Iterator[None]:
         yield
 
 
+def _join(title: str, switches: Sequence[Switch]) -> Switch:
+    """Turn several switches at once; one of them at most says where homes come from."""
+
+    @contextmanager
+    def change() -> Iterator[None]:
+        with ExitStack() as stack:
+            for switch in switches:
+                stack.enter_context(switch.change())
+            yield
+
+    options = tuple(option for switch in switches for option in switch.options)
+    sources = [switch.source for switch in switches if switch.source != "paper"]
+    return Switch(title, options, [*sources, "paper"][0], change)
+
+
 # The first is this package as it is.
-SWITCHES: Mapping[str, Switch] = {
+_ONE_AT_A_TIME: Mapping[str, Switch] = {
     "as_it_is": Switch("as it is"),
     "kept_starts": Switch(
         "noise never zeroes the place where an object begins",
@@ -183,4 +198,8 @@ SWITCHES: Mapping[str, Switch] = {
         change=_send_up_alone,
         networks=("heat",),
     ),
+}
+SWITCHES: Mapping[str, Switch] = {
+    **_ONE_AT_A_TIME,
+    "together": _join("all of these together", list(_ONE_AT_A_TIME.values())),
 }

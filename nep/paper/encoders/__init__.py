@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING
 from sgm.lazy_names import load_lazily
 
 if TYPE_CHECKING:
-    from nep.paper.encoders.encoder import Encoder, HeteroEncoder
+    from nep.paper.encoders.encoder import Encoder
     from nep.paper.encoders.gcn import GCN
     from nep.paper.encoders.han import HAN
     from nep.paper.encoders.heat import HEAT
+    from nep.paper.encoders.hetero_encoder import HeteroEncoder
     from nep.paper.encoders.hgt import HGT
     from nep.paper.encoders.mlp import MLP
 
@@ -18,7 +19,7 @@ _MODULES = {
     "HAN": "nep.paper.encoders.han",
     "HEAT": "nep.paper.encoders.heat",
     "HGT": "nep.paper.encoders.hgt",
-    "HeteroEncoder": "nep.paper.encoders.encoder",
+    "HeteroEncoder": "nep.paper.encoders.hetero_encoder",
     "MLP": "nep.paper.encoders.mlp",
 }
 

@@ -86,6 +86,25 @@ def test_networks_have_the_released_sizes(folder):
     assert sum(isinstance(part, torch.nn.Linear) for part in deep.modules()) == 3
 
 
+def test_all_together_are_each_of_them(folder):
+    """Features, sizes and messages change at once, and are back when it is over."""
+    before, names = load(folder), SWITCHES.keys() - {"together"}
+    together = SWITCHES["together"]
+    with together.change():
+        batch, module = load(folder), NEPModule(HEAT(64))
+        marked = batch.edge_feature[:, 1] == -1
+        assert marked.any()
+        assert batch.edge_feature[marked][:, 5].tolist() == pytest.approx([0.1] * int(marked.sum()))
+        assert batch.edge_feature[:, 3].gt(before.edge_feature[:, 3]).any()
+        edge = module.predictor.edge_embedding
+        assert not edge(batch)[:, 32:].any()
+        for part in (edge, module.predictor.node_embedding):
+            assert sum(isinstance(layer, torch.nn.Linear) for layer in part.modules()) == 3
+    assert load(folder).edge_feature.equal(before.edge_feature)
+    assert {*together.options} == {option for name in names for option in SWITCHES[name].options}
+    assert together.source == SWITCHES["kept_starts"].source
+
+
 def test_messages_go_up_alone(folder):
     """Objects hear nothing: their neighbours make no difference to them."""
     batch, encoder = load(folder), HEAT(8)
