@@ -33,7 +33,8 @@ ORDER = """
     sgm.schema sgm.messages sgm.checks sgm.lazy_names sgm.files sgm.arrays sgm.text
     sgm.prior sgm.names sgm.layout sgm.store sgm.memory sgm.replay sgm.belief sgm.evidence
     sgm.policies
-    sgm.network sgm.finder sgm.eyes sgm.ros sgm.serve sgm.export sgm.check sgm.backup sgm
+    sgm.network sgm.finder sgm.camera sgm.mapping sgm.eyes sgm.ros sgm.serve sgm.export sgm.check
+    sgm.backup sgm
     sgm.__main__
     simulator.caches simulator.kernel_store simulator.kernel simulator.yaml_text simulator.process
     simulator.fan_out
@@ -153,6 +154,11 @@ def test_count_floors():
 def test_a_memory_has_few_floors():
     """Who changes a part has to walk no farther down."""
     assert count_floors(list_module_imports(), "sgm.memory") <= 6
+
+
+@pytest.mark.parametrize("folder", ["sgm.camera", "sgm.mapping", "sgm.eyes"])
+def test_what_makes_looks_and_maps_of_frames_has_few_floors(folder):
+    assert count_floors(list_module_imports(), folder) <= 5
 
 
 def test_the_order_names_every_folder_package_by_package():

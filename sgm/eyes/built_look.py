@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.camera.scene import Scene
 from sgm.eyes.look_rules import LookRules
-from sgm.eyes.scene import Scene
 from sgm.eyes.spots import Spots
 from sgm.eyes.tracks import Track
 from sgm.eyes.visits import Visit

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.detection import Detection
-from sgm.eyes.furniture_labels import FurnitureLabels
-from sgm.eyes.scene import Scene, compute_entries
+from sgm.camera.camera_view import CameraView
+from sgm.camera.detection import Detection
+from sgm.camera.scene import Scene, compute_entries
+from sgm.mapping.furniture_labels import FurnitureLabels
 
 _GRID = np.linspace(-0.4, 0.4, 7)  # of the sides of a box in pixels, around its middle
 _LEAST_SHARE = 0.25  # of the points of a detection that must lie in furniture to be of it

@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 
+from sgm.camera.camera_view import CameraView
+from sgm.camera.depth_image import DepthImage
+from sgm.camera.detection import Detection
+from sgm.camera.pinhole import Intrinsics, Pose
+from sgm.camera.scene import NOWHERE, Scene
 from sgm.checks import is_finite, read_all, read_optional
 from sgm.eyes.built_look import BuiltLook, make_look
-from sgm.eyes.camera import Intrinsics, Pose
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.depth_image import DepthImage
-from sgm.eyes.detection import Detection
-from sgm.eyes.furniture_labels import FurnitureLabels
-from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.known_furniture import KnownFurniture
 from sgm.eyes.look_rules import Gate, LookRules
 from sgm.eyes.loose_things import settle_things
-from sgm.eyes.placing import NOWHERE, THROUGH, OnDetection, Placing, Unassigned
-from sgm.eyes.scene import Scene
+from sgm.eyes.placing import THROUGH, OnDetection, Placing, Unassigned
 from sgm.eyes.spots import Spots
 from sgm.eyes.tracks import Tracks
 from sgm.eyes.visits import Visit, Visits
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture
+from sgm.mapping.furniture_labels import FurnitureLabels
+from sgm.mapping.furniture_mapper import FurnitureMapper
 from sgm.messages import shorten
 from sgm.schema import PlaceCode
 

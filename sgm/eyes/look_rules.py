@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgm.camera.pinhole import Pose
 from sgm.checks import check_at_least, check_shares
-from sgm.eyes.camera import Pose
 from sgm.messages import shorten
 
 _JUMP = 4.0  # standard deviations, which the length of a vector of three exceeds once in 1,000

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgm.eyes.detection import Located
-from sgm.eyes.furniture_mapper import FurnitureMapper
-from sgm.eyes.placing import NOWHERE, assign
-from sgm.eyes.scene import Scene
+from sgm.camera.detection import Located
+from sgm.camera.scene import NOWHERE, Scene
+from sgm.eyes.placing import assign
 from sgm.eyes.tracks import Track
+from sgm.mapping.furniture_mapper import FurnitureMapper
 from sgm.schema import ON_TOP, PlaceCode
 
 

@@ -9,17 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.detection import Detection, Located, Measured, locate
+from sgm.camera.camera_view import CameraView
+from sgm.camera.detection import Detection, Located, Measured, locate
+from sgm.camera.rays import Bodies, trace_rays
+from sgm.camera.scene import NOWHERE, Scene, compute_entries
 from sgm.eyes.look_rules import Gate, LookRules
-from sgm.eyes.rays import Bodies, trace_rays
-from sgm.eyes.scene import Scene, compute_entries
 from sgm.layout.box import ABOVE_TOP, BELOW_TOP
 from sgm.layout.outline import compute_outline_distance
 from sgm.names.ignored import IgnoredNames
 from sgm.schema import INSIDE, IS_BORNE, ON_TOP, RELATIONS, PlaceCode
 
-NOWHERE = -1
 THROUGH = "detections that depth goes through"  # as they are counted
 _IN_SIGHT = 2.0  # standard deviations of the pose by which volumes are dilated
 _CENTER_SD = 0.02  # metres, of a center that a detector names

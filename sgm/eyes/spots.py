@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.rays import IN_SIGHT, Bodies, trace_rays
+from sgm.camera.camera_view import CameraView
+from sgm.camera.rays import IN_SIGHT, Bodies, trace_rays
 from sgm.eyes.tracks import Track
 from sgm.names.words import read_name
 from sgm.schema import IS_BORNE, PlaceCode

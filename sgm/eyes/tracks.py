@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.detection import Detection, Measured
-from sgm.eyes.relief import Relief, measure_relief
+from sgm.camera.camera_view import CameraView
+from sgm.camera.detection import Detection, Measured
+from sgm.camera.relief import Relief, measure_relief
 from sgm.names.words import read_name
 from sgm.schema import PlaceCode
 

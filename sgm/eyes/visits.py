@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.scene import Scene
+from sgm.camera.camera_view import CameraView
+from sgm.camera.scene import Scene
 from sgm.layout.viewpoint import Viewpoint
 from sgm.schema import NUM_RELATIONS, RELATIONS, USUAL_RELATION, PlaceCode
 

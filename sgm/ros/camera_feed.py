@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.eyes.camera import Intrinsics, Pose
+from sgm.camera.pinhole import Intrinsics, Pose
 from sgm.eyes.look_builder import LookBuilder
 from sgm.messages import shorten
 from sgm.ros.message_readings import (

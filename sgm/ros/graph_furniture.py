@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.eyes.look_builder import LookBuilder
 from sgm.layout.areas import Areas
 from sgm.layout.box import Box
 from sgm.layout.footprints import compute_overlap, get_area
+from sgm.mapping.furniture_labels import FurnitureLabels
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.spark_graph import find_label, import_spark_dsg, read_box
 from sgm.messages import shorten

@@ -10,14 +10,14 @@ from typing import Any, TypeAlias
 
 from sgm.checks import check_at_least
 from sgm.eyes.built_look import BuiltLook
-from sgm.eyes.furniture_labels import FurnitureLabels
-from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import LookBuilder
 from sgm.finder.evidence import tell_point
 from sgm.finder.finder import Finder
 from sgm.finder.passing_time import pass_time, read_clock
 from sgm.finder.ranking import Place, Ranking
 from sgm.layout.box import Box
+from sgm.mapping.furniture_labels import FurnitureLabels
+from sgm.mapping.furniture_mapper import FurnitureMapper
 from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.steady_clock import SteadyClock, read_even_seconds

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from sgm.eyes.camera import Intrinsics, make_rotation
-from sgm.eyes.detection import Detection
+from sgm.camera.detection import Detection
+from sgm.camera.pinhole import Intrinsics, make_rotation
 from sgm.messages import shorten
 from sgm.names.words import MAX_LENGTH
 from sgm.ros.compressed_depth import MOST_PIXELS, read_compressed_depth

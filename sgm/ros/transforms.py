@@ -10,7 +10,7 @@ from operator import itemgetter
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
-from sgm.eyes.camera import make_rotation
+from sgm.camera.pinhole import make_rotation
 from sgm.messages import shorten
 
 _MOST_FRAMES = 1000  # of coordinates, by far more than robots have

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sgm.eyes.camera import Intrinsics, Pose
-from sgm.eyes.detection import Detection
+from sgm.camera.detection import Detection
+from sgm.camera.pinhole import Intrinsics, Pose
 from simulator.box_world.ray_kernel import Solids, cast_rays
 from simulator.box_world.world import BoxWorld
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sgm.eyes.camera import Pose
+from sgm.camera.pinhole import Pose
 from sgm.layout.box import Box
 from sgm.layout.turns import make_upright_turn
 from simulator.box_world.depth_camera import (

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sgm.eyes.camera import Pose
+from sgm.camera.pinhole import Pose
 from sgm.layout.box import Box
 from sgm.schema import RELATIONS
 from simulator.box_world.depth_camera import DepthCamera

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from sgm.eyes.built_look import BuiltLook
-from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.eyes.look_builder import LookBuilder
 from sgm.eyes.look_rules import Gate
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
+from sgm.mapping.furniture_mapper import FurnitureMapper
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.schema import RELATIONS, PlaceCode

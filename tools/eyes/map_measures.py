@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.finder.finder import Finder
 from sgm.layout.box import Box
 from sgm.layout.footprints import compute_shared_area, get_area
+from sgm.mapping.furniture_labels import FurnitureLabels
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.seen_places import SeenRows
 from sgm.names.words import read_name

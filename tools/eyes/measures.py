@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from sgm.camera.detection import Detection
 from sgm.eyes.built_look import BuiltLook
-from sgm.eyes.detection import Detection
 from sgm.eyes.look_builder import LookBuilder
 from sgm.eyes.look_rules import Gate
 from sgm.layout.box import Box

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from sgm.checks import check_at_least
-from sgm.eyes.furniture_labels import FurnitureLabels
-from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.finder.finder import Finder
 from sgm.finder.home_map import HomeMap
 from sgm.layout.areas import Areas
+from sgm.mapping.furniture_labels import FurnitureLabels
+from sgm.mapping.furniture_mapper import FurnitureMapper
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.policies.adaptive import Adaptive

@@ -17,15 +17,15 @@ from typing import Any
 
 import numpy as np
 
+from sgm.camera.detection import Detection
+from sgm.camera.pinhole import Intrinsics, Pose
 from sgm.checks import check_at_least, is_finite, is_number
-from sgm.eyes.camera import Intrinsics, Pose
-from sgm.eyes.detection import Detection
-from sgm.eyes.furniture_labels import FurnitureLabels
-from sgm.eyes.furniture_mapper import FurnitureMapper
 from sgm.files import make_read_error, read_file, read_json
 from sgm.finder.finder import Finder
 from sgm.finder.home_map import HomeMap
 from sgm.layout.areas import Areas
+from sgm.mapping.furniture_labels import FurnitureLabels
+from sgm.mapping.furniture_mapper import FurnitureMapper
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import needed_to, shorten
 from sgm.policies.adaptive import Adaptive

@@ -10,8 +10,8 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.files import MissingFileError, read_json
+from sgm.mapping.furniture_labels import FurnitureLabels
 from sgm.messages import shorten
 from sgm.names.words import split_words
 from simulator.trace.importers.home_builder import HomeBuilder

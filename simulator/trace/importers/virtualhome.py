@@ -13,9 +13,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from sgm.eyes.furniture_labels import FurnitureLabels
 from sgm.files import read_json, read_table
 from sgm.layout.box import LEAST_METRES, Box
+from sgm.mapping.furniture_labels import FurnitureLabels
 from sgm.memory.sighting import Point
 from sgm.messages import shorten
 from sgm.schema import MOST_METRES

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from sgm.camera.camera_view import CameraView
+from sgm.camera.depth_image import DepthImage
+from sgm.camera.scene import Scene
 from sgm.eyes import Box, Gate, Intrinsics, LookBuilder, LookRules, Pose
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.depth_image import DepthImage
 from sgm.eyes.look_builder import MOST_DETECTIONS
-from sgm.eyes.scene import Scene
 from sgm.layout.outline import contains_points, read_outline
 from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from sgm.camera.camera_view import CameraView
+from sgm.camera.depth_image import DepthImage
+from sgm.camera.detection import Measured
+from sgm.camera.scene import Scene
 from sgm.eyes import Box, Detection, Intrinsics, LookBuilder, Pose
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.depth_image import DepthImage
-from sgm.eyes.detection import Measured
-from sgm.eyes.scene import Scene
 from sgm.eyes.tracks import Track, Tracks
 from tests.sgm.eyes.scenes import CAMERA, TABLE, detect, look_around, put_on, render
 

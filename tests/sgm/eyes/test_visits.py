@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from sgm.camera.camera_view import CameraView
+from sgm.camera.scene import Scene
 from sgm.eyes import Intrinsics, Pose
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.scene import Scene
 from sgm.eyes.visits import Visits
 from tests.sgm.eyes.scenes import TABLE
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sgm.eyes.camera import Pose
+from sgm.camera.pinhole import Pose
 from sgm.layout.box import Box
 from simulator.box_world.depth_camera import DepthCamera, make_intrinsics
 from simulator.box_world.ray_kernel import Solids, find_hidden

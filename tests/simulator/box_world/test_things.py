@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sgm.eyes.camera import Pose
+from sgm.camera.pinhole import Pose
 from sgm.layout.box import Box
 from sgm.schema import RELATIONS, PlaceCode
 from simulator.box_world.depth_camera import BoxDetector, DepthCamera

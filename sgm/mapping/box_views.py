@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgm.eyes.silhouettes import AT, ENDS, LENS, SEEN
+from sgm.camera.silhouettes import AT, ENDS, LENS, SEEN
 from sgm.layout.box import Box
 from sgm.layout.turns import make_turn
 

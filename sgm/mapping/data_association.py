@@ -6,13 +6,13 @@ from collections.abc import Container, Sequence
 
 import numpy as np
 
-from sgm.eyes.box_fit import compute_overlaps
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.detection import Detection
-from sgm.eyes.furniture_labels import FurnitureLabels
-from sgm.eyes.furniture_points import Points
-from sgm.eyes.sketch import Sketch
+from sgm.camera.camera_view import CameraView
+from sgm.camera.detection import Detection
 from sgm.layout.box import Box
+from sgm.mapping.box_fit import compute_overlaps
+from sgm.mapping.furniture_labels import FurnitureLabels
+from sgm.mapping.furniture_points import Points
+from sgm.mapping.landmark import Landmark
 
 REACH = 0.15  # metres around a box within which a detection of its label is of it
 _LEAST_ALIKE = 0.08  # of that share times the overlap with how the box looks, and a tenth
@@ -23,7 +23,7 @@ _FAR = 1.5  # metres from a box at which none of its points are looked for
 _LEAST_SHARE = 0.1
 
 
-class SketchMatches:
+class DataAssociation:
     """The furniture that each detection of a frame may be of, the likeliest first.
 
     Furniture matches a detection of its label if many points of the detection lie in its box, and
@@ -32,20 +32,20 @@ class SketchMatches:
     """
 
     def __init__(
-        self, sketches: Sequence[Sketch], labels: FurnitureLabels, view: CameraView
+        self, landmarks: Sequence[Landmark], labels: FurnitureLabels, view: CameraView
     ) -> None:
         """Take the furniture that has a box, as it was before the frame."""
         self._view, self._labels = view, labels
-        drawn = [(sketch, sketch.box) for sketch in sketches if sketch.box is not None]
-        self._sketches = [sketch for sketch, _ in drawn]
+        drawn = [(landmark, landmark.box) for landmark in landmarks if landmark.box is not None]
+        self._landmarks = [landmark for landmark, _ in drawn]
         self._boxes: list[Box] = [box for _, box in drawn]
-        self._names = [tuple(sketch.names) for sketch in self._sketches]
+        self._names = [tuple(landmark.names) for landmark in self._landmarks]
         self._center = np.array([box.center for box in self._boxes]).reshape(-1, 3)
         self._half = np.array([box.size for box in self._boxes]).reshape(-1, 3) / 2
         self._yaw = np.array([box.yaw for box in self._boxes])
         self._radius = np.linalg.norm(self._half, axis=1)
         self._is_same: dict[str, np.ndarray] = {}  # by label
-        self._found: dict[int, list[Sketch]] = {}  # by number of the detection
+        self._found: dict[int, list[Landmark]] = {}  # by number of the detection
 
     def prepare(
         self,
@@ -65,26 +65,28 @@ class SketchMatches:
         reach = REACH + 2 * float(self._view.pose.compute_sd(np.array(2.0)))
         self._found |= {index: [] for index in asked}
         seen_points = [shown[index][0][shown[index][1]] for index in asked]
-        if not asked or not self._sketches:
+        if not asked or not self._landmarks:
             return
         middle = np.array([points.mean(axis=0) for points in seen_points])
         is_same = np.array([self._list_same(labels[index]) for index in asked])
         is_near = np.linalg.norm(middle[:, None] - self._center, axis=2) <= self._radius + _FAR
-        number, sketch = np.nonzero(is_same & is_near)
-        share = self._compute_shares(seen_points, number, sketch, reach)
+        number, landmark = np.nonzero(is_same & is_near)
+        share = self._compute_shares(seen_points, number, landmark, reach)
         is_found = share >= _LEAST_SHARE
-        found = (part[is_found].tolist() for part in (number, sketch, share))
+        found = (part[is_found].tolist() for part in (number, landmark, share))
         pairs = [(asked[index], other, part) for index, other, part in zip(*found, strict=True)]
         self._order(detections, pairs)
 
-    def find(self, number: int, taken: Container[int]) -> Sketch | None:
+    def find(self, number: int, taken: Container[int]) -> Landmark | None:
         """Return what a detection is of, of what was not taken by another one, by its number."""
-        return next((sketch for sketch in self._found[number] if sketch.number not in taken), None)
+        return next(
+            (landmark for landmark in self._found[number] if landmark.number not in taken), None
+        )
 
     def _list_same(self, label: str | None) -> np.ndarray:
-        """Tell which sketches may be of a label, (S,)."""
+        """Tell which landmarks may be of a label, (S,)."""
         if label is None:
-            return np.zeros(len(self._sketches), dtype=bool)
+            return np.zeros(len(self._landmarks), dtype=bool)
         known = self._is_same.get(label)
         if known is None:
             are_same = self._labels.are_same
@@ -95,14 +97,14 @@ class SketchMatches:
         return known
 
     def _compute_shares(
-        self, points: Sequence[np.ndarray], number: np.ndarray, sketch: np.ndarray, reach: float
+        self, points: Sequence[np.ndarray], number: np.ndarray, landmark: np.ndarray, reach: float
     ) -> np.ndarray:
         """Return the share of the points of detections that lie within reach of boxes.
 
         Args:
             points: of each detection, (n, 3) each.
             number: of the detection of each pair, (p,).
-            sketch: number of the box of each pair, (p,).
+            landmark: number of the box of each pair, (p,).
             reach: metres.
 
         Returns:
@@ -112,9 +114,9 @@ class SketchMatches:
         flat = np.full((len(points), num_points.max(), 3), _NOWHERE)
         for padded, shown in zip(flat, points, strict=True):
             padded[: len(shown)] = shown
-        x, y, z = flat.transpose(2, 0, 1)[:, number] - self._center[sketch].T[..., None]  # (p, n)
-        cos, sin = np.cos(self._yaw[sketch])[:, None], np.sin(self._yaw[sketch])[:, None]
-        half = self._half[sketch].T[..., None]
+        x, y, z = flat.transpose(2, 0, 1)[:, number] - self._center[landmark].T[..., None]  # (p, n)
+        cos, sin = np.cos(self._yaw[landmark])[:, None], np.sin(self._yaw[landmark])[:, None]
+        half = self._half[landmark].T[..., None]
         beyond = np.maximum(np.abs(cos * x + sin * y) - half[0], 0) ** 2
         beyond += np.maximum(np.abs(cos * y - sin * x) - half[1], 0) ** 2
         beyond += np.maximum(np.abs(z) - half[2], 0) ** 2
@@ -134,5 +136,5 @@ class SketchMatches:
             alike[is_seen] *= 0.1 + compute_overlaps(self._view, boxes, pixels)
         for number in np.argsort(-alike, kind="stable").tolist():
             if alike[number] > _LEAST_ALIKE:
-                index, sketch, _ = pairs[number]
-                self._found[index].append(self._sketches[sketch])
+                index, landmark, _ = pairs[number]
+                self._found[index].append(self._landmarks[landmark])

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.detection import compute_half_chord
+from sgm.camera.camera_view import CameraView
+from sgm.camera.detection import compute_half_chord
 
 IN_SIGHT = 3.0  # standard deviations by which a spot may be wrong: one in 400 is by more
 _LEAST_SIZE = 0.015  # metres: of what looks smaller all ways round, only a corner was seen

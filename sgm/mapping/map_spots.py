@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sgm.eyes.map_changes import MapChanges
 from sgm.layout.box import FLOOR_THICKNESS, Box
+from sgm.mapping.map_changes import MapChanges
 
 _SPOT = "spot"
 _SPOT_SIDE = 0.5  # metres of a new spot

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sgm.eyes.camera import Intrinsics
+from sgm.camera.pinhole import Intrinsics
 
 _FARTHEST_METRES = 200.0  # no depth camera of a home measures more: these are other units
 # Of the four pixels around a point, that measured: one of them, where it is between all four.

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from sgm import SceneGraphMemory
+from sgm.camera.camera_view import CameraView
+from sgm.camera.depth_image import DepthImage
+from sgm.camera.scene import Scene
+from sgm.camera.silhouettes import Silhouettes
 from sgm.eyes import Box, Detection, FurnitureLabels, FurnitureMapper, LookBuilder, MapRules, Pose
-from sgm.eyes.box_fit import compute_likeness, compute_overlaps, fit_boxes
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.depth_image import DepthImage
-from sgm.eyes.furniture_points import measure_furniture
-from sgm.eyes.scene import Scene
-from sgm.eyes.silhouettes import Silhouettes
-from sgm.eyes.sketch import Sketch
-from sgm.eyes.sketch_matches import SketchMatches
 from sgm.layout.areas import Areas
 from sgm.layout.turns import make_upright_turn
+from sgm.mapping.box_fit import compute_likeness, compute_overlaps, fit_boxes
+from sgm.mapping.data_association import DataAssociation
+from sgm.mapping.furniture_points import measure_furniture
+from sgm.mapping.landmark import Landmark
 from tests.sgm.eyes.scenes import CAMERA, FLOOR, TABLE, detect, look_around, put_on, render
 
 SOFA = Box((2.0, 2.6, 0.25), (0.9, 1.8, 0.5), -math.pi / 2)
@@ -512,11 +512,11 @@ def test_furniture_behind_other_furniture_is_that_which_was_seen_before():
     ((points, is_within),) = shown
     share = TABLE.contains(points[is_within], 0.15).mean()
     assert 0.1 < share < 0.3
-    sketch, other = Sketch(0, Counter(table=1)), Sketch(1, Counter(table=1))
-    sketch.box, other.box = TABLE, Box((2.0, 0.9, 0.35), (0.8, 0.6, 0.7))
-    matches = SketchMatches([other, sketch], FurnitureLabels(), view)
+    landmark, other = Landmark(0, Counter(table=1)), Landmark(1, Counter(table=1))
+    landmark.box, other.box = TABLE, Box((2.0, 0.9, 0.35), (0.8, 0.6, 0.7))
+    matches = DataAssociation([other, landmark], FurnitureLabels(), view)
     matches.prepare([table], [label], shown, [0])
-    assert matches.find(0, set()) is sketch
+    assert matches.find(0, set()) is landmark
     assert matches.find(0, {0}) is None
 
 

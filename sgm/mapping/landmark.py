@@ -9,14 +9,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sgm.eyes.box_fit import compute_likeness, fit_boxes
-from sgm.eyes.furniture_cells import FurnitureCells
-from sgm.eyes.silhouettes import Silhouettes
+from sgm.camera.silhouettes import Silhouettes
 from sgm.layout.box import Box
+from sgm.mapping.box_fit import compute_likeness, fit_boxes
+from sgm.mapping.furniture_cells import FurnitureCells
 
 
 @dataclass(slots=True, eq=False)
-class Sketch:
+class Landmark:
     """What may be a piece of furniture.
 
     Attributes:
@@ -32,7 +32,7 @@ class Sketch:
         furniture: its id in the memory; None while it is not believed.
         num_drawn: frames when it was drawn last.
         likeness: mean overlap of detections with how the box looks, 0 to 1.
-        beside: how often each other sketch, by its number, was detected in the same frame.
+        beside: how often each other landmark, by its number, was detected in the same frame.
         num_shown, num_named: latest frames in which its middle was in view, and those of them in
             which it was detected.
     """
@@ -75,7 +75,7 @@ class Sketch:
         self.low, self.high = np.minimum(self.low, eye), np.maximum(self.high, eye)
         self.sum_eye += eye
 
-    def join(self, other: Sketch) -> None:
+    def join(self, other: Landmark) -> None:
         """Take in what is of the same furniture."""
         self.names += other.names
         self.cells.join(other.cells)
@@ -100,35 +100,35 @@ class Sketch:
             self.box = replace(self.box, center=tuple(center.tolist()), yaw=yaw)
 
 
-def draw_sketches(sketches: Iterable[Sketch], ground: float) -> None:
-    """Draw the boxes of sketches anew, where frames came since; `ground` is the floor's height."""
-    due = [sketch for sketch in sketches if sketch.num_drawn != sketch.num_frames]
+def draw_landmarks(landmarks: Iterable[Landmark], ground: float) -> None:
+    """Draw the boxes of landmarks anew, where frames came since; `ground` is the floor's height."""
+    due = [landmark for landmark in landmarks if landmark.num_drawn != landmark.num_frames]
     cells = [
-        sketch.cells.fit(
-            sketch.sum_eye / sketch.num_frames, ground, sketch.sum_sd / sketch.num_frames
+        landmark.cells.fit(
+            landmark.sum_eye / landmark.num_frames, ground, landmark.sum_sd / landmark.num_frames
         )
-        for sketch in due
+        for landmark in due
     ]
-    drawn = [(sketch, box) for sketch, box in zip(due, cells, strict=True) if box is not None]
+    drawn = [(landmark, box) for landmark, box in zip(due, cells, strict=True) if box is not None]
     fitted = fit_boxes(
-        [sketch.silhouettes for sketch, _ in drawn], [box for _, box in drawn], ground
+        [landmark.silhouettes for landmark, _ in drawn], [box for _, box in drawn], ground
     )
     # Of the new box and the one before, that counts which explains better what was seen.
-    boxes = [(sketch, box) for (sketch, _), box in zip(drawn, fitted, strict=True)]
-    boxes += [(sketch, sketch.box) for sketch in due if sketch.box is not None]
+    boxes = [(landmark, box) for (landmark, _), box in zip(drawn, fitted, strict=True)]
+    boxes += [(landmark, landmark.box) for landmark in due if landmark.box is not None]
     likeness = compute_likeness(
-        [sketch.silhouettes for sketch, _ in boxes], [box for _, box in boxes]
+        [landmark.silhouettes for landmark, _ in boxes], [box for _, box in boxes]
     )
     best: set[int] = set()
     for number in np.argsort(-likeness, kind="stable").tolist():
-        sketch, box = boxes[number]
-        if sketch.number not in best:
-            best.add(sketch.number)
-            sketch.box, sketch.likeness = box, float(likeness[number])
-    for sketch in due:
-        sketch.num_drawn = sketch.num_frames
+        landmark, box = boxes[number]
+        if landmark.number not in best:
+            best.add(landmark.number)
+            landmark.box, landmark.likeness = box, float(likeness[number])
+    for landmark in due:
+        landmark.num_drawn = landmark.num_frames
 
 
-def count_beside(sketch: Sketch, other: Sketch) -> int:
-    """Return in how many frames two sketches were detected at once."""
-    return sketch.beside[other.number] + other.beside[sketch.number]
+def count_beside(landmark: Landmark, other: Landmark) -> int:
+    """Return in how many frames two landmarks were detected at once."""
+    return landmark.beside[other.number] + other.beside[landmark.number]

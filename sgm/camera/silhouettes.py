@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
+from sgm.camera.camera_view import CameraView
 
 _MOST = 24  # frames that are kept
 # Of the numbers that are kept of a frame: the axes of the camera in the map, times its focal

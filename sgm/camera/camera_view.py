@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from sgm.eyes.camera import Intrinsics, Pose
-from sgm.eyes.depth_image import DepthImage
-from sgm.eyes.scene import Scene, compute_entries
+from sgm.camera.depth_image import DepthImage
+from sgm.camera.pinhole import Intrinsics, Pose
+from sgm.camera.scene import Scene, compute_entries
 from sgm.layout.viewpoint import Viewpoint
 from sgm.schema import IS_INSIDE, PlaceCode
 

@@ -6,16 +6,16 @@ from collections.abc import Iterable, Mapping, MutableMapping
 
 import numpy as np
 
-from sgm.eyes.sketch import Sketch
 from sgm.layout.box import Box
 from sgm.layout.turns import make_upright_turn
+from sgm.mapping.landmark import Landmark
 
 _SAME = 1e-6  # metres and radians
 
 
 def follow_boxes(
-    found: Mapping[int, Sketch],
-    sketches: Iterable[Sketch],
+    found: Mapping[int, Landmark],
+    landmarks: Iterable[Landmark],
     drawn: MutableMapping[int, Box],
     boxes: Mapping[int, Box],
 ) -> list[int]:
@@ -25,7 +25,7 @@ def follow_boxes(
 
     Args:
         found: what was seen of each piece of furniture, by id.
-        sketches: that, and what is not believed yet.
+        landmarks: that, and what is not believed yet.
         drawn: the box of each as it was drawn last; the new ones are put in.
         boxes: as they are in the memory now.
 
@@ -46,9 +46,9 @@ def follow_boxes(
             drawn[number] = new
             found[number].move(*motions[-1])
     if motions and len(motions) == len(drawn) and all(map(_are_same, motions, motions[1:])):
-        for sketch in sketches:
-            if sketch.furniture is None:
-                sketch.move(*motions[0])
+        for landmark in landmarks:
+            if landmark.furniture is None:
+                landmark.move(*motions[0])
     return resized
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.detection import Detection
+from sgm.camera.camera_view import CameraView
+from sgm.camera.detection import Detection
 
 _STEPS = np.linspace(-1.05, 1.05, 22)  # of the sides of a box in pixels: what is beside it, too
 _GRID = np.stack(np.meshgrid(_STEPS, _STEPS), axis=-1).reshape(-1, 2)  # (g, 2)

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from sgm.eyes.box_views import AXIS, IS_HIGH, SIGN, BoxViews
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.silhouettes import Silhouettes, make_row
+from sgm.camera.camera_view import CameraView
+from sgm.camera.silhouettes import Silhouettes, make_row
 from sgm.layout.box import Box
 from sgm.layout.turns import make_turn
+from sgm.mapping.box_views import AXIS, IS_HIGH, SIGN, BoxViews
 
 _STEPS = np.array([0.2, 0.1, 0.05, 0.025])  # metres by which sides are moved, coarse ones first
 _ROUNDS = 3  # of all sides, at most, with each step

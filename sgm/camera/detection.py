@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sgm.arrays.read_numbers import read_numbers
+from sgm.camera.camera_view import CameraView
 from sgm.checks import check_shares
-from sgm.eyes.camera_view import CameraView
 from sgm.messages import shorten
 from sgm.names.words import read_words
 

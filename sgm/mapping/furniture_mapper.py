@@ -9,21 +9,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
-from sgm.eyes.detection import Detection
-from sgm.eyes.furniture_labels import FurnitureLabels
-from sgm.eyes.furniture_points import measure_furniture
-from sgm.eyes.map_changes import MapChanges
-from sgm.eyes.map_rules import MapRules
-from sgm.eyes.map_spots import MapSpots
-from sgm.eyes.moved_furniture import follow_boxes
-from sgm.eyes.placing import NOWHERE
-from sgm.eyes.sketch import Sketch, draw_sketches
-from sgm.eyes.sketch_joins import SketchJoins
-from sgm.eyes.sketch_matches import REACH, SketchMatches
+from sgm.camera.camera_view import CameraView
+from sgm.camera.detection import Detection
+from sgm.camera.scene import NOWHERE
 from sgm.layout.areas import Areas
 from sgm.layout.box import Box
 from sgm.layout.footprints import compute_overlap, get_area
+from sgm.mapping.data_association import REACH, DataAssociation
+from sgm.mapping.furniture_labels import FurnitureLabels
+from sgm.mapping.furniture_points import measure_furniture
+from sgm.mapping.landmark import Landmark, draw_landmarks
+from sgm.mapping.landmark_merging import LandmarkMerging
+from sgm.mapping.map_changes import MapChanges
+from sgm.mapping.map_rules import MapRules
+from sgm.mapping.map_spots import MapSpots
+from sgm.mapping.moved_furniture import follow_boxes
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 
 _LEAST_POINTS = 5  # of a detection
@@ -78,14 +78,14 @@ class FurnitureMapper:
         self.labels = FurnitureLabels() if labels is None else labels
         self.rules = MapRules() if rules is None else rules
         self._ground = ground
-        self._sketches: list[Sketch] = []
-        self._num_sketches = 0  # so far
-        self._by_id: dict[int, Sketch] = {}
+        self._landmarks: list[Landmark] = []
+        self._num_landmarks = 0  # so far
+        self._by_id: dict[int, Landmark] = {}
         self._drawn: dict[int, Box] = {}  # as this has left them in the memory
         self._changes = MapChanges(memory, Areas() if areas is None else areas)
         self._counts = self._changes.counts
         self._spots = MapSpots(self._changes, ground)
-        self._joins = SketchJoins(self.labels, self.rules, ground)
+        self._joins = LandmarkMerging(self.labels, self.rules, ground)
         # Since a jump: when it was, and whether the latest detections of furniture were where it
         # stands.
         self._jumped = -math.inf
@@ -140,18 +140,18 @@ class FurnitureMapper:
         detections, known = detections[:_MOST_SEEN], known[:_MOST_SEEN]
         shown = measure_furniture(view, detections, others[:_MOST_SEEN], self._ground)
         labels = [self.labels.find_label(detection.name) for detection in detections]
-        matches = SketchMatches(self._sketches, self.labels, view)
+        matches = DataAssociation(self._landmarks, self.labels, view)
         wanted = [
             number
             for number, furniture in enumerate(known)
             if furniture is None and labels[number] is not None and shown[number][1].any()
         ]
         matches.prepare(detections, labels, shown, wanted)
-        taken: set[int] = set()  # numbers of sketches
-        due: list[Sketch] = []  # to be drawn
+        taken: set[int] = set()  # numbers of landmarks
+        due: list[Landmark] = []  # to be drawn
         for number, (detection, furniture) in enumerate(zip(detections, known, strict=True)):
-            sketch = None if furniture is None else self._by_id.get(furniture)
-            if furniture is not None and sketch is None:
+            landmark = None if furniture is None else self._by_id.get(furniture)
+            if furniture is not None and landmark is None:
                 continue  # furniture of the map, which is left as it is
             label, (points, is_within) = labels[number], shown[number]
             if label is None:
@@ -159,24 +159,24 @@ class FurnitureMapper:
             if is_within.sum() < _LEAST_POINTS:
                 self._counts["detections of furniture that show too little"] += 1
                 continue
-            if sketch is None or sketch.number in taken:
-                if sketch is not None:  # it was seen twice
+            if landmark is None or landmark.number in taken:
+                if landmark is not None:  # it was seen twice
                     matches.prepare(detections, labels, shown, [number])
-                sketch = matches.find(number, taken)
-            if sketch is None:
-                sketch = self._begin_sketch()
-            if sketch is None:
+                landmark = matches.find(number, taken)
+            if landmark is None:
+                landmark = self._begin_landmark()
+            if landmark is None:
                 continue
-            sketch.beside.update(taken)
-            taken.add(sketch.number)
-            if sketch.num_frames < self.rules.most_frames:
+            landmark.beside.update(taken)
+            taken.add(landmark.number)
+            if landmark.num_frames < self.rules.most_frames:
                 pose = view.pose
-                sketch.add(label, pose.position, pose.position_sd, points, is_within)
+                landmark.add(label, pose.position, pose.position_sd, points, is_within)
                 if detection.box is not None:
-                    sketch.silhouettes.add(view, detection.box)
-                if sketch.is_due:
-                    due.append(sketch)
-        draw_sketches(due, self._ground)
+                    landmark.silhouettes.add(view, detection.box)
+                if landmark.is_due:
+                    due.append(landmark)
+        draw_landmarks(due, self._ground)
         self._note_shown(view, taken)
         return True
 
@@ -190,19 +190,23 @@ class FurnitureMapper:
             self._doubt = None
         return True
 
-    def _begin_sketch(self) -> Sketch | None:
-        """Return a new sketch; None if there are as many as are kept."""
-        if len(self._sketches) >= _MOST_SKETCHES:
+    def _begin_landmark(self) -> Landmark | None:
+        """Return a new landmark; None if there are as many as are kept."""
+        if len(self._landmarks) >= _MOST_SKETCHES:
             self._counts["furniture beyond what is kept"] += 1
             return None
-        sketch = Sketch(self._num_sketches)
-        self._num_sketches += 1
-        self._sketches.append(sketch)
-        return sketch
+        landmark = Landmark(self._num_landmarks)
+        self._num_landmarks += 1
+        self._landmarks.append(landmark)
+        return landmark
 
     def _note_shown(self, view: CameraView, taken: Container[int]) -> None:
         """Count for furniture that was found whether a frame shows it, and whether it was seen."""
-        drawn = [(sketch, sketch.box) for sketch in self._by_id.values() if sketch.box is not None]
+        drawn = [
+            (landmark, landmark.box)
+            for landmark in self._by_id.values()
+            if landmark.box is not None
+        ]
         if not drawn or not view.has_depth:
             return
         center = np.array([box.center for _, box in drawn])
@@ -211,11 +215,14 @@ class FurnitureMapper:
         is_shown = behind > -front - REACH
         is_shown &= np.linalg.norm(center - view.pose.position, axis=1) < _SEEN_SURELY
         for number in np.flatnonzero(is_shown).tolist():
-            sketch, _ = drawn[number]
-            if sketch.num_shown >= 2 * self.rules.least_shown:  # the latest ones count more
-                sketch.num_shown, sketch.num_named = sketch.num_shown / 2, sketch.num_named / 2
-            sketch.num_shown += 1
-            sketch.num_named += sketch.number in taken
+            landmark, _ = drawn[number]
+            if landmark.num_shown >= 2 * self.rules.least_shown:  # the latest ones count more
+                landmark.num_shown, landmark.num_named = (
+                    landmark.num_shown / 2,
+                    landmark.num_named / 2,
+                )
+            landmark.num_shown += 1
+            landmark.num_named += landmark.number in taken
 
     def note_jump(self, time: float) -> None:
         """Note that the pose has jumped: where the camera is now in the map is not known."""
@@ -223,104 +230,108 @@ class FurnitureMapper:
         self._counts["jumps of the pose"] += 1
         if self._by_id:
             self._doubt = deque(maxlen=_DOUBTED)
-        self._sketches = [sketch for sketch in self._sketches if sketch.furniture is not None]
+        self._landmarks = [
+            landmark for landmark in self._landmarks if landmark.furniture is not None
+        ]
 
     def settle(self) -> bool:
         """Add what is believed to the memory, and draw anew; return whether the map changed."""
         self._follow()
-        draw_sketches(self._sketches, self._ground)
-        self._sketches = [sketch for sketch in self._sketches if sketch.box is not None]
+        draw_landmarks(self._landmarks, self._ground)
+        self._landmarks = [landmark for landmark in self._landmarks if landmark.box is not None]
         num_merged = len(self.merged)
-        self._sketches = self._joins.join(self._sketches, self._merge)
+        self._landmarks = self._joins.join(self._landmarks, self._merge)
         has_changed = len(self.merged) > num_merged
         has_changed |= self._spots.remove_left()
         has_changed |= self._leave_out()
-        for sketch in self._sketches:
-            if sketch.furniture is None and self._is_believed(sketch):
-                self._add(sketch)
+        for landmark in self._landmarks:
+            if landmark.furniture is None and self._is_believed(landmark):
+                self._add(landmark)
                 has_changed = True
-            elif sketch.furniture is not None:
-                has_changed |= self._update(sketch)
+            elif landmark.furniture is not None:
+                has_changed |= self._update(landmark)
         boxes = self.memory.boxes
         self._drawn = {number: boxes[number] for number in self._by_id if number in boxes}
         return has_changed
 
     def _follow(self) -> None:
         """Take over where furniture was moved by others, as `memory.transform` moves all."""
-        for number in follow_boxes(self._by_id, self._sketches, self._drawn, self.memory.boxes):
-            self._sketches.remove(self._by_id.pop(number))
+        for number in follow_boxes(self._by_id, self._landmarks, self._drawn, self.memory.boxes):
+            self._landmarks.remove(self._by_id.pop(number))
 
     def _leave_out(self) -> bool:
         """Take furniture from the map that is a part of another one, or not there, any more."""
         gone = []
-        for number, sketch in list(self._by_id.items()):
-            if sketch.box is None or number not in self.memory.layout.furniture:
+        for number, landmark in list(self._by_id.items()):
+            if landmark.box is None or number not in self.memory.layout.furniture:
                 continue
             whole = [
                 other
-                for other, other_sketch in self._by_id.items()
-                if self._joins.is_part_of(sketch, other_sketch)
-                and 2 * sketch.num_frames <= other_sketch.num_frames
+                for other, other_landmark in self._by_id.items()
+                if self._joins.is_part_of(landmark, other_landmark)
+                and 2 * landmark.num_frames <= other_landmark.num_frames
             ]
             if whole:
                 self._merge(whole[0], number)
-                gone.append(sketch)
+                gone.append(landmark)
             elif (
-                sketch.num_shown >= self.rules.least_shown
-                and sketch.num_named < self.rules.least_named * sketch.num_shown
+                landmark.num_shown >= self.rules.least_shown
+                and landmark.num_named < self.rules.least_named * landmark.num_shown
             ):
                 del self._by_id[number]
                 self._spots.make_of(number)
-                gone.append(sketch)
-        self._sketches = [sketch for sketch in self._sketches if sketch not in gone]
+                gone.append(landmark)
+        self._landmarks = [landmark for landmark in self._landmarks if landmark not in gone]
         return bool(gone)
 
-    def _is_believed(self, sketch: Sketch) -> bool:
-        if sketch.box is None or sketch.num_frames < self.rules.least_frames:
+    def _is_believed(self, landmark: Landmark) -> bool:
+        if landmark.box is None or landmark.num_frames < self.rules.least_frames:
             return False
-        if sketch.likeness < self.rules.least_likeness:
+        if landmark.likeness < self.rules.least_likeness:
             return False
-        if any(self._joins.is_part_of(sketch, other) for other in self._by_id.values()):
+        if any(self._joins.is_part_of(landmark, other) for other in self._by_id.values()):
             return False
-        return float(np.linalg.norm(sketch.high - sketch.low)) >= self.rules.least_apart
+        return float(np.linalg.norm(landmark.high - landmark.low)) >= self.rules.least_apart
 
-    def _add(self, sketch: Sketch) -> None:
+    def _add(self, landmark: Landmark) -> None:
         """Add believed furniture to the memory, with what was seen at spots that it stands at."""
-        assert sketch.box is not None
+        assert landmark.box is not None
         for number, furniture in self.memory.layout.furniture.items():
             if furniture.box is None or number in self._by_id or number in self._spots.ids:
                 continue
-            both, _ = compute_overlap(furniture.box, sketch.box)
-            if both > self.rules.least_overlap * min(get_area(furniture.box), get_area(sketch.box)):
+            both, _ = compute_overlap(furniture.box, landmark.box)
+            if both > self.rules.least_overlap * min(
+                get_area(furniture.box), get_area(landmark.box)
+            ):
                 return  # it is on the map already, as people have drawn it
-        label, box = sketch.label, sketch.box
+        label, box = landmark.label, landmark.box
         taken = {furniture.description for furniture in self.memory.layout.furniture.values()}
         numbered = (f"{label} {number}" for number in range(2, len(taken) + 3))
         name = next(name for name in (label, *numbered) if name not in taken)
         room = self._changes.find_room(box.center)
-        sketch.furniture = self.memory.add_furniture(label, room, name, box=box)
-        self._by_id[sketch.furniture] = sketch
+        landmark.furniture = self.memory.add_furniture(label, room, name, box=box)
+        self._by_id[landmark.furniture] = landmark
         self._counts["furniture found"] += 1
-        self._spots.take(sketch.furniture, box)
+        self._spots.take(landmark.furniture, box)
 
-    def _update(self, sketch: Sketch) -> bool:
+    def _update(self, landmark: Landmark) -> bool:
         """Draw furniture of the memory anew, if it differs by enough; return whether it did."""
-        furniture, new = sketch.furniture, sketch.box
+        furniture, new = landmark.furniture, landmark.box
         known = self.memory.layout.furniture.get(furniture) if furniture is not None else None
         if known is None or known.box is None or new is None or furniture is None:
             return False
         new = replace(new, interior=known.box.interior)
         moved = math.dist(new.center, known.box.center)
         change = max(moved, *(abs(a - b) for a, b in zip(new.size, known.box.size, strict=True)))
-        if change < self.rules.least_change and known.label == sketch.label:
+        if change < self.rules.least_change and known.label == landmark.label:
             return False
         if moved > self.rules.most_change + max(known.box.size[:2]) / 2:
             both, _ = compute_overlap(known.box, new)
             if both <= _GROWN * get_area(known.box):  # else what was drawn is a part of it
                 self._counts["furniture that jumped"] += 1
                 return False
-        if known.label != sketch.label:
-            self.memory.name_furniture(furniture, sketch.label)
+        if known.label != landmark.label:
+            self.memory.name_furniture(furniture, landmark.label)
         if change >= self.rules.least_change:
             self.memory.move_furniture(furniture, box=new)
         self._counts["furniture drawn anew"] += 1

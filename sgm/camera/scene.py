@@ -13,6 +13,7 @@ from sgm.layout.turns import make_upright_turn
 from sgm.messages import shorten
 from sgm.schema import IS_INSIDE, RELATIONS, PlaceCode
 
+NOWHERE = -1  # in place of a volume or a piece of furniture: at none
 _TOUCHING = 0.005  # metres: points of one box on the surface of another one are free
 
 

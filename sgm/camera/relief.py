@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sgm.eyes.camera_view import CameraView
+from sgm.camera.camera_view import CameraView
 
 _GRID = 24  # pixels along each side of the window around a thing
 _CIRCLE = np.linspace(0, 2 * np.pi, 8, endpoint=False)

@@ -1,0 +1,1 @@
+"""From frames to a map: `FurnitureMapper` draws the furniture that a detector names."""
