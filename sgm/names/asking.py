@@ -167,7 +167,8 @@ class Asking:
     def tell_several(self, sentence: str, names: Sequence[str], **values: object) -> str:
         """Return a sentence about things, with its verb, and without articles."""
         told = self.join([self.translate(name) for name in names], "and", most=len(names))
-        verbs = {verb: forms[len(names) > 1] for verb, forms in self._verbs.items()}
+        are = len(names) > 1 or any(map(self.is_plural, names))
+        verbs = {verb: forms[are] for verb, forms in self._verbs.items()}
         return self.say(sentence, names=told, **verbs, **values)
 
     def join(self, told: Sequence[str], link: str = "or", most: int = MOST_NAMED) -> str:

@@ -100,7 +100,7 @@ class NameIndex:
             return self._resolution(name, (), "several things", things=things)
         phrase = self.read_phrase(things[0])
         said: dict[str, Any] = {
-            "unused": self._list_unused(phrase),
+            "unused": (*self._list_unused(phrase), *self._phrases.find_any(phrase.name)),
             "quantity": phrase.quantity,
             "where": phrase.where,
             "is_not_there": phrase.is_not_there,

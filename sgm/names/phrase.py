@@ -285,6 +285,11 @@ class PhraseReader:
         said = [word for word in words if word not in self._any]
         return said if 0 < len(said) < len(words) else []
 
+    def find_any(self, name: str) -> tuple[str, ...]:
+        """Return "anything" of "anything red", which is no name of one thing; else nothing."""
+        words = self._drop_articles(f" {name}").split()
+        return tuple(words[:1]) if len(words) > 1 and words[0] in self._any else ()
+
     def is_unnamed(self, text: str) -> bool:
         """Tell whether words name nothing without what was said before: "mine", "that"."""
         return self._unnamed.issuperset(text.split())

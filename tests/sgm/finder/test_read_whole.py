@@ -173,6 +173,9 @@ def test_a_write_takes_one_of_several_from_where_it_is_said_to_be(service):
         "I put the keys in the drawer",
         "anything but the red mug",
         "the bowl on the moon",
+        "anything red",
+        "something to drink",
+        "all four mugs",
     ],
 )
 def test_what_is_no_name_is_not_written(service, asked):

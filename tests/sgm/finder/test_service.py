@@ -291,7 +291,7 @@ def test_what_people_say_and_the_robot_does(service, wall):
     service.observe("desk", [Sighting("keys"), Sighting("red mug"), Sighting("blue mug")])
     wall.go(days=1, hours=10, minutes=40)
     moved = service.note_moved("the keys", "white fridge", "anna")
-    assert moved.said == "anna said that keys is at white fridge in kitchen"
+    assert moved.said == "anna said that keys are at white fridge in kitchen"
     wall.go(days=1)
     service.let_time_pass()
     answer = service.where_is("keys")
