@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 from sgm.finder.answers import Status
-from sgm.finder.said_places import find_said_places, narrow
+from sgm.finder.said_places import find_said_places, list_shown, narrow
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.names.asking import MOST_NAME, Asking, make_asking
@@ -260,7 +260,7 @@ def _find_said_place(
     if not places:
         words = make_phrase_reader(memory.language).split_where(found.where)[1]
         raise Unclear("ambiguous", asking.say("no place", name=words), (), thing)
-    holding = {place for place in places if memory.list_named(*found.matches, place=place)}
+    holding = {place for place in places if list_shown(memory, found.matches, place)}
     if found.matches and not holding:
         narrowed = narrow(memory, found)
         raise Unclear("ambiguous", narrowed.contradiction, found.matches, thing)

@@ -84,8 +84,7 @@ def narrow(memory: SceneGraphMemory, resolution: Resolution) -> Resolution:
     if not resolution.matches:
         return replace(resolution, places=places)
     seen, _ = memory.list_seen(resolution.matches, None, _MOST_SEEN)
-    shown = {place: memory.list_named(*resolution.matches, place=place) for place in places}
-    present = {thing.description for things in shown.values() for thing in things}
+    present = {name for place in places for name in list_shown(memory, resolution.matches, place)}
     if resolution.is_not_there:
         others = {thing for thing, at in seen if at.is_there and at.furniture not in places}
         kept = [name for name in resolution.matches if name not in present or name in others]
@@ -100,6 +99,25 @@ def narrow(memory: SceneGraphMemory, resolution: Resolution) -> Resolution:
         return _keep(resolution, kept, places)
     told = _tell_elsewhere(memory, resolution, seen, places)
     return replace(resolution, contradiction=told)
+
+
+def list_shown(memory: SceneGraphMemory, names: Sequence[str], place: int) -> list[str]:
+    """List those of some descriptions or ids that are at a place by the last looks.
+
+    What looks of one time step show at two places may be two things: it is at both.
+    """
+    return [
+        name
+        for name in names
+        if memory.list_named(name, place=place) or _is_shown_twice(memory, name, place)
+    ]
+
+
+def _is_shown_twice(memory: SceneGraphMemory, name: str, place: int) -> bool:
+    events = memory.history(name)
+    last = max((event.time for event in events if event.kind == "seen"), default=None)
+    at_last = {event.kind for event in events if event.furniture == place and event.time == last}
+    return at_last == {"seen"}
 
 
 def _keep(resolution: Resolution, kept: Sequence[str], places: tuple[int, ...]) -> Resolution:
