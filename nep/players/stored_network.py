@@ -79,7 +79,9 @@ def _prepare_paper(
             f"{where}. Train again, or export again."
         )
     encoder_class = _find_encoder(encoder["class_path"], where)
-    encoder_arguments = encoder_class.read_arguments(given)
+    encoder_arguments = {  # files have tuples as lists
+        name: tuple(value) if isinstance(value, list) else value for name, value in given.items()
+    }
     attention = arguments.pop("attention", {})
     for cls, values in (
         (encoder_class, encoder_arguments),

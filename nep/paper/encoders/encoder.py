@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Any
 
@@ -69,14 +69,6 @@ class Encoder(nn.Module, ABC):
         with batch.homogeneous.local_scope():
             encoded: Tensor = self(batch.homogeneous, node, edge)
         return encoded
-
-    @classmethod
-    def read_arguments(cls, arguments: Mapping[str, Any]) -> dict[str, Any]:
-        """Return arguments of the constructor, of which a file has tuples as lists."""
-        return {
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in arguments.items()
-        }
 
     def config(self) -> dict[str, Any]:
         """What builds this encoder again: its class path and arguments, plain data only.
