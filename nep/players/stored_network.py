@@ -79,7 +79,7 @@ def _prepare_paper(
             f"{where}. Train again, or export again."
         )
     encoder_class = _find_encoder(encoder["class_path"], where)
-    encoder_arguments = {  # files have tuples as lists
+    encoder_arguments: dict[str, Any] = {  # files have tuples as lists
         name: tuple(value) if isinstance(value, list) else value for name, value in given.items()
     }
     attention = arguments.pop("attention", {})
