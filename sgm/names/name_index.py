@@ -57,6 +57,7 @@ class NameIndex:
         self._phrases = make_phrase_reader(self._aliases.language)
         self._nobodys = self._sentences.language.list_words("nobody's")
         self._resolved: dict[str, Resolution] = {}
+        self._described: tuple[str, ...] = ()
         # A table says more of what is meant than the vectors that ship, which then only propose.
         self._is_by_meaning = encoder is not None or table is None
         self._encoder = encoder
@@ -78,8 +79,10 @@ class NameIndex:
 
     def update(self, descriptions: Sequence[str]) -> None:
         """Take over the descriptions of a memory; only those that are new cost anything."""
-        if list(descriptions) != self._tables.descriptions:
-            self._tables.update(descriptions)
+        described = tuple(descriptions)  # a tuple is itself, and compared without a copy
+        if described != self._described:
+            self._described = described
+            self._tables.update(described)
             self._resolved.clear()
 
     def resolve_exact(self, name: str) -> Resolution:
