@@ -86,6 +86,8 @@ class Desk:
         batch = memory.batch
         edges = batch.edges
         rows = np.flatnonzero(edges["num_true"] > 0)
+        is_present = batch.find_present(rows)
+        points = [position for position, *_ in tell_positions(batch, rows, is_present)]
         with self._names_lock:  # a new name gets the next number
             numbers = [self._names.setdefault(n, len(self._names)) for n in memory.descriptions]
         names = np.array(numbers, dtype=np.int64)  # (O,)
@@ -99,8 +101,8 @@ class Desk:
                 "relations": [[row.adverb, row.is_inside] for row in RELATION_TABLE.values()],
                 "name": names[edges["object"][rows]].tolist(),
                 "seen": edges["last_true"][rows].tolist(),
-                "there": batch.find_present(rows).astype(int).tolist(),
-                "at": [_round_point(position) for position, *_ in tell_positions(batch, rows)],
+                "there": is_present.astype(int).tolist(),
+                "at": [_round_point(position) for position in points],
             },
             "lastLook": np.maximum(batch.furniture_last_observed[0], -1).tolist(),
             "looks": _list_looks(story, shapes, step),

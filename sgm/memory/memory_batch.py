@@ -241,6 +241,17 @@ class MemoryBatch(Remembered):
         share[query, place] = np.eye(NUM_RELATIONS)[relation]
         return share
 
+    def find_present(self, edges: np.ndarray) -> np.ndarray:
+        """Tell whether things are where edges (n,) lead, bool (n,); all that tells it asks this.
+
+        The last look there showed it, and no other place has shown it since: of several things of
+        one description, that are known at once, it may have been another one.
+        """
+        thing, objects = self.edges["object"][edges], self.objects
+        is_last = objects["last_furniture"][thing] == self.edges["furniture"][edges]
+        present: np.ndarray = is_last | (objects["num_at_once"][thing] > 1)
+        return present & self.edges["is_true"][edges]
+
     def propose_places(self, queries: Queries) -> np.ndarray:
         """Mark the hypothetical edges of queries, bool (Q, F, relations)."""
         return propose_places(queries.prior, self.threshold, self.is_furniture[queries.home])

@@ -59,17 +59,6 @@ class Remembered:
             "lone_looks": self.lone_looks,
         }
 
-    def find_present(self, edges: np.ndarray) -> np.ndarray:
-        """Tell whether things are where edges (n,) lead, bool (n,); all that tells it asks this.
-
-        The last look there showed it, and no other place has shown it since: of several things of
-        one description, that are known at once, it may have been another one.
-        """
-        thing, objects = self.edges["object"][edges], self.objects
-        is_last = objects["last_furniture"][thing] == self.edges["furniture"][edges]
-        present: np.ndarray = is_last | (objects["num_at_once"][thing] > 1)
-        return present & self.edges["is_true"][edges]
-
     @property
     def furniture_num_observed(self) -> np.ndarray:
         """Looks so far, (H, F)."""

@@ -33,7 +33,7 @@ class SeenRows:
         thing: row of the thing, (n,).
         furniture: position of the place, -1 for one that was removed, (n,).
         relation: by number in `RELATIONS`, (n,).
-        is_there: whether it is there by the last looks (`Remembered.find_present`), bool (n,).
+        is_there: whether it is there by the last looks (`MemoryBatch.find_present`), bool (n,).
         time: time step of the last sighting, (n,).
         times_seen, times_looked: looks that showed it there, and looks, (n,).
         is_last: whether it was seen there last of all; of one time step that is one place, (n,).
@@ -131,7 +131,7 @@ class SeenRows:
         told: list[Told] = [(None, None, None)] * len(self.time)
         has_edge = np.flatnonzero(self.edge >= 0)
         if memory.positions.num_rows:
-            positions = tell_positions(memory, self.edge[has_edge])
+            positions = tell_positions(memory, self.edge[has_edge], self.is_there[has_edge])
             for number, position in zip(has_edge.tolist(), positions, strict=True):
                 told[number] = position
         columns = (

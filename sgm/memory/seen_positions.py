@@ -171,13 +171,14 @@ def find_positions(memory: Remembered, edges: np.ndarray) -> list[int]:
     return rows
 
 
-def tell_positions(memory: Remembered, edges: np.ndarray) -> list[Told]:
+def tell_positions(memory: Remembered, edges: np.ndarray, is_present: np.ndarray) -> list[Told]:
     """Return of each edge (n,) where the object is, how sure that is, and where it usually lies.
 
-    Where it is, is known as long as it is there (`find_present`), and nothing was said of it since.
+    Where it is, is known as long as it is there, bool (n,), which `MemoryBatch.find_present` tells,
+    and nothing was said of it since.
     """
     table, told = memory.positions, list[Told]()
-    found = zip(edges, find_positions(memory, edges), memory.find_present(edges), strict=True)
+    found = zip(edges, find_positions(memory, edges), is_present, strict=True)
     for edge, position_row, is_there in found:
         if position_row < 0:
             told.append((None, None, None))
