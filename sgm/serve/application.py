@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
 from starlette.applications import Starlette
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
@@ -39,12 +39,12 @@ BOUNDS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 _JSON = "application/json"
 _KEY_HEADER = "idempotency-key"  # as other services call the key of a write
 # A page that was read, by mistake or not, can do nothing and is shown nowhere else.
-_HEADERS = {
-    "x-content-type-options": "nosniff",
-    "cross-origin-resource-policy": "same-origin",
-    "content-security-policy": "default-src 'none'; style-src 'unsafe-inline'",
-    "cache-control": "no-store",
-}
+_HEADERS = [
+    (b"x-content-type-options", b"nosniff"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"content-security-policy", b"default-src 'none'; style-src 'unsafe-inline'"),
+    (b"cache-control", b"no-store"),
+]
 
 
 class Metrics:
@@ -135,15 +135,16 @@ class Application:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
-                MutableHeaders(scope=message).update(_HEADERS)
+                message["headers"] = [*message["headers"], *_HEADERS]
             await send(message)
 
-        path, headers = scope["path"], Headers(scope=scope)
+        path, headers = scope["path"], dict[str, str]()
         name = path.removeprefix(f"/{VERSION}/")
         try:
             client = (scope.get("client") or ("",))[0]
-            joined = {key: ", ".join(headers.getlist(key)) for key in headers}
-            self._guard.check(client, path, joined)
+            for key, value in Headers(scope=scope).items():
+                headers[key] = f"{headers[key]}, {value}" if key in headers else value
+            self._guard.check(client, path, headers)
         except Refused as error:
             await _refuse(error)(scope, receive, note)
         else:

@@ -433,6 +433,23 @@ def test_parameters_say_what_they_are_and_the_file_has_all(start):
     assert node.end()[0] == 0
 
 
+def test_the_readme_leads_from_the_clone_to_an_answer(tmp_path):
+    """The block that needs no ROS 2 on the machine, as it is typed."""
+    page = (ROS.parent / "README.md").read_text("utf-8")
+    (typed,) = [
+        block
+        for block in re.findall(r"```bash\n(.*?)```", page, re.DOTALL)
+        if block.startswith("make ros-test")
+    ]
+    made, _, typed = typed.partition("\n")  # the first line runs this test
+    assert "-k readme" in made
+    (tmp_path / ".ros").symlink_to(ROS.parents[1] / ".ros")
+    command = ["bash", "-e", "-c", typed]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"red mug\n +\d+% +desk in study", done.stdout), done.stdout
+
+
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [

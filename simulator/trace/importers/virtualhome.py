@@ -97,11 +97,12 @@ class _VirtualHomeReader:
             for number, node in self._nodes.items()
             if _find_category(node) not in (_ROOM, *_NO_PLACES)
         ]
+        is_furniture = {number: self._is_furniture(number) for number in things}
         for number in things:
-            if self._is_furniture(number):
+            if is_furniture[number]:
                 self._add_furniture(number)
         for number in things:
-            if number not in self._places:
+            if not is_furniture[number]:
                 self._add_object(number)
 
     def _read_edge(self, edge: Any) -> None:

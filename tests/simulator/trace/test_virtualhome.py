@@ -96,6 +96,15 @@ def test_furniture_and_things_are_placed(graph_file):
     assert table.box is None
 
 
+def test_what_is_left_out_is_counted_once(tmp_path):
+    """Furniture in no room is no object besides, wherever it stands."""
+    path = tmp_path / "graph.json"
+    edges = [row for row in GRAPH["edges"] if row.get("from_id") != 7]  # the coffee table's room
+    path.write_text(json.dumps({**GRAPH, "edges": edges}))
+    _, builder = read_virtualhome(path)
+    assert dict(builder.left_out)["in no room"] == ["coffee table"]
+
+
 @pytest.mark.parametrize("name", ["init_graph", "environment_graph"])
 def test_a_graph_may_be_wrapped(graph_file, name):
     whole, _ = read_virtualhome(graph_file)
