@@ -53,11 +53,12 @@ def look_everywhere_first(finder: Finder, memory: SceneGraphMemory, thing: str) 
         num_looks[furniture] += 1
 
 
-TOLD = "greedy, told"  # its finder is given the detector that it has
+TOLD = ("greedy, told", "search, told")  # their finders are given the detector that they have
 SEARCHERS: Mapping[str, Searcher] = {
     "greedy": follow_belief,
-    TOLD: follow_belief,
+    TOLD[0]: follow_belief,
     "search": follow_search(give_up_at=1.0),
+    TOLD[1]: follow_search(give_up_at=1.0),
     "search, gives up": follow_search(give_up_at=0.9),
     "everywhere first": look_everywhere_first,
 }
@@ -68,6 +69,7 @@ def search_all(
     searcher: Searcher,
     questions: Sequence[FinderQuestion],
     miss_rate: float,
+    repeated_share: float,
     seed: int,
 ) -> dict[str, float]:
     """Search for everything that is asked for, and return `COLUMNS`.
@@ -76,7 +78,8 @@ def search_all(
         finder: whose belief is followed.
         searcher: where it looks.
         questions: each is searched for in a copy of its memory; time stands still.
-        miss_rate: probability that a look misses the thing, independently.
+        miss_rate: probability that a look misses the thing.
+        repeated_share: of the misses, that all looks at the place repeat; the rest is independent.
         seed: of what is missed: the n-th look at a place shows the same to every policy.
 
     Returns:
@@ -87,8 +90,11 @@ def search_all(
     found, looks = [], []
     for number, asked in enumerate(questions):
         memory = asked.memory.copy()
-        uniform = np.random.default_rng((seed, number)).random((memory.num_furniture, MOST_LOOKS))
-        is_missed = dict(zip(memory.furniture_ids, uniform < miss_rate, strict=True))
+        rng, hidden = np.random.default_rng((seed, number)), repeated_share * miss_rate
+        uniform = rng.random((memory.num_furniture, MOST_LOOKS))
+        missed_by_one = uniform * (1 - hidden) < miss_rate - hidden
+        missed_by_all = rng.random((memory.num_furniture, 1)) < hidden
+        is_missed = dict(zip(memory.furniture_ids, missed_by_one | missed_by_all, strict=True))
         num_looks = dict.fromkeys(memory.furniture_ids, 0)
         is_found, num_made = False, 0
         for furniture in searcher(finder, memory, asked.description):

@@ -29,8 +29,9 @@ from tools.searches.search_orders import COLUMNS, MOST_LOOKS, SEARCHERS, TOLD, W
 
 RULES = ("bayesian", "adaptive")
 _SIZES = (3, 6, 9)  # furniture nodes of each of four rooms, of one simulated home after the other
-_ASKED = ("days", "looks", "searches", "miss_rate")  # what a score depends on
+_ASKED = ("days", "looks", "searches", "miss_rate", "repeated_share")  # what a score depends on
 _BOUND = 1.05  # of the looks of a greedy search
+_EXPECTED = Detector(0.0).repeated_share  # by a finder that is told nothing
 _GROUPS = {
     "simulated": "Simulated homes, objects move at random",
     "people": "Simulated homes of people with routines",
@@ -40,20 +41,22 @@ _ABOUT = """\
 `{command}`.
 In each home a robot looked at {looks} random places an hour for {days} days. Then it was asked
 {searches} times, an hour apart, for something that was in the home. While it searched, the home
-stood still, and each look missed the thing with {miss_rate:.0%}, independently. Each row asks one
-finder; all searches of a row meet the same misses.
+stood still, and each look missed the thing with {miss_rate:.0%}; {repeated_share:.0%} of these
+misses were repeated by every further look at the place, as of a thing that something hides. Each
+row asks one finder; all searches of a row meet the same misses.
 
 - *greedy*: asks `finder.rank`, goes to the likeliest place, `note_absent`, and again.
 - *greedy, told*: the same with a finder that is given the detector as it is,
-  `Detector({miss_rate:g}, repeated_share=0)`. Its belief is right, and no other order has a better
-  next look. The others expect that a part of the misses is repeated, as it is of real ones.
-- *search*: `finder.search` with `give_up_at=1`, so that it ends as late as the others.
+  `Detector({miss_rate:g}, repeated_share={repeated_share:g})`. Its belief is right, and no other
+  order has a better next look. The others expect that {expected:.0%} of the misses are repeated.
+- *search*: `finder.search` with `give_up_at=1`, so that it ends as late as the others; *search,
+  told*: the same with the detector as it is.
 - *search, gives up*: `finder.search` as it is, with `give_up_at=0.9`.
 - *everywhere first*: as *greedy*, and no place again before all others.
 
 Cells: share found within {within} looks / share found / mean looks, found or not, with {most} looks
-at most. *Looks by*: those of *search* by those of *greedy* and of *greedy, told*; {bound:.0%} at
-most is the aim.
+at most. *Looks by*: those of *search* by those of *greedy*, and both told; {bound:.0%} at most is
+the aim.
 Differences are *search* minus *greedy*, over homes, with 95 % intervals; less looks are better."""
 
 
@@ -68,14 +71,19 @@ class SearchGame(LifeGame):
     ) -> dict[str, dict[str, float]]:
         """Search with what makes a finder, and the name of an order of looks."""
         questions = list(self.live(self.asked["searches"]).ask(1, asks_moved=0.0))
-        miss_rate = self.asked["miss_rate"]
-        finders = {(make, who == TOLD): make() for make, who in players.values()}
+        miss_rate, repeated_share = self.asked["miss_rate"], self.asked["repeated_share"]
+        finders = {(make, who in TOLD): make() for make, who in players.values()}
         for (_, is_told), finder in finders.items():
             if is_told:
-                finder.detector = Detector(miss_rate, repeated_share=0.0)
+                finder.detector = Detector(miss_rate, repeated_share=repeated_share)
         return {
             name: search_all(
-                finders[make, who == TOLD], SEARCHERS[who], questions, miss_rate, self.home.seed
+                finders[make, who in TOLD],
+                SEARCHERS[who],
+                questions,
+                miss_rate,
+                repeated_share,
+                self.home.seed,
             )
             for name, (make, who) in players.items()
         }
@@ -145,7 +153,8 @@ def make_tables(played: ScoreCache, groups: Mapping[str, Sequence[str]], called:
             means = {who: values.mean(axis=0) for who, values in by_searcher.items()}
             cells = ["{:.3f} / {:.3f} / {:.2f}".format(*mean) for mean in means.values()]
             looks = COLUMNS.index("looks")
-            shares = [means["search"][looks] / means[who][looks] for who in ("greedy", TOLD)]
+            pairs = (("search", "greedy"), TOLD[::-1])
+            shares = [means[who][looks] / means[greedy][looks] for who, greedy in pairs]
             delta = (by_searcher["search"] - by_searcher["greedy"]).T  # (3, H)
             differences = [
                 format_difference(Difference.of(delta[COLUMNS.index(name)], units), form)
@@ -153,7 +162,7 @@ def make_tables(played: ScoreCache, groups: Mapping[str, Sequence[str]], called:
             ]
             greedy_cells = [f"{share:.3f}" for share in shares]
             rows.append([finder, *cells, *greedy_cells, *differences])
-        greedy_titles = ["looks by greedy", "looks by greedy, told"]
+        greedy_titles = ["looks by greedy", "looks by greedy, both told"]
         header = ["finder", *SEARCHERS, *greedy_titles, f"within {WITHIN} [95 %]", "looks [95 %]"]
         title = f"## {_GROUPS[group].format(called=called)} ({len(set(units))})"
         parts.append(f"{title}\n\n{join_table(header, rows).strip()}")
@@ -182,6 +191,7 @@ class Searches(TableSuite[SearchGame]):
         count("looks", 2, "looks in each time step, an hour", low=0),
         count("searches", 100, "in each home, one an hour"),
         Option("miss_rate", 0.25, "probability that a look misses the thing", 0, 1),
+        Option("repeated_share", _EXPECTED, "of these, that every look repeats", 0, 1),
         Option("seed", 0, "of the homes", low=0),
     )
 
@@ -223,6 +233,8 @@ class Searches(TableSuite[SearchGame]):
             days=options.days,
             searches=options.searches,
             miss_rate=options.miss_rate,
+            repeated_share=options.repeated_share,
+            expected=_EXPECTED,
             within=WITHIN,
             most=MOST_LOOKS,
             bound=_BOUND,

@@ -58,7 +58,7 @@ def test_a_search_is_greedy_where_looks_are_independent_and_cost_the_same():
 @pytest.mark.parametrize("who", SEARCHERS)
 def test_a_search_that_misses_nothing_is_one_look(who):
     asked = [FinderQuestion(make_memory(), "mug", frozenset([0]))]
-    scores = search_all(Finder(Bayesian()), SEARCHERS[who], asked, 0.0, 0)
+    scores = search_all(Finder(Bayesian()), SEARCHERS[who], asked, 0.0, 0.0, 0)
     assert scores == {"within": 1.0, "found": 1.0, "looks": 1.0}
     assert asked[0].memory.time == 1  # only read
 
@@ -66,7 +66,7 @@ def test_a_search_that_misses_nothing_is_one_look(who):
 @pytest.mark.parametrize("who", SEARCHERS)
 def test_what_no_look_shows_is_not_found(who):
     asked = [FinderQuestion(make_memory(), "mug", frozenset([0]))] * 2
-    scores = search_all(Finder(Bayesian()), SEARCHERS[who], asked, 1.0, 0)
+    scores = search_all(Finder(Bayesian()), SEARCHERS[who], asked, 1.0, 0.0, 0)
     assert (scores["within"], scores["found"]) == (0, 0)
     assert scores["looks"] <= MOST_LOOKS
 
@@ -75,8 +75,23 @@ def test_all_searchers_meet_the_same_misses():
     asked = [FinderQuestion(make_memory(), "mug", frozenset([0]))] * 40
     finder = Finder(Bayesian(), SECOND_LOOKS_SHOW)
     greedy, search = (
-        search_all(finder, SEARCHERS[who], asked, 0.4, 3) for who in ("greedy", "search")
+        search_all(finder, SEARCHERS[who], asked, 0.4, 0.0, 3) for who in ("greedy", "search")
     )
     # Both look at the shelf first, and again: what differs is what they do after three misses.
     assert search["looks"] <= 1.05 * greedy["looks"]
     assert search["found"] == 1.0
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_misses_are_repeated_as_often_as_is_said(share):
+    """By hand: with half of the looks missing, 20 looks find all but `share` of that half."""
+    asked = [FinderQuestion(make_memory(), "mug", frozenset(range(8)))] * 400
+
+    def look_at_one(finder, memory, thing):
+        while True:
+            yield 0
+
+    scores = search_all(Finder(Bayesian()), look_at_one, asked, 0.5, share, 1)
+    assert scores["found"] == pytest.approx(1 - 0.5 * share, abs=0.06)
+    first = search_all(Finder(Bayesian()), lambda *_: iter([0]), asked, 0.5, share, 1)
+    assert first["found"] == pytest.approx(0.5, abs=0.06)

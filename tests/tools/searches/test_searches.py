@@ -22,7 +22,10 @@ def test_plays_resumes_and_writes_again(tmp_path):
     table, scores = out.read_text(encoding="utf-8"), out.with_suffix(".json").read_bytes()
     assert "## Simulated homes of people with routines (1)" in table
     assert table.count("| bayesian |") == 2
-    assert "| greedy | greedy, told | search | search, gives up | everywhere first | " in table
+    assert (
+        "| greedy | greedy, told | search | search, told | search, gives up | everywhere first | "
+        in table
+    )
     played = json.loads(scores)["scores"]
     assert {player.rpartition(": ")[0] for player in played["people: 12 places-0"]} == {
         "bayesian",
