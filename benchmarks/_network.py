@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep.paper.encoders import HEAT
 from nep.paper.nep_module import NEPModule
 from nep.players.policy import NEPPolicy

@@ -20,8 +20,8 @@ import numpy as np
 from _measure import Benchmark, Measure, run
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
 

@@ -35,9 +35,9 @@ from torch import Tensor, nn
 from datamodules.batch import Batch
 from datamodules.batch_builder import BatchBuilder
 from datamodules.dgl_stand_in import GraphStandIn
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.message_passing import make_graph
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.snapshot_loader import SnapshotDataset
 from nep.paper.encoders.heat import HEATConv
 from nep.paper.encoders.hgt import ReluHGTConv
 from simulator.collect.folder import collect

@@ -8,8 +8,9 @@ import numpy as np
 import torch
 
 from datamodules.batch import Batch
-from datamodules.features import TEXT_DIM, FeatureConfig, count_columns, list_columns
+from datamodules.feature_config import TEXT_DIM, FeatureConfig, count_columns, list_columns
 from datamodules.paper_features import TABLES, Of
+from datamodules.pruning import prune
 from sgm.arrays.grouped import choose_relations
 from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.memory.queries import propose_rows, sample_places
@@ -74,7 +75,8 @@ class BatchBuilder:
         edges = propose_edges(snapshots, self._propose(snapshots), is_all)
         nodes, first_node = join_nodes(snapshots)
         pairs = Pairs.list(snapshots, edges, first_node)
-        is_kept, pair, is_up, first_edge = pairs.list_edges(edges["is_query"], self.num_hops)
+        is_kept, down, up = prune(pairs, edges["is_query"], self.num_hops)
+        pair, is_up, first_edge = pairs.list_edges(down, up)
         node, number_of_node = np.flatnonzero(is_kept), np.cumsum(is_kept) - 1
         first_kept = np.searchsorted(node, first_node)
         furniture_nodes, object_nodes = (

@@ -10,13 +10,13 @@ from typing import Any, cast
 
 import lightning.pytorch as pl
 import torch
-from torch.utils.data import DataLoader, Dataset, Subset
+from torch.utils.data import DataLoader, Dataset
 
 from datamodules.batch import Batch
 from datamodules.batch_builder import BatchBuilder
 from datamodules.collection_plan import CollectionPlan
-from datamodules.features import FEATURE_SCHEMA_VERSION, FeatureConfig, list_recorded
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import FEATURE_SCHEMA_VERSION, FeatureConfig, list_recorded
+from datamodules.snapshot_loader import SnapshotDataset, draw_share, make_loader
 from sgm.checks import check_at_least
 from sgm.messages import shorten
 from simulator.collect.folder import collect
@@ -146,34 +146,14 @@ class SGMDataModule(pl.LightningDataModule):
         if self._order_state is not None:
             self._order.set_state(self._order_state)
             self._order_state = None
-        return self._make_loader(self.train_dataset, self._order)
+        return make_loader(self.train_dataset, self.batch_size, self._order)
 
     def val_dataloader(self) -> DataLoader[Batch]:
         """Batches of validation snapshots in order."""
-        return self._make_loader(self.val_dataset, None)
+        return make_loader(self.val_dataset, self.batch_size, None)
 
     def _load(
         self, config: CollectConfig, limit: int | None, more: Sequence[Path]
     ) -> Dataset[Batch]:
         dataset = SnapshotDataset(self.get_folder(config), self.builder, *more)
-        if limit is None or limit >= len(dataset):
-            return dataset
-        generator = torch.Generator().manual_seed(config.seed)
-        chosen = torch.randperm(len(dataset), generator=generator)[:limit]
-        return Subset(dataset, chosen.sort().values.tolist())
-
-    def _make_loader(
-        self, dataset: Dataset[Batch], shuffle: torch.Generator | None
-    ) -> DataLoader[Batch]:
-        return DataLoader(
-            dataset,
-            batch_size=self.batch_size,
-            shuffle=shuffle is not None,
-            generator=shuffle,
-            collate_fn=_keep,  # `SnapshotDataset.__getitems__` gives a whole batch
-        )
-
-
-def _keep(batch: object) -> Batch:
-    """Hand on a batch that is whole already."""
-    return cast("Batch", batch)
+        return draw_share(dataset, limit, config.seed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datamodules.features import FEATURES
+from datamodules.feature_config import FEATURES
 from sgm.schema import HOME, TABLES
 from sgm.serve.documents import make_tables
 

@@ -28,7 +28,7 @@ from lightning.pytorch.callbacks import (
 from lightning.pytorch.cli import ArgsType, LightningArgumentParser, LightningCLI
 from lightning.pytorch.utilities.exceptions import SIGTERMException
 
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.callbacks.epoch_lines import EpochLines
 from nep.callbacks.fit_messages import FitMessages

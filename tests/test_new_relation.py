@@ -130,7 +130,7 @@ print(_tell_look(look))
 print(EDGE_COLUMNS)
 """
 BATCHES = """
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.batch_builder import BatchBuilder
 from nep.paper.encoders import MLP
 from nep.paper.nep_module import NEPModule

@@ -160,7 +160,7 @@ def walk_step() -> CallWalk:
     snapshots = importlib.import_module("simulator.snapshots.taken").take_snapshots(
         rollout.memory, queries, truth
     )
-    features = importlib.import_module("datamodules.features").FeatureConfig()
+    features = importlib.import_module("datamodules.feature_config").FeatureConfig()
     builder = importlib.import_module("datamodules.batch_builder").BatchBuilder(
         features, module.num_hops
     )

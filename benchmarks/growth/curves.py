@@ -184,8 +184,8 @@ def measure_reading(sizes: Sequence[int], repeats: int) -> Iterator[Point]:
 def read_batches(folder: Path, num_batches: int) -> tuple[float, float, float]:
     """Return the seconds to open data, those of an epoch's batches, and the most GB it took."""
     from datamodules.batch_builder import BatchBuilder
-    from datamodules.features import FeatureConfig
-    from datamodules.snapshot_dataset import SnapshotDataset
+    from datamodules.feature_config import FeatureConfig
+    from datamodules.snapshot_loader import SnapshotDataset
 
     builder = BatchBuilder(FeatureConfig(), num_hops=1)
     before = most = _read_resident()

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from datamodules.batch import Batch
-from datamodules.features import list_columns
+from datamodules.feature_config import list_columns
 from nep.any_home.elsewhere import ElsewhereHead
 from nep.any_home.ensemble_linear import EnsembleLinear, SharedInput
 from nep.any_home.evidence_embedding import EvidenceEmbedding

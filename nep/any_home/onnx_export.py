@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep.any_home.any_home_module import AnyHomeModule
 from nep.any_home.ensemble_linear import EnsembleLinear, SharedInput
 from nep.any_home.evidence_embedding import MOST_DEVIATIONS

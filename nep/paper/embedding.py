@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from datamodules.batch import Batch
-from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, count_columns
+from datamodules.feature_config import NODE_FEATURE_DIM, TEXT_DIM, count_columns
 from sgm.schema import EDGE_RELATIONS, EDGE_TYPES, NODE_TYPES
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from torch import Tensor
 
 from datamodules.batch import Batch
-from datamodules.features import check_groups
+from datamodules.feature_config import check_groups
 from nep.paper.encoders.encoder import Encoder
 from nep.paper.loss import balanced_bce
 from nep.paper.predictor import NodeEdgePredictor

@@ -15,7 +15,7 @@ from safetensors.torch import load as load_tensors
 from safetensors.torch import save as save_tensors
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import (
+from datamodules.feature_config import (
     EDGE_FEATURE_DIM,
     FEATURE_SCHEMA_VERSION,
     NODE_FEATURE_DIM,

@@ -14,7 +14,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep.any_home.any_home_module import AnyHomeModule
 from nep.paper.encoders import Encoder, load_all
 from nep.paper.nep_module import NEPModule

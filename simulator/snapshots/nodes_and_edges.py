@@ -162,30 +162,18 @@ class Pairs(NamedTuple):
         return degrees
 
     def list_edges(
-        self, is_query: np.ndarray, num_hops: int | None = None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """List edges in the order of `EDGE_TYPES`, E of them, and the nodes that they leave.
+        self, down: np.ndarray, up: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """List edges in the order of `EDGE_TYPES`, E of them.
 
         Args:
-            is_query: which of the pairs with an object are query edges, bool (M,).
-            num_hops: list what a model with so many convolutions can read: the query edges, and the
-                edges that enter the `num_hops - 1`-hop in-neighbourhood of their ends. With no
-                hops, the query edges alone, without those back to the object. None for all edges.
+            down: pairs of which there is an edge to the child, ascending.
+            up: pairs of which there is one to the parent, ascending.
 
         Returns:
-            Whether each node is kept, bool (N,); the pair of each edge and whether it leads to the
-            parent, (E,); and the first edge of each type and, last, E, (11,).
+            The pair of each edge and whether it leads to the parent, (E,); and the first edge of
+            each type and, last, E, (11,).
         """
-        keep = np.ones(self.first_node[-1], dtype=bool)
-        down = up = np.arange(len(self.child))
-        if num_hops is not None:
-            query = self.num_layout + np.flatnonzero(is_query)
-            keep = np.zeros(len(keep), dtype=bool)
-            keep[self.child[query]] = keep[self.parent[query]] = True
-            down, up = query[:0], query
-            for _ in range(num_hops):
-                up, down = np.flatnonzero(keep[self.parent]), np.flatnonzero(keep[self.child])
-                keep[self.child[up]] = keep[self.parent[down]] = True
         ends = [np.searchsorted(pairs, self.first).tolist() for pairs in (down, up)]
         parts = [
             (up if is_up else down)[slice(*ends[is_up][group : group + 2])]
@@ -193,4 +181,4 @@ class Pairs(NamedTuple):
         ]
         counts = [len(part) for part in parts]
         is_up = np.repeat([is_up for is_up, _ in _DIRECTIONS], counts)
-        return keep, np.concatenate(parts), is_up, np.cumsum([0, *counts])
+        return np.concatenate(parts), is_up, np.cumsum([0, *counts])

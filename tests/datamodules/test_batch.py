@@ -8,8 +8,8 @@ import torch
 
 from datamodules.batch import Batch
 from datamodules.batch_builder import BatchBuilder
-from datamodules.batch_from_graph import read_batch
-from datamodules.features import FeatureConfig
+from datamodules.edited_graph import read_batch
+from datamodules.feature_config import FeatureConfig
 from sgm.policies.heuristics import Bayesian
 from sgm.schema import EDGE_TYPES, NODE_TYPES
 from simulator import HomeConfig, PriorGraph, SampledHomes, Streams

@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import NODE_FEATURE_DIM, TEXT_DIM, FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import NODE_FEATURE_DIM, TEXT_DIM, FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 
 ON_TOP = ("object", "onTop", "furniture")

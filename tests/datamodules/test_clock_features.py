@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.more_features import compute_clock_features
 from datamodules.sgm_datamodule import SGMDataModule
 from sgm.schema import EDGE_TYPES

@@ -8,8 +8,8 @@ import torch
 
 from datamodules.batch_builder import BatchBuilder
 from datamodules.event_graphs import to_temporal_data, to_tgm
-from datamodules.features import FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from simulator.events import collect_events
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource

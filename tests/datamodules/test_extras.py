@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.more_features import compute_belief_features
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.snapshot_loader import SnapshotDataset
 from sgm.schema import EDGE_TYPES, QUERY_EDGE_TYPES
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from sgm.layout.layout import LayoutArrays
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.prior.place_prior import PlacePrior

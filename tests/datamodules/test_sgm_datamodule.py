@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from datamodules.sgm_datamodule import SGMDataModule
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.snapshot_loader import SnapshotDataset
 from sgm.evidence.columns import EVIDENCE_VERSION
 from sgm.schema import QUERY_EDGE_TYPES
 from simulator.world.config import HomeConfig

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from simulator.snapshots import stored
 from simulator.snapshots.mapped_table import MappedTable
 from simulator.snapshots.shards import load_manifest, load_shard

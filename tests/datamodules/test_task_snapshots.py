@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from sgm.schema import QUERY_EDGE_TYPES
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig

@@ -6,7 +6,7 @@ from contextlib import closing
 
 import pytest
 
-from datamodules.features import FEATURES
+from datamodules.feature_config import FEATURES
 from docs.make_tables import list_columns, list_features
 from sgm import SceneGraphMemory, Sighting
 from sgm.schema import HOME

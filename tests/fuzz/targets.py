@@ -16,8 +16,8 @@ import numpy as np
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from nep import ObjectFinder
 from nep.compare import compare
 from nep.paper.encoders import MLP

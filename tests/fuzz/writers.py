@@ -15,7 +15,7 @@ import targets
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep import ObjectFinder
 from nep.callbacks.resume import WholeCheckpoints
 from nep.paper.encoders import MLP

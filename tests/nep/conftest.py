@@ -11,8 +11,8 @@ import torch
 from torch_geometric.data import HeteroData
 
 from datamodules.batch import Batch
-from datamodules.batch_from_graph import read_batch
-from datamodules.features import EDGE_FEATURE_DIM, NODE_FEATURE_DIM, TEXT_DIM
+from datamodules.edited_graph import read_batch
+from datamodules.feature_config import EDGE_FEATURE_DIM, NODE_FEATURE_DIM, TEXT_DIM
 from sgm.schema import EDGE_TYPES, NODE_TYPES, QUERY_EDGE_TYPES
 from simulator.snapshots.type_numbers import ENTERING
 

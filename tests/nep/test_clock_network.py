@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep import Clock, ObjectFinder, SceneGraphMemory, Sighting, evaluate, export, fit
 from nep.callbacks.online_evaluation import OnlineEvaluation

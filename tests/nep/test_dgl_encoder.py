@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep.fit import main
 from nep.paper.encoders import Encoder, HeteroEncoder
 from nep.paper.loss import balanced_bce

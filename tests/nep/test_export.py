@@ -13,7 +13,7 @@ import pytest
 import torch
 from safetensors.numpy import load_file, save_file
 
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep import ObjectFinder
 from nep.export import ExportConfig, main

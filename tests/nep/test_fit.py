@@ -14,7 +14,7 @@ import yaml
 from lightning.pytorch import Trainer
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.sgm_datamodule import SGMDataModule
 from nep.config_files import CONFIG_FOLDER, find_configs
 from nep.fit import FitCLI, find_classes, main

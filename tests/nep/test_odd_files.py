@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep.export import main as export
 from nep.fit import main as fit
 from nep.importers.homer import read_homer

@@ -5,7 +5,7 @@ from dataclasses import asdict
 import pytest
 import yaml
 
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep.fit import main
 
 

@@ -12,7 +12,7 @@ import pytest
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep.callbacks.resume import WholeCheckpoints
 from nep.importers.homer import read_homer
 from nep.paper.encoders import MLP

@@ -11,11 +11,11 @@ def list_changed(page: str) -> list[str]:
 
 def test_a_feature_is_an_entry_in_one_file():
     """Of a node, an edge and a query edge alike."""
-    assert list_changed("feature") == ["datamodules/features.py"]
+    assert list_changed("feature") == ["datamodules/feature_config.py"]
 
 
 def test_a_column_that_networks_read_takes_its_declaration_and_a_feature():
     """Whoever counts it aside, which the first part of the recipe shows."""
     names = list_changed("column_of_the_memory")
     assert names[:2] == ["sgm/schema.py", "sgm/memory/memory_batch.py"]
-    assert names[2:] == ["sgm/schema.py", "datamodules/features.py"]
+    assert names[2:] == ["sgm/schema.py", "datamodules/feature_config.py"]

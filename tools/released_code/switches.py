@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from datamodules import features
+from datamodules import feature_config
 from datamodules.message_passing import ETYPE, NTYPE, make_graph
 from datamodules.paper_features import EDGE_SCALE, Feature
 from nep.paper import embedding
@@ -51,9 +51,9 @@ def _change_features(
     """Compute some features otherwise: `change` returns how, or None."""
     changed = tuple(
         feature if (compute := change(feature)) is None else replace(feature, compute=compute)
-        for feature in features.FEATURES
+        for feature in feature_config.FEATURES
     )
-    with mock.patch.object(features, "FEATURES", changed):
+    with mock.patch.object(feature_config, "FEATURES", changed):
         yield
 
 

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from datamodules.features import FEATURE_SCHEMA_VERSION
+from datamodules.feature_config import FEATURE_SCHEMA_VERSION
 from nep.bench.paper.experiments import Contestant
 from nep.bench.paper.paper_game import PaperGame
 from nep.bench.paper.work import Job

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from datamodules.features import EVIDENCE_DIM, QUESTION_DIM
+from datamodules.feature_config import EVIDENCE_DIM, QUESTION_DIM
 from nep.any_home.any_home_module import AnyHomeModule
 from nep.any_home.network import AnyHomeNetwork
 from nep.training.segment import segment_softmax, segment_sum

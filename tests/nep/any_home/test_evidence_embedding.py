@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import EVIDENCE_DIM, QUESTION_DIM, FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import EVIDENCE_DIM, QUESTION_DIM, FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from nep.any_home.any_home_module import AnyHomeModule
 from nep.any_home.evidence_embedding import EvidenceEmbedding
 from nep.players.policy import NEPPolicy

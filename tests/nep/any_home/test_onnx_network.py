@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep.any_home.any_home_module import AnyHomeModule
 from nep.any_home.onnx_export import is_exportable
 from nep.paper.encoders import HEAT

@@ -9,7 +9,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F
 
-from datamodules.batch_from_graph import read_batch
+from datamodules.edited_graph import read_batch
 from nep.paper.embedding import EdgeEmbedding, NodeEmbedding
 from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.paper.loss import balanced_bce

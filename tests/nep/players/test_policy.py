@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.more_features import compute_belief_features
 from nep.paper.encoders import GCN, HAN, HEAT, HGT, MLP
 from nep.paper.nep_module import NEPModule

@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from nep import ObjectFinder, SceneGraphMemory, Sighting
 from nep.paper.encoders import HEAT
 from nep.paper.nep_module import NEPModule

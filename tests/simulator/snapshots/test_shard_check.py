@@ -148,9 +148,9 @@ def test_a_small_shard_that_claims_billions_of_snapshots_takes_no_memory(arrays,
     program = f"""
 import resource
 from pathlib import Path
-from datamodules.features import FeatureConfig
+from datamodules.feature_config import FeatureConfig
 from datamodules.batch_builder import BatchBuilder
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.snapshot_loader import SnapshotDataset
 
 builder = BatchBuilder(FeatureConfig())
 used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()

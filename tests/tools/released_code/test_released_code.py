@@ -8,8 +8,8 @@ import torch
 
 from datamodules.batch import Batch
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from nep.paper.encoders import HEAT
 from nep.paper.nep_module import NEPModule
 from nep.report.tables import Difference

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from datamodules import features
+from datamodules import feature_config
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import (
+from datamodules.feature_config import (
     EDGE_FEATURE_DIM,
     FEATURES,
     NODE_FEATURE_DIM,
@@ -20,7 +20,7 @@ from datamodules.features import (
 )
 from datamodules.paper_features import TABLES, Feature
 from datamodules.sgm_datamodule import SGMDataModule
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.snapshot_loader import SnapshotDataset
 from nep.paper.encoders import MLP
 from nep.paper.nep_module import NEPModule
 
@@ -82,8 +82,8 @@ def own_features(monkeypatch):
         Feature("two", "own", "object edge", count_places),
         Feature("three", "own", "query edge", lambda edges: -count_places(edges)),
     )
-    monkeypatch.setattr(features, "FEATURES", (*added, *FEATURES))
-    monkeypatch.setattr(features, "_GROUPS", ("own", *features._GROUPS))
+    monkeypatch.setattr(feature_config, "FEATURES", (*added, *FEATURES))
+    monkeypatch.setattr(feature_config, "_GROUPS", ("own", *feature_config._GROUPS))
     return OwnConfig()
 
 

@@ -1,12 +1,14 @@
-"""Snapshots on disk, read as batches."""
+"""Snapshots on disk, read as batches: which of them, in which order."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
-from torch.utils.data import Dataset
+import torch
+from torch.utils.data import DataLoader, Dataset, Subset
 
 from datamodules.batch import Batch
 from datamodules.batch_builder import BatchBuilder
@@ -38,3 +40,28 @@ class SnapshotDataset(Dataset[Batch]):
         if self._builder.num_hops != 0:
             _ = batch.homogeneous
         return batch
+
+
+def draw_share(dataset: SnapshotDataset, limit: int | None, seed: int) -> Dataset[Batch]:
+    """Draw `limit` of the snapshots where there are more; None for all."""
+    if limit is None or limit >= len(dataset):
+        return dataset
+    chosen = torch.randperm(len(dataset), generator=torch.Generator().manual_seed(seed))[:limit]
+    return Subset(dataset, chosen.sort().values.tolist())
+
+
+def make_loader(
+    dataset: Dataset[Batch], batch_size: int, shuffle: torch.Generator | None
+) -> DataLoader[Batch]:
+    """Load batches, in the order that a generator draws; None for that of the snapshots."""
+    return DataLoader(
+        dataset,
+        batch_size=batch_size,
+        shuffle=shuffle is not None,
+        generator=shuffle,
+        collate_fn=_keep,  # `SnapshotDataset.__getitems__` gives a whole batch
+    )
+
+
+def _keep(batch: object) -> Batch:
+    return cast("Batch", batch)

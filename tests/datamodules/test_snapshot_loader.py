@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from datamodules.batch_builder import BatchBuilder
-from datamodules.features import FeatureConfig
-from datamodules.snapshot_dataset import SnapshotDataset
+from datamodules.feature_config import FeatureConfig
+from datamodules.snapshot_loader import SnapshotDataset
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
 from simulator.policies import make_policy
