@@ -41,16 +41,16 @@ _ABOUT = """\
 `{command}`.
 In each home a robot looked at {looks} random places an hour for {days} days. Then it was asked
 {searches} times, an hour apart, for something that was in the home. While it searched, the home
-stood still, and each look missed the thing with {miss_rate:.0%}; {repeated_share:.0%} of these
-misses were repeated by every further look at the place, as of a thing that something hides. Each
-row asks one finder; all searches of a row meet the same misses.
+stood still, and each look missed the thing with {miss_rate:.0%}. Of these misses
+{repeated_share:.0%} were repeated by every further look at the place, as of a hidden thing.
+Each row asks one finder; all searches of a row meet the same misses.
 
 - *greedy*: asks `finder.rank`, goes to the likeliest place, `note_absent`, and again.
 - *greedy, told*: the same with a finder that is given the detector as it is,
   `Detector({miss_rate:g}, repeated_share={repeated_share:g})`. Its belief is right, and no other
   order has a better next look. The others expect that {expected:.0%} of the misses are repeated.
-- *search*: `finder.search` with `give_up_at=1`, so that it ends as late as the others; *search,
-  told*: the same with the detector as it is.
+- *search*: `finder.search` with `give_up_at=1`, so that it ends as late as the others.
+- *search, told*: the same with the detector as it is.
 - *search, gives up*: `finder.search` as it is, with `give_up_at=0.9`.
 - *everywhere first*: as *greedy*, and no place again before all others.
 
