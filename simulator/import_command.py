@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from sgm.files import make_write_error
 from sgm.memory.memory_event import read_events
 from sgm.messages import shorten
 from sgm.prior.prior_graph import PriorGraph, load_prior
@@ -235,17 +236,27 @@ def _write_looks(
         raise ValueError("import must make something, got none of them. Give --memory or --out.")
     if options.memory is not None and options.memory.exists():
         raise ValueError(f"memory must be a new file, got {options.memory}. Name another one.")
-    with TemporaryDirectory() as folder:
-        file = options.memory or Path(folder) / "home.sgm"
+    with _make_folder(options.memory) as folder:
+        file = Path(folder) / "home.sgm"
         looks = read(load_prior(options.prior), file)
         looks.memory.close()
         print(looks.summarise())
-        if options.memory is not None:
-            print(f"memory: {options.memory}")
         if options.out is not None:
             save_trace(make_trace(read_events(file), name), options.out)
             print(f"trace: {options.out}")
+        if options.memory is not None:  # only one that is whole has the name
+            file.rename(options.memory)
+            print(f"memory: {options.memory}")
     return 0
+
+
+def _make_folder(memory: Path | None) -> TemporaryDirectory[str]:
+    """Make a folder for a memory that is not whole yet, beside the file that it will be."""
+    where = None if memory is None else memory.parent
+    try:
+        return TemporaryDirectory(dir=where, prefix="import-", ignore_cleanup_errors=True)
+    except OSError as error:
+        raise make_write_error(error, memory or "a temporary file", 1) from error
 
 
 def _bring_hd_epic(arguments: Sequence[str]) -> int:

@@ -49,7 +49,8 @@ class Intrinsics:
                 "CameraInfo, or from a calibration."
             )
         for name, side in (("width", self.width), ("height", self.height)):
-            if not isinstance(side, (int, np.integer)) or not 1 <= side <= _MOST_PIXELS:
+            is_whole = isinstance(side, (int, np.integer)) and not isinstance(side, bool)
+            if not is_whole or not 1 <= side <= _MOST_PIXELS:
                 raise ValueError(
                     f"{name} of an image must be a whole number from 1 to {_MOST_PIXELS}, got "
                     f"{shorten(side)}. Give pixels."
@@ -149,7 +150,7 @@ class Pose:
             ValueError: if the quaternion is zero, or a value is not finite.
         """
         x, y, z, w = read_numbers("quaternion", quaternion, (4,))
-        norm = math.sqrt(x * x + y * y + z * z + w * w)
+        norm = math.hypot(x, y, z, w)
         if abs(norm - 1) > 0.01:
             raise ValueError(
                 f"quaternion must have the length 1, got {norm:.3g} of {shorten(quaternion)}. Give "

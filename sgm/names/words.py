@@ -6,6 +6,7 @@ import re
 import unicodedata
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import TypeGuard
 
 from sgm.messages import shorten
 from sgm.names.sections import load_grammar
@@ -78,6 +79,11 @@ def read_words(field: str, text: str) -> str:
     if fault:
         raise ValueError(f"{field} must {fault}")
     return words
+
+
+def is_name(text: object) -> TypeGuard[str]:
+    """Tell whether a value that a file may hold is a name, as `read_words` takes it."""
+    return isinstance(text, str) and not _read_words(text)[1]
 
 
 @lru_cache(maxsize=MOST_NAMES)

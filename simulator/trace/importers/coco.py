@@ -31,6 +31,7 @@ from sgm.messages import needed_to, shorten
 from sgm.policies.adaptive import Adaptive
 from sgm.prior.prior_graph import PriorGraph
 from sgm.ros.live_memory import LiveMemory
+from sgm.schema import MOST_METRES
 from simulator.trace.importers.imported_looks import ImportedLooks, TimeOptions
 from simulator.yaml_text import load_yaml
 
@@ -69,11 +70,10 @@ class CocoOptions(TimeOptions):
 
 @dataclass(frozen=True, slots=True)
 class _Picture:
-    """An image that was detected in: its time, its size, the stem of its file, its detections."""
+    """An image that was detected in: its time, its pixels, the stem of its file, what was found."""
 
     time: float
-    width: int
-    height: int
+    intrinsics: Intrinsics
     stem: str
     detections: list[Detection]
 
@@ -113,9 +113,8 @@ def read_coco(
     """
     options = CocoOptions() if options is None else options
     counts: Counter[str] = Counter()
-    pictures = _read_pictures(path, images, counts)
+    pictures = _read_pictures(path, images, _read_matrix(camera), counts)
     times, numbers = _read_poses(poses)
-    matrix = _read_matrix(camera)
     located = [(picture, _find_nearest(times, picture.time)) for picture in pictures]
     timed = [
         (picture, row)
@@ -129,6 +128,7 @@ def read_coco(
             f"{len(pictures)} in {path}. Give each a timestamp, a date_captured, or its time as "
             "the name of its file."
         )
+    cameras = [_make_pose(times[row], numbers[row], poses, options) for _, row in timed]
     memory = SceneGraphMemory(prior, options.make_clock(timed[0][0].time), path=file)
     mapper = FurnitureMapper(memory, areas=areas, labels=labels)
     if home is not None:
@@ -144,14 +144,10 @@ def read_coco(
         labels=labels,
         on_look=lambda look: looks.update(("looks",)),
     )
-    for picture, row in timed:
-        pose = Pose.from_quaternion(
-            numbers[row, :3], numbers[row, 3:], options.position_sd, options.angle_sd
-        )
-        intrinsics = Intrinsics.from_matrix(matrix, picture.width, picture.height)
+    for (picture, row), pose in zip(timed, cameras, strict=True):
         image = None if depth is None else _read_depth(depth, picture, options, counts)
         live.builder.frame(
-            picture.time, pose, intrinsics, picture.detections, image, float(times[row])
+            picture.time, pose, picture.intrinsics, picture.detections, image, float(times[row])
         )
     live.finish()
     if live.mapper is not None:
@@ -160,7 +156,9 @@ def read_coco(
     return ImportedLooks(memory, looks["looks"], +counts)
 
 
-def _read_pictures(path: Path, images: Path | None, counts: Counter[str]) -> list[_Picture]:
+def _read_pictures(
+    path: Path, images: Path | None, matrix: list[float], counts: Counter[str]
+) -> list[_Picture]:
     """Read images with their detections, in the order of their times."""
     found = _read_json(path)
     about = found if images is None else _read_json(images)
@@ -184,7 +182,7 @@ def _read_pictures(path: Path, images: Path | None, counts: Counter[str]) -> lis
             counts["annotations that are none"] += 1
     pictures = []
     for row in _get_list(about, "images", where):
-        picture = _read_picture(row, detections)
+        picture = _read_picture(row, matrix, detections)
         if picture is None:
             counts["images without id, size or time"] += 1
         else:
@@ -200,7 +198,9 @@ def _read_json(path: Path) -> Any:
         where = f"for {path}. Check the path."
         raise make_read_error(error, "detections must be a file that can be read", where) from error
     except ValueError as error:
-        raise ValueError(f"detections must be JSON, got {error} in {path}.") from None
+        raise ValueError(
+            f"detections must be JSON, got {error} in {path}. Write it again."
+        ) from None
 
 
 def _is_id(value: Any) -> bool:
@@ -220,24 +220,35 @@ def _get_list(content: Any, name: str, path: Path) -> list[Any]:
 def _read_detection(row: Mapping[str, Any], names: Mapping[Any, str]) -> Detection:
     """Read an annotation or a result; raises an error of the value if it is none."""
     left, top, width, height = map(float, row["bbox"])
+    track, center = row.get("track_id"), row.get("center")
+    if not (track is None or _is_id(track)):
+        raise TypeError("track_id")
+    if center is not None and max(map(abs, center)) > MOST_METRES:
+        raise ValueError("center")
     return Detection(
         names[row["category_id"]].replace("_", " "),
         row.get("score", 1.0),
         (left, top, left + width, top + height),
-        row.get("center"),
-        track=row.get("track_id"),
+        center,
+        track=track,
     )
 
 
-def _read_picture(row: Any, detections: Mapping[Any, list[Detection]]) -> _Picture | None:
+def _read_picture(
+    row: Any, matrix: list[float], detections: Mapping[Any, list[Detection]]
+) -> _Picture | None:
     if not isinstance(row, Mapping):
         return None
     stem = Path(str(row.get("file_name", ""))).stem
     time = _read_time(row, stem)
-    width, height, number = row.get("width"), row.get("height"), row.get("id")
-    if time is None or not (type(width) is int and type(height) is int) or not _is_id(number):
+    number = row.get("id")
+    try:
+        intrinsics = Intrinsics.from_matrix(matrix, row["width"], row["height"])
+    except (KeyError, ValueError):  # of the size, as the matrix was checked
         return None
-    return _Picture(time, width, height, stem, detections.get(number, []))
+    if time is None or not _is_id(number):
+        return None
+    return _Picture(time, intrinsics, stem, detections.get(number, []))
 
 
 def _read_time(row: Mapping[str, Any], stem: str) -> float | None:
@@ -292,16 +303,33 @@ def _find_nearest(times: np.ndarray, time: float) -> int:
     return after - 1
 
 
+def _make_pose(time: float, numbers: np.ndarray, path: Path, options: CocoOptions) -> Pose:
+    """Return the pose of a line, x, y, z and a quaternion (7,)."""
+    try:
+        if np.abs(numbers[:3]).max() > MOST_METRES:
+            raise ValueError(
+                f"position of a camera must lie within {MOST_METRES:g} m, got "
+                f"{shorten(numbers[:3].tolist())}. Give metres."
+            )
+        return Pose.from_quaternion(numbers[:3], numbers[3:], options.position_sd, options.angle_sd)
+    except ValueError as error:
+        raise ValueError(f"{error} It is the pose at {time:.16g} in {path}.") from None
+
+
 def _read_matrix(path: Path) -> list[float]:
     """Return camera_matrix of a calibration, (9,), row by row."""
     data = load_yaml("camera", path)
     matrix = data.get("camera_matrix") if isinstance(data, Mapping) else None
     values = matrix.get("data") if isinstance(matrix, Mapping) else None
-    if not isinstance(values, list) or len(values) != 9 or not all(map(is_number, values)):
+    if not isinstance(values, list) or len(values) != 9 or not all(map(is_finite, values)):
         raise ValueError(
             f"camera must have the nine numbers of camera_matrix: data, got {shorten(data, 80)} in "
             f"{path}. Calibrate it with camera_calibration of ROS, or write the file."
         )
+    try:
+        Intrinsics.from_matrix(values, 1, 1)
+    except ValueError as error:
+        raise ValueError(f"{error} It is the camera in {path}.") from None
     return [float(value) for value in values]
 
 
@@ -315,7 +343,10 @@ def _read_depth(
     try:
         content = read_file(path, _MOST_DEPTH_BYTES)
         with Image.open(io.BytesIO(content), formats=["PNG"]) as image:
-            is_depth = image.mode in ("I", "I;16") and image.size == (picture.width, picture.height)
+            is_depth = image.mode in ("I", "I;16") and image.size == (
+                picture.intrinsics.width,
+                picture.intrinsics.height,
+            )
             values = np.array(image, dtype=np.float32) if is_depth else None
     except (OSError, ValueError, SyntaxError):
         values = None

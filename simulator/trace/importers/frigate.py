@@ -10,19 +10,20 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
-from sgm.checks import is_finite, is_number
+from sgm.checks import is_finite
 from sgm.files import make_read_error, parse_json, read_file
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.messages import shorten
-from sgm.names.words import split_words
+from sgm.names.words import is_name
 from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.importers.imported_looks import ImportedLooks, TimeOptions
 from simulator.yaml_text import load_yaml
 
 _MOST_BYTES = 1 << 30
+_END_OF_TIME = 253402300800.0  # seconds: the year 10000, where dates end
 _FLOOR = "floor"  # the place of what is in no zone of its camera
 
 
@@ -67,7 +68,7 @@ def load_places(path: Path) -> dict[str, FrigatePlace]:
     places = {}
     for name, entry in data.items() if isinstance(data, Mapping) else [("", data)]:
         is_place = isinstance(entry, Mapping) and set(entry) == {"room", "furniture"}
-        if not (is_place and all(isinstance(text, str) for text in entry.values())):
+        if not (is_place and all(map(is_name, entry.values()))):
             raise ValueError(
                 f"places must be room and furniture by zone or camera, got {shorten(entry)} for "
                 f"{shorten(str(name))} in {path}. Write counter: {{room: kitchen, furniture: "
@@ -134,17 +135,20 @@ def _list_entries(path: Path) -> list[Any]:
     except OSError as error:
         where = f"for {path}. Check the path."
         raise make_read_error(error, "events must be a file that can be read", where) from error
+    entries, where = [], ""
     try:
-        entries = parse_json(content)
-    except ValueError as whole:
-        try:
-            return [parse_json(line) for line in content.splitlines() if line.strip()]
-        except ValueError:
-            raise ValueError(
-                f"events must be a list of JSON, or one message of MQTT a line, got {whole} in "
-                f"{path}. Save what /api/events of Frigate lists."
-            ) from None
-    return entries if isinstance(entries, list) else [entries]
+        if content.lstrip()[:1] == b"[":
+            return list(parse_json(content))
+        for number, line in enumerate(content.splitlines(), 1):
+            where = f"line {number} of "
+            if line.strip():
+                entries.append(parse_json(line))
+    except ValueError as error:
+        raise ValueError(
+            f"events must be a list of JSON, or one message of MQTT a line, got {error} in "
+            f"{where}{path}. Save what /api/events of Frigate lists, or mend the line."
+        ) from None
+    return entries
 
 
 class _EventReader:
@@ -177,7 +181,7 @@ class _EventReader:
         """Read an event of the API, which is over or goes on; the last zone that it entered."""
         zones = event.get("zones", event.get("entered_zones"))
         self._add(event, event["start_time"], _find_view(event, zones))
-        if is_number(event.get("end_time")):
+        if _is_time(event.get("end_time")):
             self._add(event, event["end_time"], None)
 
     def _read_message(self, message: Mapping[str, Any], event: Mapping[str, Any]) -> None:
@@ -187,7 +191,7 @@ class _EventReader:
         view = None if is_over else _find_view(event, event.get("current_zones"))
         if str(event["id"]) not in self._views or self._views[str(event["id"])] != view:
             self._views[str(event["id"])] = view
-            self._add(event, time if is_number(time) else event["start_time"], view)
+            self._add(event, time if _is_time(time) else event["start_time"], view)
 
     def _add(self, event: Mapping[str, Any], time: float, view: _View | None) -> None:
         change = _Change(float(time), str(event["id"]), view, _find_name(event), _find_score(event))
@@ -200,8 +204,7 @@ def _find_fault(event: Any, ignore: frozenset[str]) -> str:
         return "entries that are no events"
     texts = (event.get("id"), event.get("camera"), event.get("label"))
     start = event.get("start_time")
-    is_named = all(isinstance(text, str) and split_words(text) for text in texts)
-    if not is_named or not is_number(start) or not is_finite(start):
+    if not all(map(_is_spelt, texts)) or not _is_time(start):
         return "events without id, camera, label or start_time"
     if event["label"] in ignore:
         return f"events of {shorten(event['label'], 30)}"
@@ -210,7 +213,7 @@ def _find_fault(event: Any, ignore: frozenset[str]) -> str:
 
 def _find_view(event: Mapping[str, Any], zones: Any) -> _View:
     """Return the last of some zones of the camera, or the camera alone."""
-    names = [zone for zone in zones if isinstance(zone, str)] if isinstance(zones, list) else []
+    names = [zone for zone in zones if _is_spelt(zone)] if isinstance(zones, list) else []
     return _View(camera=event["camera"], zone=names[-1] if names else "")
 
 
@@ -219,8 +222,7 @@ def _find_name(event: Mapping[str, Any]) -> str:
     name = event.get("sub_label")
     if isinstance(name, list) and name:
         name = name[0]
-    label = event["label"]
-    return _spell(name if isinstance(name, str) and split_words(name) else label)
+    return _spell(name if _is_spelt(name) else event["label"])
 
 
 def _find_score(event: Mapping[str, Any]) -> float:
@@ -228,12 +230,22 @@ def _find_score(event: Mapping[str, Any]) -> float:
     data = event.get("data")
     known = {**(data if isinstance(data, Mapping) else {}), **event}
     scores = [known.get(name) for name in ("top_score", "score")]
-    score = max((float(value) for value in scores if is_number(value)), default=1.0)
-    return min(max(score, 0.5), 1.0) if is_finite(score) else 1.0
+    score = max((float(value) for value in scores if is_finite(value)), default=1.0)
+    return min(max(score, 0.5), 1.0)
 
 
 def _spell(name: str) -> str:
     return name.replace("_", " ")
+
+
+def _is_spelt(text: object) -> TypeGuard[str]:
+    """Tell whether a text is a name as it is spelt here."""
+    return isinstance(text, str) and is_name(_spell(text))
+
+
+def _is_time(value: object) -> TypeGuard[float]:
+    """Tell whether a value is a time of Unix that has a date."""
+    return is_finite(value) and 0 <= value < _END_OF_TIME
 
 
 class _Looks:

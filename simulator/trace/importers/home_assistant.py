@@ -13,7 +13,7 @@ from typing import Any
 from sgm.files import MissingFileError, read_json
 from sgm.mapping.furniture_labels import FurnitureLabels
 from sgm.messages import shorten
-from sgm.names.words import split_words
+from sgm.names.words import is_name, split_words
 from simulator.trace.importers.home_builder import HomeBuilder
 from simulator.trace.trace import Trace
 
@@ -44,7 +44,7 @@ def read_home_assistant(
     rooms: dict[str, tuple[str, int]] = {}  # name and index by the id of the area
     for area in _read(folder, "area", "areas", is_needed=True):
         number, name = area.get("id", area.get("area_id")), area.get("name")
-        if isinstance(number, str) and isinstance(name, str) and split_words(name):
+        if isinstance(number, str) and is_name(name):
             rooms[number] = name, builder.add_room(name)
         else:
             builder.leave_out("an area without id and name", shorten(area, 40))
@@ -78,7 +78,7 @@ class _Places:
 
     def add(self, entry: Mapping[str, Any], names: Iterable[Any], area: Any) -> None:
         """Add a device or entity by the first of its names, if that ends with furniture."""
-        name = next((name for name in names if isinstance(name, str) and split_words(name)), None)
+        name = next(filter(is_name, names), None)
         if name is None:
             self._builder.leave_out("without a name", shorten(entry.get("id"), 40))
         elif entry.get("disabled_by") is not None:

@@ -163,6 +163,13 @@ def test_the_command_writes_a_memory(files, capsys):
         ("annotations", "bbox", [10**400, 0, 1, 1]),
         ("annotations", "bbox", "box"),
         ("annotations", "score", "much"),
+        ("annotations", "track_id", [1]),
+        ("annotations", "center", [1e300, 0, 0]),
+        ("annotations", "center", [10**400, 0, 0]),
+        ("annotations", "center", 5),
+        ("images", "width", 2**63),
+        ("images", "height", 0),
+        ("images", "height", True),
     ],
 )
 def test_an_entry_of_another_form_is_counted_or_left_out(files, part, key, value):
@@ -183,7 +190,12 @@ def test_an_entry_of_another_form_is_counted_or_left_out(files, part, key, value
         ("poses.txt", "1 2 3", "in line 1 of"),
         ("poses.txt", "# none", "poses must have a line each"),
         ("poses.txt", "1 0 0 0 0 0 0 1", "within 0.05 s of a pose, got none of 12"),
+        ("poses.txt", f"{START} 1e300 0 0 0 0 0 1", "position of a camera must lie within"),
+        ("poses.txt", f"{START} 0 0 0 0 0 0 2", "quaternion must have the length 1, got 2 of"),
+        ("poses.txt", f"{START} 0 0 0 0 -1e300 0 2", "is the pose at 1700000000 in"),
         ("camera.yaml", "{}", "nine numbers of camera_matrix"),
+        ("camera.yaml", json.dumps(CAMERA).replace("100", "-1"), "focal lengths fx and fy must be"),
+        ("camera.yaml", json.dumps(CAMERA).replace("100", "1" * 400), "nine numbers of"),
         ("camera.yaml", None, "camera must be a file that can be read"),
     ],
 )
@@ -198,4 +210,20 @@ def test_bad_files_end_in_one_line(files, capsys, name, content, error):
     said = capsys.readouterr()
     assert (said.out, said.err.count("\n")) == ("", 1)
     assert error in said.err
+    assert not (files / "home.sgm").exists()
+
+
+def test_an_import_that_fails_leaves_no_memory(files, capsys):
+    """It would be in the way of the next try."""
+    whole = json.loads((files / "coco.json").read_text())
+    (files / "coco.json").write_text(json.dumps(whole | {"annotations": []}))
+    before = set(files.iterdir())
+    arguments = ["import", "coco", str(files / "coco.json"), "--map", str(files / "map.yaml")]
+    arguments += ["--poses", str(files / "poses.txt"), "--camera", str(files / "camera.yaml")]
+    outputs = ["--memory", str(files / "home.sgm"), "--out", str(files / "out")]
+    assert main([*arguments, *outputs]) == 1
+    assert "log must hold a sighting" in capsys.readouterr().err
+    assert set(files.iterdir()) == before
+    assert main([*arguments, "--memory", str(files / "none" / "home.sgm")]) == 1
+    assert "folder of a file must exist" in capsys.readouterr().err
     assert not (files / "home.sgm").exists()

@@ -111,10 +111,39 @@ def test_the_command_knows_what_zones_look_at(events, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("start_time", 10**400), ("start_time", 1e300), ("start_time", -1), ("camera", "\0"),
+        ("label", "_"), ("label", "a\nb"), ("label", "x" * 300), ("label", "\ud800"),
+        ("end_time", 10**400), ("end_time", 1e300), ("zones", ["counter", "_"]),
+        ("zones", ["counter", "x" * 300]), ("sub_label", ["a\nb", 0.9]),
+        ("data", {"score": 10**400, "top_score": 0.5}),
+    ],
+)  # fmt: skip
+def test_one_entry_of_another_form_spoils_no_other(tmp_path, field, value):
+    """It is left out and counted, or else what is wrong in it is."""
+    path = tmp_path / "events.json"
+    path.write_text(
+        json.dumps([EVENTS[4], event("k", "keys", 60, 90, ["counter"]) | {field: value}])
+    )
+    memory = tmp_path / "home.sgm"
+    assert main(["import", "frigate", str(path), "--memory", str(memory)]) == 0
+    looks = read_frigate(path)
+    is_left_out = "events without id, camera, label or start_time" in looks.counts
+    assert is_left_out == (field in ("start_time", "camera", "label"))
+    assert looks.memory.descriptions == (("cup",) if is_left_out else ("cup", "keys"))
+    assert SceneGraphMemory.load(memory).descriptions == looks.memory.descriptions
+
+
+@pytest.mark.parametrize(
     ("content", "places", "error"),
     [
         (None, None, "events must be a file that can be read"),
         ("no json", None, "events must be a list of JSON"),
+        (json.dumps(EVENTS)[:-9], None, "events must be a list of JSON"),
+        (json.dumps(EVENTS[0]) + "\n" + json.dumps(EVENTS[3])[:-9], None, "in line 2 of"),
+        (json.dumps({**EVENTS[0], "start_time": 1e300}), None, "got 1 events without id"),
+        (json.dumps(EVENTS), "counter: {room: '_', furniture: counter}", "for 'counter'"),
         ("[]", None, "events must have one of a thing, got none"),
         ('{"id": 3}', None, "got 1 events without id, camera, label or start_time"),
         (json.dumps(EVENTS), "- counter", "places must be room and furniture by zone"),

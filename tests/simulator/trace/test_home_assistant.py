@@ -78,6 +78,18 @@ def test_areas_are_rooms_and_some_devices_furniture(config):
     }
 
 
+@pytest.mark.parametrize("name", ["_", "a\nb", "\0", "\ud800", "x" * 300, "", None, 7, ["a"]])
+def test_what_has_no_name_is_left_out(config, name):
+    for kind, rows, among in (("area", AREAS, "areas"), ("device", DEVICES, "devices")):
+        changed = [rows[0] | {"name": name, "name_by_user": name}, *rows[1:]]
+        path = config / ".storage" / f"core.{kind}_registry"
+        path.write_text(json.dumps(registry(kind, changed, among)))
+        trace, builder = read_home_assistant(config)
+        assert "desk" in [piece.label for piece in trace.layout.furniture.values()]
+        assert "fridge" not in [piece.label for piece in trace.layout.furniture.values()]
+        assert len(builder.left_out["an area without id and name"]) == 2
+
+
 def test_labels_of_ones_own_are_furniture(config):
     trace, _ = read_home_assistant(config, ["bridge"])
     assert "hue bridge" in [piece.description for piece in trace.layout.furniture.values()]
