@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import argparse
 import io
+import os
 import signal
 import sys
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 from typing import BinaryIO
 
 from sgm.export.mcap_file import McapFile
 from sgm.export.timeline import NUM_THINGS, Timeline
-from sgm.files import make_write_error, write_whole
+from sgm.files import find_target, make_write_error, open_file, write_whole
 from sgm.memory.memory_event import MemoryEvent, parse_rows, read_kept
 from sgm.messages import shorten, tell_error
 from sgm.names.words import read_words
@@ -80,6 +82,7 @@ def _export(options: argparse.Namespace) -> None:
 
 
 def _write(options: argparse.Namespace, reader: HomeReader) -> None:
+    first = os.stat(reader.path)
     reader.has_changed()
     lines = read_kept(reader, from_first=True)
     things = options.things
@@ -87,27 +90,27 @@ def _write(options: argparse.Namespace, reader: HomeReader) -> None:
         things = _choose_things(lines) or None
     about = {"source": options.source.name, "frame": "map", "times": "local, as if they were UTC"}
 
-    def begin(file: McapFile) -> Timeline:
-        timeline = Timeline(file, lambda: make_finder(options.finder), things)
-        timeline.take(lines)
-        timeline.finish_step()
-        return timeline
-
+    content = io.BytesIO()  # an old file stays until all is well
+    file = McapFile(content, about, at_once=options.follow)
+    timeline = Timeline(file, lambda: make_finder(options.finder), things)
+    timeline.take(lines)
+    timeline.finish_step()
     if options.follow:
-        with _open_new(options.out) as out, McapFile(out, about, at_once=True) as file:
-            timeline = begin(file)
+        with _opened(options.out) as out:
+            file.move(content, out)
             print(f"following {options.source}; Ctrl-C ends {options.out}", flush=True)
-            _follow(reader, timeline, lines[-1].number)
+            try:
+                _follow(reader, first, timeline, lines[-1].number)
+            finally:
+                file.finish()
     else:
-        content = io.BytesIO()
-        with McapFile(content, about) as file:
-            begin(file)
+        file.finish()
         write_whole(options.out, content.getvalue())
     print(f"mcap: {options.out}, {file.num_messages} messages in {file.num_topics} topics")
 
 
-def _follow(reader: HomeReader, timeline: Timeline, number: int) -> None:
-    """Go on until the process is asked to end."""
+def _follow(reader: HomeReader, first: os.stat_result, timeline: Timeline, number: int) -> None:
+    """Go on with what comes after an event, until the process is asked to end."""
     is_ending = False
 
     def end(*_: int | FrameType | None) -> None:
@@ -117,6 +120,7 @@ def _follow(reader: HomeReader, timeline: Timeline, number: int) -> None:
     before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         while not is_ending:
+            _check_same(reader.path, first)
             if not reader.has_changed():
                 time.sleep(_SECONDS)
                 continue
@@ -138,21 +142,41 @@ def _choose_things(lines: Sequence[MemoryEvent]) -> list[str]:
 def _check_out(out: Path) -> None:
     """Check that no other file is written over."""
     try:
-        with out.open("rb") as file:
+        with open_file(find_target(out)) as file:
             is_mcap = file.read(len(_MAGIC)) in (_MAGIC, b"")
     except FileNotFoundError:
         return
+    except OSError as error:
+        raise make_write_error(error, out, 1) from error
     if not is_mcap:
         raise ValueError(
             f"out must be a new file, or one of MCAP, got {shorten(str(out))}. Name another one."
         )
 
 
-def _open_new(out: Path) -> BinaryIO:
+def _check_same(path: Path, first: os.stat_result) -> None:
+    """Check that a file is still the one that was opened."""
     try:
-        return out.open("wb")
+        is_same = os.path.samestat(os.stat(path), first)
+    except FileNotFoundError:
+        is_same = False
+    if not is_same:
+        raise ValueError(
+            f"memory file must stay in its place while it is followed, got another one or none at "
+            f"{path}. Start again, with a new file to write."
+        )
+
+
+@contextmanager
+def _opened(out: Path) -> Iterator[BinaryIO]:
+    """Write a file; an error of the disk is said as such, at whatever time it comes."""
+    try:
+        with out.open("wb") as file:
+            yield file
     except OSError as error:
-        raise make_write_error(error, out, 0) from error
+        if " must " in str(error):
+            raise
+        raise make_write_error(error, out, 1) from error
 
 
 if __name__ == "__main__":

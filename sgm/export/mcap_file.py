@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import TracebackType
-from typing import Any, BinaryIO
+from io import BytesIO
+from typing import Any, BinaryIO, cast
 
 from sgm.export.scene_messages import Message
 from sgm.messages import needed_to
@@ -12,8 +12,24 @@ from sgm.messages import needed_to
 _KEPT_BYTES = 1 << 20  # that are compressed together, where the file need not be whole before
 
 
+class _Target:
+    """Where a file is written to, which may change."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self.file = file
+
+    def write(self, content: bytes) -> int:
+        return self.file.write(content)
+
+    def tell(self) -> int:
+        return self.file.tell()
+
+    def flush(self) -> None:
+        self.file.flush()
+
+
 class McapFile:
-    """Writes messages by topic; a context manager, which ends the file.
+    """Writes messages by topic.
 
     Source: the format MCAP, by the package mcap; schemas by foxglove-schemas-protobuf.
     """
@@ -45,12 +61,14 @@ class McapFile:
             "PoseInFrame": PoseInFrame_pb2.PoseInFrame,
         }
         self._parse, self._set = ParseDict, FileDescriptorSet
-        self._file, self._at_once = file, at_once
+        self._target, self._at_once = _Target(file), at_once
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._time = 0
         self.num_messages = 0
-        self._writer = Writer(file, chunk_size=1 if at_once else _KEPT_BYTES)
+        self._writer = Writer(
+            cast("BinaryIO", self._target), chunk_size=1 if at_once else _KEPT_BYTES
+        )
         self._writer.start(library="scene-graph-memory")
         self._writer.add_metadata("scene graph memory", dict(about))
 
@@ -73,26 +91,23 @@ class McapFile:
         self.num_messages += 1
         self._time = time
         if self._at_once:
-            self._file.flush()
+            self._target.flush()
+
+    def move(self, before: BytesIO, file: BinaryIO) -> None:
+        """Go on in another file, which gets what was written to memory before."""
+        file.write(before.getvalue())
+        file.flush()
+        self._target.file = file
 
     @property
     def num_topics(self) -> int:
         """How many topics have messages."""
         return len(self._channels)
 
-    def __enter__(self) -> McapFile:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def finish(self) -> None:
         """Write the index, with which the file ends."""
         self._writer.finish()
-        self._file.flush()
+        self._target.flush()
 
     def _find_schema(self, name: str) -> int:
         """Return the number of a schema in the file, with all that its definition names."""

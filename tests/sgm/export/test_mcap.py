@@ -1,6 +1,8 @@
 """`python -m sgm.export mcap`: what is in the file, by the reader of mcap and its own schemas."""
 
 import contextlib
+import os
+import re
 import signal
 import subprocess
 import time
@@ -208,6 +210,53 @@ def _read_torn(path):
         for record in StreamReader(file).records:
             content += record.data if isinstance(record, Message) else b""
     return content
+
+
+def test_an_old_file_stays_where_the_new_one_cannot_begin(log, tmp_path, capsys):
+    export(log, tmp_path / "out.mcap", "--things")
+    before = (tmp_path / "out.mcap").read_bytes()
+    for more in (["--follow"], []):
+        arguments = ["mcap", str(log), str(tmp_path / "out.mcap"), "--finder", "none", *more]
+        assert main(arguments) == 1
+        assert "exported folder or one of any_home" in capsys.readouterr().err
+        assert (tmp_path / "out.mcap").read_bytes() == before
+
+
+@pytest.mark.parametrize("is_there", [True, False])
+def test_a_file_that_another_one_replaces_is_followed_no_more(
+    log, tmp_path, monkeypatch, capsys, is_there
+):
+    """Its changes would be missing in the file, without a word."""
+    out = tmp_path / "out.mcap"
+
+    def replace(_):
+        monkeypatch.undo()
+        if is_there:
+            (tmp_path / "home.sgm").replace(log)
+        else:
+            log.unlink()
+
+    monkeypatch.setattr("sgm.export.__main__.time.sleep", replace)
+    arguments = ["mcap", str(log), str(out), "--follow", "--finder", "bayesian"]
+    assert main(arguments) == 1
+    said = capsys.readouterr().err
+    assert "memory file must stay in its place while it is followed" in said
+    assert said.count("\n") == 1
+    assert "/belief/milk" in read(out)  # what was written has its index
+
+
+@pytest.mark.parametrize("more", [[], ["--follow"]])
+def test_what_is_no_file_is_not_written_to(log, tmp_path, capsys, more):
+    """Nor waited for: a pipe without a reader would stop the command for good."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "circle").symlink_to(tmp_path / "circle")
+    for name in ("pipe", "folder", "circle", "folder/none/out.mcap"):
+        assert main(["mcap", str(log), str(tmp_path / name), "--finder", "bayesian", *more]) == 1
+        said = capsys.readouterr()
+        assert re.fullmatch(r"error: (\[Errno \d+\] )?(path|folder) .*must .*\n", said.err), (
+            said.err
+        )
 
 
 @pytest.mark.parametrize(
