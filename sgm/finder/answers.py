@@ -119,7 +119,7 @@ class WhereOne:
         thing: as it was asked for.
         taken_for: what was seen of that name; a thing is found when one of them is.
         places: the likeliest first.
-        left_out: places that follow, which would have made the answer longer.
+        left_out: how many more places there are, less likely than these; ask with k for them.
         elsewhere: probability that it is at no known place.
         with_robot: probability that the robot carries it.
         last_seen: None if it never was.

@@ -167,7 +167,7 @@ class Finder:
             ids = tuple(number for number in ids if number in resolution.places) or ids
             layout = memory.layout
             names = {number: layout.describe(number) for number in ids if number not in exclude}
-            return rank_place(description, resolution, dict(list(names.items())[:k]), asked_for)
+            return rank_place(description, resolution, names, asked_for, k)
         given = self._detector  # holds for the policy, too
         asked = memory.ask(
             resolution.matches or (description,),
@@ -182,16 +182,16 @@ class Finder:
             order = order[np.argsort(~np.array(is_said), kind="stable")]
         if exclude:
             order = order[[asked.furniture_ids[place] not in exclude for place in order]]
+        shown = order[:k].tolist()
         return Ranking(
             description=description,
-            places=describe_places(
-                asked, posterior, cosines, order[:k].tolist(), resolution.language
-            ),
+            places=describe_places(asked, posterior, cosines, shown, resolution.language),
             elsewhere=posterior.elsewhere,
             with_robot=float(1 - np.prod(1 - asked.carried)),
             last_seen=asked.sightings[0] if asked.sightings else None,
             resolution=resolution,
             num_known=count_known(asked),
+            left_out=len(order) - len(shown),
         )
 
     def search_plan(

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import FLOOR_THICKNESS, Box
@@ -15,6 +16,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.names.words import read_words
 
+Stand: TypeAlias = tuple[float, float]  # x, y, metres
 _SAME = 2e-3  # metres and radians: maps are written to millimetres
 _MOST_ROOMS, _MOST_FURNITURE = 1000, 10_000
 _ROOM_FIELDS = ("name", "label", "floor", "id")
@@ -131,7 +133,7 @@ class HomeMap:
 
         What the memory has already is not added again: the first room of a label is the first of
         that label there, and furniture of one name in one room likewise. It is moved to where it
-        is now, and keeps its `open_cost`. So a map may be given at every start.
+        is now, and costs to be opened what the map says. So a map may be given at every start.
         """
         counts: Counter[str] = Counter()
         layout = memory.layout
@@ -162,6 +164,9 @@ class HomeMap:
             if has_moved or new.position not in (None, old.position):
                 memory.move_furniture(number, None, new.position, new.box if has_moved else None)
                 counts["place moved"] += 1
+            if new.open_cost not in (None, old.open_cost):
+                memory.move_furniture(number, open_cost=new.open_cost)
+                counts["open cost"] += 1
         return counts
 
     def correct(self, memory: SceneGraphMemory) -> Counter[str]:
@@ -203,9 +208,13 @@ class HomeMap:
             if (node.label, node.description) != (piece.label, piece.description):
                 memory.name_furniture(piece.id, piece.label, piece.description)
                 counts["pieces of furniture renamed"] += 1
-            if not _is_same_box(node.box, piece.box) or node.room != room:
+            is_same = _is_same_box(node.box, piece.box) and node.room == room
+            if not is_same or not _is_same_stand(node.position, piece.position):
                 memory.move_furniture(piece.id, room, piece.position, piece.box)
                 counts["pieces of furniture moved"] += 1
+            if piece.open_cost not in (None, node.open_cost):
+                memory.move_furniture(piece.id, open_cost=piece.open_cost)
+                counts["costs of opening changed"] += 1
         for number in layout.rooms:
             if number not in rooms and not memory.list_furniture(number):
                 memory.remove_room(number)
@@ -220,6 +229,13 @@ def _is_same_box(box: Box | None, other: Box | None) -> bool:
     sides, others = ((*either.center, *either.size, either.yaw) for either in (box, other))
     is_near = all(abs(a - b) < _SAME for a, b in zip(sides, others, strict=True))
     return is_near and box.interior == other.interior
+
+
+def _is_same_stand(stand: Stand | None, other: Stand | None) -> bool:
+    """Tell whether one stands at the same place, to a millimetre."""
+    if stand is None or other is None:
+        return stand is other
+    return math.dist(stand, other) < _SAME
 
 
 def _check_unique(ids: Sequence[int | None], where: str) -> None:
@@ -321,7 +337,7 @@ def _read_furniture(
     return MapFurniture(label, room, name, "", position, box, cost, is_open, furniture_id)
 
 
-def read_stand(value: Any, spot: str) -> tuple[float, float]:
+def read_stand(value: Any, spot: str) -> Stand:
     """Return where one stands, x, y in metres; with a height, as answers have it, without that.
 
     Raises:

@@ -163,6 +163,7 @@ class MapCalls(WriteCalls):
         size: Sequence[float] | None = None,
         yaw: float | None = None,
         interior: str | None = None,
+        open_cost: float | None = None,
         polygon: Corners | None = None,
         bottom: float | None = None,
         top: float | None = None,
@@ -180,6 +181,7 @@ class MapCalls(WriteCalls):
             size: as in `add_place`; None as it was.
             yaw: as in `add_place`; None as it was.
             interior: as in `add_place`; None as it was.
+            open_cost: as in `add_place`; None as it was.
             polygon: as in `add_place`.
             bottom: as in `add_place`.
             top: as in `add_place`.
@@ -199,7 +201,7 @@ class MapCalls(WriteCalls):
             moved = read_extents(extents | shape, "place")
         else:
             moved = replace(box, **said) if said else None
-        self.memory.move_furniture(furniture, number, stand, moved)
+        self.memory.move_furniture(furniture, number, stand, moved, open_cost)
         told = self._say("note place moved", place=self._tell_place(furniture))
         return self._note("move_place", "", furniture, told)
 

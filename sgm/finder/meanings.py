@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 from sgm.finder.answers import Status
 from sgm.finder.said_places import find_said_places, list_shown, narrow
+from sgm.layout.layout import RoomId
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.names.asking import MOST_NAME, Asking, make_asking
@@ -19,7 +20,9 @@ from sgm.names.words import normalize, read_words
 MOST_CANDIDATES = 5
 MayBeNew = Literal["never", "if_unlike", "always"]
 _MOST_SEEN = 200  # places of things of one name
-_NUMBERED = re.compile(r".*\(place (\d{1,9})\)")  # as candidates of one name are distinguished
+# As candidates of one name are distinguished.
+_NUMBERED = re.compile(r".*\(place (\d{1,9})\)")
+_NUMBERED_ROOM = re.compile(r".*\(room (\d{1,9})\)")
 
 
 class Unclear(Exception):
@@ -115,7 +118,10 @@ def find_rooms(memory: SceneGraphMemory, room: str, *, acts: bool = False) -> li
     Raises:
         ValueError: if the name is none (`read_words`).
     """
-    rooms = {number: str(label) for number, label in memory.layout.rooms.items()}
+    rooms = {int(number): str(label) for number, label in memory.layout.rooms.items()}
+    numbered = _NUMBERED_ROOM.fullmatch(read_words("room", room))
+    if numbered and int(numbered[1]) in rooms:
+        return [int(numbered[1])]
     name = Name.read(room, "room")
     found = [number for number, label in rooms.items() if Name.read(label).is_same(name)]
     if not found and not acts:
@@ -300,11 +306,12 @@ def ask_which(names: Sequence[str], thing: str, language: str) -> Unclear:
 def ask_room(memory: SceneGraphMemory, room: str, found: Sequence[int]) -> Unclear:
     """Return what to ask where a name means several rooms, or none."""
     asking = make_asking(memory.language)
-    labels = tuple(dict.fromkeys(map(str, memory.layout.rooms.values())))[:MOST_CANDIDATES]
-    name = shorten(room, MOST_NAME)
+    rooms = memory.layout.rooms
     if found:
-        return Unclear("ambiguous", asking.say("rooms", name=name), labels)
-    return Unclear("unknown", asking.say("no room", name=name), labels)
+        told = tuple(f"{rooms[RoomId(n)]} (room {n})" for n in found[:MOST_CANDIDATES])
+        return Unclear("ambiguous", asking.ask_which(told), told)
+    labels = tuple(dict.fromkeys(map(str, rooms.values())))[:MOST_CANDIDATES]
+    return Unclear("unknown", asking.say("no room", name=shorten(room, MOST_NAME)), labels)
 
 
 def _choose(found: Sequence[int], names: dict[int, str], thing: str, asking: Asking) -> int:

@@ -16,6 +16,7 @@ from sgm.finder.asked_things import (
 from sgm.finder.event_answers import EventAnswers, drop_also
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear
 from sgm.finder.past_places import find_past_places
+from sgm.finder.ranking import count_present
 from sgm.finder.said_places import find_said_places
 from sgm.names.phrase import BEYOND
 from sgm.names.resolution import Resolution
@@ -279,7 +280,8 @@ class QuestionAnswers(EventAnswers):
         if not rows:
             return self._make(self._say("none"))
         told = self._asking.list_names(names, "and")
-        return self._make(self._say("count", number=len(rows), names=told), things=tuple(rows))
+        number = count_present(self._memory.ask(list(dict.fromkeys(names))), places)
+        return self._make(self._say("count", number=number, names=told), things=tuple(rows))
 
     def _list_rows(self, thing: str) -> Sequence[ThingRow]:
         resolution = self._resolve(thing)

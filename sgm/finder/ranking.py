@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -97,6 +97,7 @@ class Ranking:
             places are that furniture, or what stands in the room, each with probability 1.
         num_known: how many things of that name there are at least: those that differ, each
             as often as it was seen at once; 0 if none was ever seen.
+        left_out: how many more places there are, less likely than these.
     """
 
     description: str
@@ -107,6 +108,7 @@ class Ranking:
     with_robot: float = 0.0
     asked_for: str = "thing"
     num_known: int = 0
+    left_out: int = 0
 
     def __iter__(self) -> Iterator[Place]:
         """Iterate over the places, the best first."""
@@ -131,15 +133,25 @@ class Ranking:
 
 
 def rank_place(
-    description: str, resolution: Resolution, names: Mapping[int, str], asked_for: str
+    description: str,
+    resolution: Resolution,
+    names: Mapping[int, str],
+    asked_for: str,
+    k: int | None = None,
 ) -> Ranking:
-    """Return the ranking of a question for places themselves, which are by id in `names`."""
+    """Return the ranking of a question for places themselves, which are by id in `names`.
+
+    It has the first k of them; None for all.
+    """
     nothing = Evidence(None, 0, (), 0.0, language=resolution.language)
     places = tuple(
         Place(number, name, "is" if asked_for == "place" else "part", 1.0, nothing)
-        for number, name in names.items()
+        for number, name in [*names.items()][:k]
     )
-    return Ranking(description, places, 0.0, None, resolution, asked_for=asked_for)
+    left_out = len(names) - len(places)
+    return Ranking(
+        description, places, 0.0, None, resolution, asked_for=asked_for, left_out=left_out
+    )
 
 
 def order_places(asked: Asked, probability: np.ndarray) -> np.ndarray:
@@ -160,6 +172,26 @@ def count_known(asked: Asked) -> int:
     known = asked.rows >= 0
     was_seen = asked.current.objects["num_observed"][asked.rows[known]] > 0
     return int(asked.num_instances[known][was_seen].sum())
+
+
+def count_present(asked: Asked, places: Collection[int] | None = None) -> int:
+    """Count the things that are meant and are there by the last looks, at least.
+
+    Those of one name count as often as they were seen at once. Where some of these are elsewhere,
+    it is not known how many: then each place has one.
+
+    Args:
+        asked: what `memory.ask` gave.
+        places: furniture ids that count; None for all.
+    """
+    edges, number = asked.current.edges, 0
+    present = asked.edges[asked.current.find_present(asked.edges)]
+    for thing, most in zip(asked.rows.tolist(), asked.num_instances.tolist(), strict=True):
+        rows = present[edges["object"][present] == thing]
+        ids = {asked.furniture_ids[place] for place in edges["furniture"][rows].tolist()}
+        meant = ids if places is None else ids & set(places)
+        number += max(most, len(meant)) if meant and meant == ids else len(meant)
+    return number
 
 
 def describe_places(

@@ -126,7 +126,7 @@ class MemoryService(MapCalls):
             if isinstance(start, str):
                 start = find_place(self.memory, start)
         except Unclear as asks:
-            words = asked.things[0] if len(asked.things) == 1 else str(thing)
+            words = self._join(asked.things)
             told = tell_doubt(asks)
             return Searching(
                 search_id="", thing=words, outcome=self._asking.say("no search"), **told
@@ -136,9 +136,12 @@ class MemoryService(MapCalls):
         elif start is not None:
             start = read_stand(start, "from")
         if start is not None and find_distance(self.memory, start) is None:
+            layout = self.memory.layout
+            place = next(n for n, at in layout.compute_positions().items() if at is None)
             raise ValueError(
-                f"from must be left out where places have no position, got {shorten(start)}. Give "
-                "all places positions, or leave it out."
+                f"from must be left out where places have no position, got {shorten(start)}, and "
+                f"none of {layout.describe(place)} (place {place}). Give all places positions, "
+                "such as by move_place, or leave it out."
             )
         search = self.finder.search_several(self.memory, asked.things, start, budget=budget)
         search.next()

@@ -137,7 +137,7 @@ class WhereCalls:
                 )
                 for place in ranking
             ),
-            left_out=0,
+            left_out=ranking.left_out,
             elsewhere=ranking.elsewhere,
             with_robot=ranking.with_robot,
             last_seen=self._tell_last_seen(seen),
@@ -171,7 +171,7 @@ class WhereCalls:
             thing=thing,
             taken_for=resolution.matches[:MOST_CANDIDATES],
             places=found,
-            left_out=0,
+            left_out=len(placed) - len(found),
             elsewhere=1 - total if single else 0.0,
             with_robot=sum(place.probability for place in was if place.furniture is None),
             last_seen=self._tell_last_seen(self.memory.last_seen(thing) if single else None),
@@ -316,6 +316,9 @@ def _fit(answer: WhereOne) -> WhereOne:
     if len(write_json(answer)) <= MOST_BYTES:
         return answer
     whole = replace(answer, places=tuple(replace(place, why="") for place in answer.places))
+    last = whole.last_seen
+    if last is not None and last.position in [place.position for place in whole.places]:
+        whole = replace(whole, last_seen=replace(last, position=None, position_of=None))
     answer = whole
     for most in (60, 40, 20, 10, 5, 1):  # names may have hundreds of letters
         if len(write_json(answer)) <= MOST_BYTES:

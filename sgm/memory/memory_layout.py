@@ -117,6 +117,7 @@ class MemoryLayout:
         room: int | None = None,
         position: tuple[float, float] | None = None,
         box: Box | None = None,
+        open_cost: float | None = None,
     ) -> None:
         """Note that a furniture node was moved; what was seen there moves with it."""
         with self._state.lock:
@@ -130,7 +131,10 @@ class MemoryLayout:
                 node = replace(node, position=None, box=read_box(box))
             if position is not None:
                 node = replace(node, position=read_position(position))
-            place: dict[str, Any] = {"position": node.position, "box": node.box}
+            cost = read_open_cost(open_cost)
+            if cost is not None:
+                node = replace(node, open_cost=cost)
+            place: dict[str, Any] = {"position": node.position, "box": node.box, "open_cost": cost}
             self._state.write("move", furniture=furniture, room=node.room, **place)
             has_moved = node.box != layout.furniture[furniture].box
             number = int(furniture)

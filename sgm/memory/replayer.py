@@ -100,8 +100,8 @@ class Replayer(Generic[Memory]):
             )
             self.furniture[values["furniture"]] = furniture
         elif kind == "move":
-            room, position = self._rooms[values["room"]], values["position"]
-            parts.layout.move_furniture(place, room, position, values.get("box"))
+            about = map(values.get, ("position", "box", "open_cost"))
+            parts.layout.move_furniture(place, self._rooms[values["room"]], *about)
         elif kind == "name":
             parts.layout.name_furniture(place, values["label"], values["description"])
         elif kind == "merge_furniture":

@@ -400,6 +400,7 @@ class SceneGraphMemory:
         room: int | None = None,
         position: tuple[float, float] | None = None,
         box: Box | None = None,
+        open_cost: float | None = None,
     ) -> None:
         """Note that a furniture node was moved; what was seen there moves with it.
 
@@ -411,13 +412,14 @@ class SceneGraphMemory:
             position: as in `add_furniture`; None if it is as it was, or, in another room or box,
                 unknown.
             box: where it stands now; None if it is as it was, or, in another room, unknown.
+            open_cost: as in `add_furniture`; None if it is as it was.
 
         Raises:
             KeyError: if there is no such furniture node or room.
             TypeError: if the box is none.
-            ValueError: if the position is no two numbers.
+            ValueError: if the position is no two numbers, or the cost is negative or not finite.
         """
-        self._layout.move_furniture(furniture, room, position, box)
+        self._layout.move_furniture(furniture, room, position, box, open_cost)
 
     def name_furniture(self, furniture: int, label: str, description: str | None = None) -> None:
         """Note what a furniture node is, where that was not known, or was known wrongly.
@@ -979,7 +981,8 @@ class SceneGraphMemory:
     def to_frame(self) -> DataFrame:
         """Return a table of every object at every place where it was ever seen (needs pandas).
 
-        Columns: object, relation, furniture, room, is_there, last_seen, times_seen, times_looked.
+        Columns: object, relation, furniture, room, is_there, last_seen, times_seen, times_looked,
+        and x, y, z in the map, metres: of the object where that is known, else of the furniture.
         """
         return self._things.to_frame()
 

@@ -227,11 +227,19 @@ def list_rows(home: Mapping[str, Any]) -> list[dict[str, Any]]:
             "furniture": furniture["description"],
             "room": room["label"],
             **{name: seen[name] for name in counts},
+            **dict(zip("xyz", _find_point(seen, furniture), strict=True)),
         }
         for room in home["rooms"]
         for furniture in room["furniture"]
         for seen in furniture["objects"]
     ]
+
+
+def _find_point(seen: Mapping[str, Any], furniture: Mapping[str, Any]) -> Sequence[float | None]:
+    """Return where an object is, or else its furniture, x, y, z; None of each if unknown."""
+    point: Sequence[float | None]
+    point = seen.get("position") or furniture.get("position") or (None, None, None)
+    return point
 
 
 def list_places(

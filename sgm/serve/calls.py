@@ -202,6 +202,7 @@ _BOX, _POLYGON = (
     tuple(Argument(name, EXTENTS[name], _ABOUT_EXTENTS[name]) for name in names)
     for names in (("center", "size", "yaw", "interior"), ("polygon", "bottom", "top"))
 )
+_OPEN_COST = Argument("open_cost", COST, "of opening it to look into it, as metres; else no door")
 _COVERAGE = Argument("coverage", SHARE, "share of the place that was in view", 1)
 _SEEN = Argument(
     "seen", SEEN, "everything that was seen there, and nothing else; [] if nothing was", REQUIRED
@@ -401,7 +402,7 @@ _CALLS: Final[tuple[Call, ...]] = (
             Argument("name", TEXT, "for people, such as white fridge; else the label"),
             _STAND,
             *_BOX,
-            Argument("open_cost", COST, "of opening it to look into it, as metres; else no door"),
+            _OPEN_COST,
             *_POLYGON,
         ),
         MemoryService.add_place,
@@ -420,6 +421,7 @@ _CALLS: Final[tuple[Call, ...]] = (
             Argument("room", ROOM, "where it stands now, by id or name"),
             _STAND,
             *_BOX,
+            _OPEN_COST,
             *_POLYGON,
         ),
         MemoryService.move_place,

@@ -126,8 +126,10 @@ def check_file(path: Path) -> None:
         if not os.access(path, os.R_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     except FileNotFoundError as error:
-        line = f"{rule}, got {shorten(error.strerror)} for {path}. Check the path."
-        raise MissingFileError(line) from None
+        raise MissingFileError(
+            f"{rule}, got {shorten(error.strerror)} for {path}. Check the path, or begin one "
+            "there: SceneGraphMemory(path=...) in Python, --new of a server."
+        ) from None
     except OSError as error:
         line = f"{rule}, got {shorten(error.strerror)} for {path}. Check the path."
         raise ValueError(line) from None

@@ -85,6 +85,25 @@ def test_corrections_are_taken(files, capsys):
     assert memory.layout.furniture[fridge["id"]].box.interior == "open"
 
 
+@pytest.mark.parametrize(
+    ("field", "value", "part"),
+    [("open_cost", 6.5, "costs of opening changed"), ("position", [9.0, 8.0], "furniture moved")],
+)
+def test_a_correction_of_a_single_field_is_taken_over(files, capsys, field, value, part):
+    """Of these alone nothing was said, and nothing done."""
+    run(files, "map", "home.sgm", "--out", "map.yaml")
+    data = yaml.safe_load((files / "map.yaml").read_text("utf-8"))
+    fridge = data["furniture"][0]
+    fridge[field] = value
+    (files / "map.yaml").write_text(yaml.safe_dump(data))
+    assert run(files, "correct", "home.sgm", "--map", "map.yaml") == 0
+    assert part in capsys.readouterr().out
+    node = SceneGraphMemory.load(files / "home.sgm").layout.furniture[fridge["id"]]
+    assert getattr(node, field) == (tuple(value) if field == "position" else value)
+    assert run(files, "correct", "home.sgm", "--map", "map.yaml") == 0
+    assert part not in capsys.readouterr().out
+
+
 def test_bad_maps_are_one_line(files, capsys):
     for text, message in (
         ("a: [", "map must be YAML"),

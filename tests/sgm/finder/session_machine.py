@@ -59,6 +59,7 @@ things = st.sampled_from(THINGS)
 coverages = st.sampled_from((1.0, 1.0, 0.4))
 steps = st.sampled_from((1, 1, 2, 13, 400, 30_000))
 positions = st.sampled_from((None, (1.0, 2.0), (-3.5, 4)))
+costs = st.sampled_from((None, 0.0, 2.5))
 boxes = st.sampled_from((None, Box((1, 2, 0.5), (0.6, 1.2, 1.0), 0.3, "door")))
 
 
@@ -179,7 +180,7 @@ class MemoryMachine(RuleBasedStateMachine):
         place, other = (data.draw(st.sampled_from(self.places)) for _ in range(2))
         room = data.draw(st.sampled_from(self.rooms))
         arguments = {
-            "move_furniture": (place, room, data.draw(positions), data.draw(boxes)),
+            "move_furniture": (place, room, *map(data.draw, (positions, boxes, costs))),
             "name_furniture": (place, label),
             "merge_furniture": (place, other),
             "remove_furniture": (place,),

@@ -10,6 +10,7 @@ from sgm.finder.map_calls import MapCalls
 from sgm.finder.service import MemoryService
 from sgm.memory.memory_layout import MemoryLayout
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
 from sgm.policies import Bayesian
 from sgm.serve.calls import BY_NAME
 from tests.sgm.memory.sessions import dump
@@ -97,11 +98,11 @@ def test_calls_do_as_python_does(service):
     service.rename_room("study", "office")
     service.name_place("desk", "table", "big table")
     service.move_place("white fridge", center=(2, 4, 0.9))
-    service.move_place("shelf", "kitchen", (0, 1))
+    service.move_place("shelf", "kitchen", (0, 1), open_cost=3)
     other.rename_room(study, "office")
     other.name_furniture(1, "table", "big table")
     other.move_furniture(0, box=Box((2, 4, 0.9), (0.7, 0.6, 1.8), 1.57, "door"))
-    other.move_furniture(2, kitchen, (0, 1))
+    other.move_furniture(2, kitchen, (0, 1), open_cost=3)
     assert dump(service.memory) == dump(other)
     service.merge_places("big table", "shelf")
     service.transform_map(1.0, (1, 2), "new")
@@ -140,6 +141,10 @@ def test_a_map_in_one_call_and_again(service):
     assert service.set_map(**moved).said == "1 place moved"
     assert service.where_is("milk").places[0].name == "white fridge in kitchen"
     assert service.memory.boxes[1].center == (2, 4, 0.9)
+    costly = {**MAP, "furniture": [{**moved["furniture"][0], "open_cost": 7}]}
+    assert service.set_map(**costly).said == "1 cost of opening changed"
+    assert service.set_map(**costly).said == "the map was known"
+    assert service.list_places("kitchen").rows[0].open_cost == 7
 
 
 @pytest.mark.parametrize(
@@ -196,3 +201,34 @@ def test_rooms_and_places_that_are_unclear_are_asked_for(service):
     assert service.rename_room(2, "study").said == "bedroom is called study"
     with pytest.raises(KeyError, match="room must be an id"):
         service.remove_room(9)
+
+
+def test_candidates_of_rooms_of_one_name_are_rooms_to_call_again_with(service):
+    """Of two bedrooms it was asked for one without a namesake, and there was none."""
+    service.set_map(**MAP)
+    asked = service.add_place("desk", "bedroom")
+    assert asked.candidates == ("bedroom (room 1)", "bedroom (room 2)")
+    assert asked.ask == "Do you mean the bedroom (room 1) or the bedroom (room 2)?"
+    for number, candidate in enumerate(asked.candidates, start=1):
+        assert service.add_place("desk", candidate).room == number
+        assert {row.room_id for row in service.list_places(candidate).rows} == {number}
+    assert service.rename_room("bedroom (room 2)", "study").room == 2
+    assert service.rename_room("bedroom (room 9)", "study").status == "unknown"
+
+
+def test_what_opening_costs_may_be_corrected(service, tmp_path):
+    """No call changed it, and a map that was sent again with another cost was "known"."""
+    service.memory.save(tmp_path / "home.sgm")
+    memory = SceneGraphMemory.open(tmp_path / "home.sgm")
+    kitchen = memory.add_room("kitchen")
+    fridge = memory.add_furniture("fridge", kitchen, position=(1, 1))
+    memory.observe(fridge, [Sighting("milk", "in")])
+    finder = Finder(Bayesian())
+    assert finder.search(memory, "milk").next().cost == 1
+    memory.move_furniture(fridge, open_cost=4)
+    assert finder.search(memory, "milk").next().cost == 5
+    assert memory.get_position(fridge) == (1, 1)
+    memory.move_furniture(fridge, position=(2, 1))
+    assert SceneGraphMemory.load(tmp_path / "home.sgm").layout.furniture[fridge].open_cost == 4
+    with pytest.raises(ValueError, match="open_cost must be a finite number"):
+        memory.move_furniture(fridge, open_cost=-1)

@@ -48,3 +48,31 @@ def test_things_with_ids_are_told_apart(service):
     service.memory.step()
     service.memory.observe(1, [Sighting("mug", id="a")])
     assert service.where_is("mug").num_known == 2
+
+
+@pytest.mark.parametrize(
+    ("question", "number"),
+    [
+        ("how many mugs are there?", 3),
+        ("how many mugs are on the table?", 2),
+        ("how many plates are there?", 4),
+        ("how many plates are on the shelf?", 1),  # which of the four, is not known
+        ("how many things are on the table?", 3),  # both mugs, and a plate at least
+    ],
+)
+def test_a_sentence_counts_as_the_other_calls_do(service, question, number):
+    """It counted names: of three mugs of one name it said "I know 1"."""
+    seen = ["mug", "mug", "plate", "plate", "plate"]
+    service.memory.observe(0, [Sighting(name) for name in seen])
+    service.memory.observe(1, [Sighting("plate"), Sighting("red mug")])
+    said = service.ask(question).said
+    assert said.startswith(f"I know {number}:")
+
+
+def test_a_sentence_counts_things_with_ids_where_they_are(service):
+    service.memory.observe(0, [Sighting("mug", id="a"), Sighting("mug", id="b")])
+    assert service.ask("how many mugs are there?").said.startswith("I know 2:")
+    service.memory.observe(0, [Sighting("mug", id="a")])
+    service.memory.step()
+    service.memory.observe(0, [Sighting("mug", id="a")])
+    assert service.ask("how many mugs are there?").said.startswith("I know 1:")

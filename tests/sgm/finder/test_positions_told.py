@@ -175,7 +175,7 @@ def test_where_is_keeps_its_bound_and_the_first_position():
     answer = MemoryService(memory, FINDER, now=None).where_is("mug")
     assert len(write_json(answer)) <= MOST_BYTES
     assert answer.places[0].position == (0.0, 0.0, 0.0)
-    assert answer.left_out + len(answer.places) == 3
+    assert answer.left_out + len(answer.places) == 6
 
 
 def test_the_schema_says_that_it_may_be_left_out():

@@ -70,6 +70,28 @@ def test_where_is_says_place_reason_and_time(service, wall):
     assert service.where_is("mug", at=200).at.step == 200
 
 
+def test_where_is_says_how_many_places_are_left_out(service):
+    """What has been seen nowhere had three places and none left out, of seven."""
+    for label in ("shelf", "sofa", "bed", "stool"):
+        service.add_place(label, "study")
+    service.observe("desk", ["pen"])
+    for thing in ("vase", "pen", "study", "zorb"):
+        for k in (None, 1, 5, 50):
+            answer = service.where_is(thing, k=k)
+            num_places = 5 if thing == "study" else 7
+            assert len(answer.places) + answer.left_out == num_places
+    assert service.where_is("vase", k=50).left_out == 0
+
+
+def test_what_to_ask_is_whole_where_an_answer_is_short(service):
+    """The position of what was seen, said twice, took the place of the question."""
+    service.observe("desk", [{"thing": "mug", "position": [3.2, 2.1, 0.85]}, "large red mug"])
+    answer = service.where_is("how many mugs?")
+    assert answer.ask == "This is another question than where a thing is; ask answers it."
+    assert answer.places[0].position == (3.2, 2.1, 0.85)
+    assert len(write_json(answer)) <= MOST_BYTES
+
+
 @pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
@@ -174,8 +196,10 @@ def test_a_search_may_begin_anywhere_with_positions(service):
     assert service.search_start("mug", 2).status == "ok"
     assert service.search_start("mug", "hammock").status == "unknown"
     service.add_place("shelf", "study")
-    with pytest.raises(ValueError, match="from must be left out where places have no position"):
+    line = r"from must be left out where places have no position.* shelf in study \(place 3\)"
+    with pytest.raises(ValueError, match=line):
         service.search_start("mug", (0.0, 0.0))
+    assert service.search_start(["mug", "pen"], "hammock").thing == "mug and pen"
     assert service.search_start("mug").next.cost == 1
 
 

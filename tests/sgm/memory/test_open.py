@@ -262,6 +262,10 @@ def test_a_missing_file_is_found_missing(tmp_path):
                 call()
         assert str(missing) in str(caught.value)
         assert "\n" not in str(caught.value)
+        if "memory file" in message:  # what to do where there is to be one
+            assert "or begin one there: SceneGraphMemory(path=...) in Python, --new of" in str(
+                caught.value
+            )
     (tmp_path / "folder.sgm").mkdir()
     with pytest.raises(ValueError, match="memory file must be one that can be read") as caught:
         SceneGraphMemory.load(tmp_path / "folder.sgm")

@@ -78,7 +78,13 @@ def test_a_table_of_what_was_seen(memory):
     frame = memory.to_frame()
     assert isinstance(frame, pandas.DataFrame)
     row = dict(object="milk", relation="in", furniture="fridge", room="kitchen", is_there=True)
-    assert frame.to_dict("records") == [row | dict(last_seen=0, times_seen=1, times_looked=1)]
+    row |= dict(last_seen=0, times_seen=1, times_looked=1)
+    assert frame.to_dict("records") == [row | dict(x=0, y=4, z=0)]
+    memory.move_furniture(0, room=1)  # where there, is not known
+    row |= dict(room=memory.layout.rooms[1].label)
+    assert memory.to_frame().to_dict("records") == [row | dict(x=None, y=None, z=None)]
+    memory.observe(0, [Sighting("milk", "in", position=(1.5, 2, 0.9))])
+    assert memory.to_frame()[[*"xyz"]].to_numpy().tolist() == [[1.5, 2, 0.9]]
 
 
 @pytest.mark.parametrize(
