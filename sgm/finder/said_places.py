@@ -29,14 +29,18 @@ def find_said_places(memory: SceneGraphMemory, where: str) -> list[int]:
 
 
 def find_named_places(memory: SceneGraphMemory, words: str) -> list[int]:
-    """Return the ids of the furniture of a name, of a room, or of a name in a room."""
+    """Return the ids of the furniture of a name, of a room, or of a name in a room.
+
+    A name that a room has is that of the room, not of "floor of kitchen" or "kitchen table".
+    """
     layout = memory.layout
     name = Name.read(words, "place")
     found = [called for called in memory.find_called(name) if called in layout.furniture]
-    found = found or _find_likely(memory, words)
+    rooms = {n for n, label in layout.rooms.items() if Name.read(str(label)).is_same(name)}
+    if not found and not rooms:
+        found = _find_likely(memory, words)
     if found:
         return found
-    rooms = {n for n, label in layout.rooms.items() if Name.read(str(label)).is_same(name)}
     if not rooms:
         labels = list(dict.fromkeys(map(str, layout.rooms.values())))
         meant = memory.resolve(words, among=labels)

@@ -27,6 +27,7 @@ WRITING = {
     "remove_object": lambda m: m.remove_object("mug"),
     "observe": lambda m: m.observe(DESK, []),
     "note_absent": lambda m: m.note_absent(DESK, "mug"),
+    "note_found": lambda m: m.note_found(DESK, "mug"),
     "query": lambda m: m.query("mug"),
     "note_moved": lambda m: m.note_moved("mug", SHELF, by="anna"),
     "picked_up": lambda m: m.picked_up("mug"),

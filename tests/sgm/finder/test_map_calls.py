@@ -232,3 +232,27 @@ def test_what_opening_costs_may_be_corrected(service, tmp_path):
     assert SceneGraphMemory.load(tmp_path / "home.sgm").layout.furniture[fridge].open_cost == 4
     with pytest.raises(ValueError, match="open_cost must be a finite number"):
         memory.move_furniture(fridge, open_cost=-1)
+
+
+@pytest.mark.parametrize("room", ["kitchen", "bath", "living room", "pantry"])
+def test_the_name_of_a_room_is_no_floor_of_it(service, room):
+    """With a floor of a map, or a "kitchen table", nothing was known in the kitchen."""
+    service.set_map(
+        rooms=[{"name": room, "floor": [[0, 0], [3, 2]]}, "hall"],
+        furniture=[
+            {"name": "sink", "room": room},
+            {"name": f"{room} table", "room": room},
+            {"name": "bench", "room": "hall"},
+        ],
+    )
+    service.observe("sink", ["towel", "soap"])
+    service.observe(f"{room} table", ["bowl"])
+    service.observe("bench", ["hat"])
+    said = service.ask(f"what is in the {room}?").said
+    assert all(thing in said for thing in ("towel", "soap", "bowl"))
+    assert "hat" not in said
+    assert service.ask(f"is the towel in the {room}?").said.startswith("Yes")
+    assert service.where_is(f"the towel in the {room}").places[0].name == f"sink in {room}"
+    assert "bowl" in service.ask(f"what is on the {room} table?").said
+    assert "Nothing is known" in service.ask(f"what is on the floor of the {room}?").said
+    assert service.list_things(room).status == "ambiguous"
