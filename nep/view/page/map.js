@@ -3,6 +3,7 @@
 const NAMES = ["paper", "ground", "ink", "muted", "line", "wall", "box", "belief", "route", "truth", "look",
   "fresh", "old", "missing", "change"];
 const SMALLEST = 0.01;  // probability that is written down
+const SHORT = 9;  // letters of a name that finds no room
 const SMALLEST_DOT = 1.6, LARGEST_DOT = 5;  // pixels
 const THING_METRES = 0.06;  // of the dot of a thing whose position is known, from its middle
 const FAINTEST = 0.1;  // of what has been missing for days: it is drawn no more
@@ -367,8 +368,8 @@ class HomeMap {
       wanted.push({
         rank: (isSaid ? 2 + p : 0) + (isChosen ? 3 : 0) + (now.has(row) ? 1 : 0) + Math.min(size, 999) / 1e4,
         row, around: this.bounds[row],
-        forms: isSaid ? [{...look, font, text: `${sayShare(p)} ${own.name}`},
-          ...p >= LIKELY ? [{...look, font, text: sayShare(p)}] : []] : [{...look, font, text: own.name}],
+        forms: isSaid ? [own.name, shortenName(own.name)].map(name => ({...look, font, text: `${sayShare(p)} ${name}`}))
+          : [{...look, font, text: own.name}],
       });
     });
     const large = {font: "bold 13px", height: 16}, small = {font: "bold 10px", height: 12};
@@ -449,6 +450,9 @@ class HomeMap {
       + `\n${this.things[found.row].filter(thing => thing.isThere).length} things`;
   }
 }
+
+// A share is never written without a name: a short one, where a longer one finds no room.
+const shortenName = name => name.length > SHORT ? `${name.slice(0, SHORT - 1).trimEnd()}…` : name;
 
 // Where a label may stand, the best spot first.
 const listSpots = ({width, height, room}, [left, top, right, bottom], isCount) => {

@@ -22,6 +22,7 @@ from tests.nep.view.page_driver import (
     read,
     read_answer,
     read_rows,
+    resize,
     run_on_map,
     wait_for,
 )
@@ -256,3 +257,22 @@ def test_a_saved_page_needs_no_server(browser, desk, tmp_path):
     wait_for(browser, lambda: "milk" in read(browser, "#answer-a h3"))
     click_map(browser, *desk.stage.get_shapes(6).middles[2], down=15)
     wait_for(browser, lambda: "desk in study" in read(browser, "#furniture"))
+
+
+def test_no_share_is_written_without_a_name(browser, serve, tmp_path):
+    """Twelve small places side by side, on a phone: names find room, are shortened, or give way."""
+    path = tmp_path / "looks.sgm"
+    memory = SceneGraphMemory(path=path)
+    room = memory.add_room("kitchen")
+    for number in range(12):
+        middle = (0.3 + 0.5 * (number % 4), 0.3 + 0.5 * (number // 4), 0.4)
+        name = f"tall white cupboard {number}"
+        memory.add_furniture("cabinet", room, name, box=Box(middle, (0.4, 0.4, 0.8)))
+    memory.step()
+    open_page(browser, serve(open_desk(path)))
+    resize(browser, 390, 844)
+    ask(browser, "mug")
+    wait_for(browser, lambda: len(read_answer(browser)) > 1)
+    code = "return map.labels.map(box => box.text).filter(text => text.includes('%'))"
+    texts = wait_for(browser, lambda: run_on_map(browser, code))
+    assert [text for text in texts if not re.search("[a-z]{3}", text)] == []
