@@ -1,5 +1,6 @@
 """What is installed: two distributions of one version, their files, and the image of the server."""
 
+import ast
 import configparser
 import json
 import os
@@ -18,6 +19,7 @@ from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
 import sgm
+from sgm.messages import tell_missing
 from sgm.serve.__main__ import make_parser
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -186,3 +188,25 @@ def test_the_image_installs_from_what_it_copies(tmp_path):
             server.terminate()  # as `docker stop` does
         assert server.wait(timeout=30) == 0
     assert (home / "home.sgm").is_file()
+
+
+def test_missing_packages_are_told_in_one_way():
+    """By `needed_to` or `tell_missing`, with extras that the package has which is named."""
+    settings = read_settings("setup.cfg")
+    found = []
+    for package in ("sgm", "simulator", "datamodules", "nep"):
+        for path in (ROOT / package).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+                if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                    if node.func.id in ("needed_to", "tell_missing"):
+                        found += [(word.value, path) for word in node.keywords]
+                    text = ast.unparse(node) if node.func.id.endswith("Error") else ""
+                    assert "./core" not in text, f"{path}: use needed_to"
+    extras = {value.value for value, path in found if isinstance(value, ast.Constant)}
+    named = {extra for extra in extras if extra in settings["options.extras_require"]}
+    assert {"serve", "mcap", "hub", "frame", "spark", "bag", "gym", "events"} <= named
+    assert extras - named == {"pillow", "pyyaml", "matplotlib", "rich", "'spacy>=3.8,<4'"}
+    core = read_settings("core/setup.cfg")
+    for extra in named:
+        is_core = extra in core["options.extras_require"]
+        assert ("'./core[" in tell_missing("x", "run", extra=extra)) == is_core

@@ -1,7 +1,5 @@
 """Values in messages are cut; nothing makes it fail."""
 
-import ast
-import configparser
 import re
 from pathlib import Path
 
@@ -77,27 +75,3 @@ def test_a_missing_package_is_told_with_what_installs_it():
     )
     assert tell_missing("x", "serve", extra="serve").endswith("Run pip install './core[serve]'.")
     assert tell_missing("PIL", "draw", install="pillow").endswith("Run pip install pillow.")
-
-
-def test_missing_packages_are_told_in_one_way():
-    """By `needed_to` or `tell_missing`, with extras that the package has which is named."""
-    settings = configparser.ConfigParser()
-    settings.read(ROOT / "setup.cfg", encoding="utf-8")
-    found = []
-    for package in ("sgm", "simulator", "datamodules", "nep"):
-        for path in (ROOT / package).rglob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-                if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-                    if node.func.id in ("needed_to", "tell_missing"):
-                        found += [(word.value, path) for word in node.keywords]
-                    text = ast.unparse(node) if node.func.id.endswith("Error") else ""
-                    assert "./core" not in text, f"{path}: use needed_to"
-    extras = {value.value for value, path in found if isinstance(value, ast.Constant)}
-    named = {extra for extra in extras if extra in settings["options.extras_require"]}
-    assert {"serve", "mcap", "hub", "frame", "spark", "bag", "gym", "events"} <= named
-    assert extras - named == {"pillow", "pyyaml", "matplotlib", "rich", "'spacy>=3.8,<4'"}
-    core = configparser.ConfigParser()
-    core.read(ROOT / "core" / "setup.cfg", encoding="utf-8")
-    for extra in named:
-        is_core = extra in core["options.extras_require"]
-        assert ("'./core[" in tell_missing("x", "run", extra=extra)) == is_core
