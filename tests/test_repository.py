@@ -3,6 +3,7 @@
 import configparser
 import re
 import subprocess
+from pathlib import Path
 
 import pytest
 import yaml
@@ -34,10 +35,33 @@ def list_runs(name):
     return [step["run"] for step in list_steps(name) if "run" in step]
 
 
+HOSTS = re.compile(r"(pypi|pythonhosted|anaconda|download\.pytorch)\.org|(ghcr|docker|quay)\.io")
+TEXTS = {".cfg", ".cff", ".ipynb", ".md", ".py", ".toml", ".txt", ".xml", ".yaml", ".yml"}
+
+
 @pytest.mark.parametrize("path", ALL, ids=lambda path: path.name)
-def test_every_file_is_yaml_and_names_no_host_of_a_registry(path):
+def test_every_file_is_yaml(path):
     assert read(path)
-    assert not re.search(r"pypi\.org|ghcr\.io|docker\.io|quay\.io", path.read_text("utf-8"))
+
+
+def test_no_file_names_the_host_of_a_registry():
+    """Packages come from where pip is set up to look."""
+    folders = [path for path in ROOT.iterdir() if path.name[0] != "." or path.name == ".github"]
+    files = [
+        path
+        for top in folders
+        for path in ([top] if top.is_file() else top.rglob("*"))
+        if path.suffix in TEXTS or path.name in ("Dockerfile", "Makefile")
+    ]
+    assert {ROOT / "README.md", ROOT / "Makefile", *WORKFLOWS} < set(files)
+    found = [
+        path
+        for path in files
+        if not {"build", "site"} & set(path.parts[len(ROOT.parts) :])
+        and path != Path(__file__)
+        and HOSTS.search(path.read_text("utf-8"))
+    ]
+    assert found == []
 
 
 def test_public_ci_runs_what_contributors_run():

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sgm.evidence.columns import EVIDENCE_VERSION, PLACE_COLUMNS, QUESTION_COLUMNS
-from sgm.files import check_version, make_read_error, open_file, read_json
+from sgm.files import check_version, make_read_error, open_file, parse_json, read_file
 from sgm.messages import shorten, shorten_text
 from sgm.network.onnx_check import check_onnx
 from sgm.network.onnx_runtime import import_onnx_runtime
@@ -31,6 +31,7 @@ INPUTS: dict[str, list[int | str]] = {  # axes of each; a text stands for any nu
     "is_place": ["questions", "places", 1],
 }
 
+_MOST_CONFIG_BYTES = 2**24  # of config.json; the one that ships has 21 kB
 _MOST_BYTES = 64 * 2**20  # of network.onnx; the one that ships has less than one MB
 
 
@@ -59,7 +60,7 @@ class Network:
                 vectors than those installed.
         """
         try:
-            config = read_json(folder / CONFIG, allow_nan=True)
+            config = _read_config(folder)
             check_version("exported folder's", config["version"], folder)
             about = config["onnx"]
             text, evidence = config["schema"]["text"], about["evidence"]
@@ -121,9 +122,20 @@ def describe_onnx(content: bytes) -> dict[str, Any]:
 def has_onnx(folder: Path) -> bool:
     """Tell whether a folder says that it has a network that ONNX Runtime can run."""
     try:
-        return "onnx" in read_json(folder / CONFIG, allow_nan=True)
+        return "onnx" in _read_config(folder)
     except (OSError, ValueError, TypeError):  # who reads it says what is wrong
         return (folder / ONNX).is_file()
+
+
+def _read_config(folder: Path) -> Any:
+    content = read_file(folder / CONFIG, _MOST_CONFIG_BYTES)
+    try:
+        return parse_json(content, allow_nan=True)
+    except ValueError as error:
+        raise ValueError(
+            f"{CONFIG} must be as nep.export wrote it, got {error} in {folder}. Export again with "
+            "`python -m nep.export`."
+        ) from None
 
 
 def _read_file(path: Path) -> bytes:

@@ -65,7 +65,14 @@ def find_trained(source: str | Path) -> Path:
     if source in list_shipped():
         return PRETRAINED / source
     if isinstance(source, str) and source.startswith(PREFIX):
-        return fetch(source)
+        folder = fetch(source)
+        if not (folder / CONFIG).is_file():
+            raise ValueError(
+                f"network of a hub must be an exported folder, got none with {CONFIG} at "
+                f"{shorten(source)}. Name its folder behind #, or export with `python -m "
+                "nep.export`."
+            )
+        return folder
     path = Path(source)
     if not path.exists():
         raise MissingFileError(

@@ -78,6 +78,13 @@ def test_what_cannot_be_fetched_ends_in_one_line(cache, source):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("source", ["hf://robots/any-home", "hf://robots/any-home#a/b"])
+def test_a_repository_without_an_exported_folder_is_named(cache, source):
+    fill(cache, "exported/one")
+    with pytest.raises(ValueError, match=rf"must be an exported folder, got none .* '{source}'"):
+        ObjectFinder.load(source)
+
+
 def test_without_the_package_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "huggingface_hub", None)
     with pytest.raises(
