@@ -46,9 +46,9 @@ def make_released(scores: ClaimsScores) -> tuple[str, Any]:
         "- observed edges counted once more as true and as false, and -1 and .1 for never, "
         "together with the sizes of the released code: -.001 (.003). These are dropout .25, .05 "
         "on attention, feed-forward 96, edge embeddings of 32, three layers, batches of 200.\n",
-        "[All of them together](released_code.md) do not bring the order about, nor does any that "
-        "was tried alone. Objects stay in these homes, and each network was trained once. So they "
-        "do not explain it. That page names those that were not tried alone.\n",
+        "[All of them together](released_code.md) do not bring the order about, nor does any of "
+        "the ten alone. Objects stay in these homes, and each network was trained once. So they "
+        "do not explain it.\n",
         "HEAT minus MLP is within .010 of zero until step 75, and +.018 (standard error .010) in "
         "steps 76 to 100. That was looked at after the fact, in three trainings. Three others, "
         "played for 200 steps in 24 places, do not show it. There the difference is -.001 (.003) "
