@@ -33,7 +33,7 @@ def compute_same(asked: Asked) -> np.ndarray:
     Of two things of one name a tracker may have given the second number to the first one.
 
     So it may be if it was at a place, at a position, where the last look did not find it; if the
-    other one has its name, was seen first after it was seen last, and lies within 30 cm of there.
+    other one has its name, was seen first after it was seen last, and last within 30 cm of there.
     With s, the probability that a thing stays for as long as that took (`compute_stay`):
 
         P(same) = .5 s / (.5 s + .3 (1 - s))
@@ -50,7 +50,11 @@ def compute_same(asked: Asked) -> np.ndarray:
     last, first = objects["last_observed"][thing], objects["first_observed"][thing]
     is_there = edges["is_true"][edge]
     has_left = ~is_there & (time == last) & (objects["carried_since"][thing] == NEVER)
-    gone, present = np.flatnonzero(has_left), np.flatnonzero(is_there & (time != NEVER))
+    # One that a look has missed since is the same as before: there are no two of them again.
+    gone, present = (
+        np.flatnonzero(has_left),
+        np.flatnonzero((is_there & (time != NEVER)) | (time == last)),
+    )
     if not len(gone) or not len(present):
         return same
     words = [read_name(asked.descriptions[row]) for row in thing.tolist()]

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
+from sgm import Adaptive, Bayesian, Finder, SceneGraphMemory, Sighting
 from sgm.belief import compute_stay
 from sgm.belief.stay import compute_same
+from sgm.policies import Frequentist
 
 AT = (1.9, 3.1, 0.95)
 NEAR, FAR = (1.95, 3.1, 0.95), (1.9, 2.7, 0.95)  # 5 and 40 cm away
@@ -28,6 +29,11 @@ def make_home(second, name="mug", relation="onTop", first_is_seen=False):
 
 def find_same(memory):
     return compute_same(memory.ask(["mug"])).tolist()
+
+
+def rank_counter(finder, memory):
+    found = {place.furniture: place.probability for place in finder.rank(memory, "mug")}
+    return found[0]
 
 
 def test_by_hand():
@@ -81,3 +87,19 @@ def test_what_was_said_to_be_moved_is_another_one():
     memory.step()
     memory.observe(0, [Sighting("mug", id="13", position=NEAR), Sighting("mug", id="12")])
     assert not any(find_same(memory))
+
+
+@pytest.mark.parametrize("confidence", [1.0, 0.6])
+@pytest.mark.parametrize("num_looks", [1, 2, 9])
+@pytest.mark.parametrize("policy", [Adaptive, Bayesian, Frequentist])
+def test_a_look_that_misses_both_does_not_make_them_two(policy, num_looks, confidence):
+    """Else their place would become likelier by that look."""
+    memory, finder = make_home(NEAR), Finder(policy())
+    for _ in range(num_looks):
+        seen = [Sighting("mug", confidence=confidence, id="12", position=AT)]
+        memory.observe(0, seen, coverage=0.4)
+    for change in (lambda: memory.note_absent(0, "mug"), lambda: memory.observe(0, [])):
+        before, same = rank_counter(finder, memory), find_same(memory)
+        change()
+        assert rank_counter(finder, memory) < before
+        assert find_same(memory) == same
