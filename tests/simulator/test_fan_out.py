@@ -115,6 +115,6 @@ def test_ray_reports_no_usage_unless_the_user_says_so(monkeypatch, value, expect
     else:
         monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", value)
     monkeypatch.setitem(sys.modules, "ray", None)  # as if not installed: it is set before
-    with pytest.raises(ValueError, match="must have Ray installed"):
+    with pytest.raises(ModuleNotFoundError, match="package ray must be installed"):
         check_workers(2, "ray")
     assert os.environ["RAY_USAGE_STATS_ENABLED"] == expected

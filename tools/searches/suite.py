@@ -31,7 +31,7 @@ RULES = ("bayesian", "adaptive")
 _SIZES = (3, 6, 9)  # furniture nodes of each of four rooms, of one simulated home after the other
 _ASKED = ("days", "looks", "searches", "miss_rate", "repeated_share")  # what a score depends on
 _BOUND = 1.05  # of the looks of a greedy search
-_EXPECTED = Detector(0.0).repeated_share  # by a finder that is told nothing
+_EXPECTED = Detector(0.0).repeated_share  # by a finder without a detector of its own
 _GROUPS = {
     "simulated": "Simulated homes, objects move at random",
     "people": "Simulated homes of people with routines",
