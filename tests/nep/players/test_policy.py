@@ -19,15 +19,15 @@ from simulator.testing import check_policy
 from tests.candidates import list_candidates
 
 
-def make_nep_policy(encoder) -> NEPPolicy:
-    torch.manual_seed(0)
-    module = NEPModule(encoder)
+def make_nep_policy(make_encoder) -> NEPPolicy:
+    torch.manual_seed(0)  # of the encoder's weights, too, whatever ran before
+    module = NEPModule(make_encoder())
     return NEPPolicy(module, BatchBuilder(FeatureConfig(), module.num_hops))
 
 
 @pytest.mark.parametrize("encoder", [MLP, GCN, HEAT, HGT, HAN])
 def test_scores_are_finite_exactly_at_the_candidates(encoder):
-    policy = make_nep_policy(encoder())
+    policy = make_nep_policy(encoder)
     config = HomeConfig(furniture_per_room=4)
     homes = SampledHomes(PriorGraph.default(), config, Streams(0, "val", range(3)))
     rollout = Rollout(homes, make_policy("bayesian", homes))
@@ -39,7 +39,7 @@ def test_scores_are_finite_exactly_at_the_candidates(encoder):
 
 @pytest.mark.parametrize("encoder", [MLP, GCN, HEAT])
 def test_the_pruned_graph_scores_like_the_full_one(encoder):
-    pruned = make_nep_policy(encoder())
+    pruned = make_nep_policy(encoder)
     full = NEPPolicy(pruned._module, BatchBuilder(FeatureConfig()))
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", range(2)))
     rollout = Rollout(homes, make_policy("bayesian", homes))
@@ -68,7 +68,7 @@ def test_what_is_left_out_of_a_snapshot_is_not_read(encoder, temporal, monkeypat
 
 
 def test_a_home_scores_the_same_alone_and_beside_others():
-    policy = make_nep_policy(HEAT())
+    policy = make_nep_policy(HEAT)
     scores = []
     for numbers in ([2], [0, 1, 2]):
         homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", numbers))
@@ -81,11 +81,11 @@ def test_a_home_scores_the_same_alone_and_beside_others():
 @pytest.mark.parametrize("encoder", [MLP, GCN, HEAT, HGT, HAN])
 def test_a_network_keeps_the_contract_of_policies(encoder):
     """In homes of different sizes, too."""
-    check_policy(lambda homes: make_nep_policy(encoder()), tolerance=1e-4)
+    check_policy(lambda homes: make_nep_policy(encoder), tolerance=1e-4)
 
 
 def test_scoring_leaves_the_model_in_training_mode():
-    policy = make_nep_policy(MLP())
+    policy = make_nep_policy(MLP)
     policy._module.train()
     homes = SampledHomes(PriorGraph.default(), HomeConfig(), Streams(0, "val", [0]))
     first, second = (
@@ -115,7 +115,7 @@ def test_ranks_a_memory_without_any_simulator():
     memory.add_furniture("hammock", room=attic)  # neither label is in any training data
     memory.observe(counter, [Sighting("large red mug"), Sighting("flux capacitor", "in")])
     memory.step()
-    policy = make_nep_policy(HEAT())
+    policy = make_nep_policy(HEAT)
     for description in ("large red mug", "flux capacitor", "never seen at all"):
         ranking = memory.rank(policy, description)
         assert sorted(furniture for furniture, _ in ranking) == [0, 1]
