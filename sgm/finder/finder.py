@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 from datetime import datetime
 from threading import Lock
 from typing import Any
@@ -160,8 +159,7 @@ class Finder:
         check_ids(exclude)
         resolution = self.resolve(memory, description)
         if exactly and description in resolution.matches:
-            meant = (description,)
-            resolution = replace(resolution, matches=meant, readings=(meant,), how="exact")
+            resolution = resolution.take_only(description)
         asked_for, ids = memory.find_places(description, resolution)
         if ids:
             ids = tuple(number for number in ids if number in resolution.places) or ids

@@ -153,7 +153,7 @@ class WhereCalls:
         begin, end = asked.span
         resolution, now = self.finder.resolve(self.memory, thing), self.memory.time
         if asked.is_exact and thing in resolution.matches:
-            resolution = replace(resolution, matches=(thing,), readings=((thing,),))
+            resolution = resolution.take_only(thing)
         unclear = asked.unclear or doubt(resolution)
         was: list[WasAt] = []
         for match in resolution.matches:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sgm.names.asking import Asking, make_asking
 from sgm.names.sections import ENGLISH
@@ -91,6 +91,10 @@ class Resolution:
         if self.quantity in ("", "every"):
             return True
         return len(self.matches) == (2 if self.quantity == "both" else int(self.quantity))
+
+    def take_only(self, match: str) -> Resolution:
+        """Return the resolution of a question that means one description, and nothing else."""
+        return replace(self, matches=(match,), readings=((match,),), how="exact")
 
     @property
     def is_sure(self) -> bool:
