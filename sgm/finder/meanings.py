@@ -266,7 +266,7 @@ def _find_said_place(
     if not places:
         words = make_phrase_reader(memory.language).split_where(found.where)[1]
         raise Unclear("ambiguous", asking.say("no place", name=words), (), thing)
-    holding = {place for place in places if list_shown(memory, found.matches, place)}
+    holding = set[int]().union(*list_shown(memory, found.matches, places).values())
     if found.matches and not holding:
         narrowed = narrow(memory, found)
         raise Unclear("ambiguous", narrowed.contradiction, found.matches, thing)

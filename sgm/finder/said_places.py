@@ -88,7 +88,8 @@ def narrow(memory: SceneGraphMemory, resolution: Resolution) -> Resolution:
     if not resolution.matches:
         return replace(resolution, places=places)
     seen, _ = memory.list_seen(resolution.matches, None, _MOST_SEEN)
-    present = {name for place in places for name in list_shown(memory, resolution.matches, place)}
+    shown = list_shown(memory, resolution.matches, places)
+    present = {name for name, at in shown.items() if at}
     if resolution.is_not_there:
         others = {thing for thing, at in seen if at.is_there and at.furniture not in places}
         kept = [name for name in resolution.matches if name not in present or name in others]
@@ -105,23 +106,30 @@ def narrow(memory: SceneGraphMemory, resolution: Resolution) -> Resolution:
     return replace(resolution, contradiction=told)
 
 
-def list_shown(memory: SceneGraphMemory, names: Sequence[str], place: int) -> list[str]:
-    """List those of some descriptions or ids that are at a place by the last looks.
+def list_shown(
+    memory: SceneGraphMemory, names: Sequence[str], places: Sequence[int]
+) -> dict[str, set[int]]:
+    """Return at which of some places each description or id is by the last looks.
 
     What looks of one time step show at two places may be two things: it is at both.
     """
-    return [
-        name
-        for name in names
-        if memory.list_named(name, place=place) or _is_shown_twice(memory, name, place)
-    ]
+    shown: dict[str, set[int]] = {}
+    for name in names:
+        shown[name] = {place for place in places if memory.list_named(name, place=place)}
+        if len(shown[name]) < len(places):
+            shown[name] |= _find_last_shown(memory, name).intersection(places)
+    return shown
 
 
-def _is_shown_twice(memory: SceneGraphMemory, name: str, place: int) -> bool:
+def _find_last_shown(memory: SceneGraphMemory, name: str) -> set[int]:
+    """Return where the last time step that showed a thing did, and says nothing else of it."""
     events = memory.history(name)
     last = max((event.time for event in events if event.kind == "seen"), default=None)
-    at_last = {event.kind for event in events if event.furniture == place and event.time == last}
-    return at_last == {"seen"}
+    kinds: dict[int, set[str]] = {}
+    for event in events:
+        if event.time == last and event.furniture is not None:
+            kinds.setdefault(event.furniture, set()).add(event.kind)
+    return {furniture for furniture, said in kinds.items() if said == {"seen"}}
 
 
 def _keep(resolution: Resolution, kept: Sequence[str], places: tuple[int, ...]) -> Resolution:

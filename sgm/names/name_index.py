@@ -301,10 +301,11 @@ class NameIndex:
             how = "another property"
         if phrase.clause and len(found) > 1:  # which of them that was, nothing says
             unused = (*unused, phrase.clause)
+        unread = () if any_that_is else self._unread.list_words(text, readings, found, how)
         said |= {
             "alternatives": others,
             "readings": tuple(self._name(group) for group in groups),
-            "unused": (*unused, *self._list_unread(phrase, text, readings, found, how)),
+            "unused": (*unused, *unread),
         }
         return self._resolution(question, found, how, **said), is_by_words
 
@@ -319,13 +320,6 @@ class NameIndex:
         """Find all that has some properties."""
         found = [n for n, (first, *_) in enumerate(self._tables.readings) if said <= first.said]
         return [found] if found else []
-
-    def _list_unread(
-        self, phrase: Phrase, text: str, readings: list[Reading], found: list[int], how: str
-    ) -> tuple[str, ...]:
-        if self._list_any(phrase.name):
-            return ()
-        return self._unread.list_words(text, readings, found, how)
 
     def _mend(
         self, text: str, readings: list[Reading], how: str, groups: list[list[int]]
