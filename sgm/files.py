@@ -75,6 +75,17 @@ def make_write_error(error: OSError, path: str | Path, size: int) -> OSError:
     return OSError(error.errno, line)
 
 
+@contextmanager
+def telling_write_errors(path: str | Path) -> Iterator[None]:
+    """Raise what goes wrong with a file that is written by `make_write_error`, if it is not yet."""
+    try:
+        yield
+    except OSError as error:
+        if " must " in str(error):
+            raise
+        raise make_write_error(error, path, 1) from error
+
+
 def open_file(path: str | Path) -> BinaryIO:
     """Open a file for reading, in bytes; a pipe is not waited for.
 

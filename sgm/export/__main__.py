@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import io
-import os
 import signal
 import sys
 import time
@@ -17,13 +16,20 @@ from typing import BinaryIO
 
 from sgm.export.mcap_file import McapFile
 from sgm.export.timeline import NUM_THINGS, Timeline
-from sgm.files import find_target, make_write_error, open_file, write_whole
+from sgm.files import (
+    find_target,
+    make_write_error,
+    open_file,
+    telling_write_errors,
+    write_whole,
+)
 from sgm.memory.memory_event import MemoryEvent, parse_rows, read_kept
 from sgm.messages import shorten, tell_error
 from sgm.names.words import read_words
 from sgm.replay.replay import replay
 from sgm.serve.finders import make_finder
 from sgm.store.home_reader import HomeReader
+from sgm.store.owner import get_inode
 
 _MAGIC = b"\x89MCAP0\r\n"
 _SECONDS = 0.25  # between two looks at a file that is followed
@@ -82,7 +88,7 @@ def _export(options: argparse.Namespace) -> None:
 
 
 def _write(options: argparse.Namespace, reader: HomeReader) -> None:
-    first = os.stat(reader.path)
+    first = get_inode(reader.path)
     reader.has_changed()
     lines = read_kept(reader, from_first=True)
     things = options.things
@@ -109,7 +115,7 @@ def _write(options: argparse.Namespace, reader: HomeReader) -> None:
     print(f"mcap: {options.out}, {file.num_messages} messages in {file.num_topics} topics")
 
 
-def _follow(reader: HomeReader, first: os.stat_result, timeline: Timeline, number: int) -> None:
+def _follow(reader: HomeReader, first: tuple[int, int], timeline: Timeline, number: int) -> None:
     """Go on with what comes after an event, until the process is asked to end."""
     is_ending = False
 
@@ -154,10 +160,10 @@ def _check_out(out: Path) -> None:
         )
 
 
-def _check_same(path: Path, first: os.stat_result) -> None:
+def _check_same(path: Path, first: tuple[int, int]) -> None:
     """Check that a file is still the one that was opened."""
     try:
-        is_same = os.path.samestat(os.stat(path), first)
+        is_same = get_inode(path) == first
     except FileNotFoundError:
         is_same = False
     if not is_same:
@@ -170,13 +176,8 @@ def _check_same(path: Path, first: os.stat_result) -> None:
 @contextmanager
 def _opened(out: Path) -> Iterator[BinaryIO]:
     """Write a file; an error of the disk is said as such, at whatever time it comes."""
-    try:
-        with out.open("wb") as file:
-            yield file
-    except OSError as error:
-        if " must " in str(error):
-            raise
-        raise make_write_error(error, out, 1) from error
+    with telling_write_errors(out), out.open("wb") as file:
+        yield file
 
 
 if __name__ == "__main__":

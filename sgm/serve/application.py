@@ -24,7 +24,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from sgm.files import parse_json
-from sgm.messages import shorten_text
+from sgm.messages import shorten_text, tell_error
 from sgm.serve.caller import Caller
 from sgm.serve.calls import BY_NAME, CALLS, VERSION, Call
 from sgm.serve.documents import make_openapi, make_page
@@ -326,10 +326,10 @@ async def _answer_error(request: Request, error: Exception) -> Response:
         error = _explain(request, error)
     if isinstance(error, Refused):
         return _refuse(error)
+    line = tell_error(error)
     if isinstance(error, KeyError):
-        return _refuse(Refused(404, str(error.args[0])))
+        return _refuse(Refused(404, line))
     if isinstance(error, OSError):
-        line = str(error.args[-1] if error.args else error)
         if " must " not in line:
             line = f"disk must take the change, got {error}. Free some space, and send it again"
         return _refuse(Refused(507, line))

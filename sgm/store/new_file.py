@@ -10,7 +10,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from sgm.files import fcntl, find_target, make_write_error, open_partial
+from sgm.files import fcntl, find_target, open_partial, telling_write_errors
 from sgm.store.connection import check_folder, connect, create, has_wal, translated
 from sgm.store.event_rows import SightingRow, write_sightings
 from sgm.store.owner import taken
@@ -33,7 +33,7 @@ def write_new(path: Path, fill: Callable[[sqlite3.Connection], object]) -> None:
             there is as it was.
     """
     check_folder(Path(path))
-    try:
+    with telling_write_errors(path):
         target = find_target(path)
         partial, file = open_partial(target)
         try:
@@ -57,10 +57,6 @@ def write_new(path: Path, fill: Callable[[sqlite3.Connection], object]) -> None:
             file.close()
             partial.unlink(missing_ok=True)
             raise
-    except OSError as error:
-        if " must " in str(error):
-            raise
-        raise make_write_error(error, path, 1) from error
 
 
 @contextmanager
