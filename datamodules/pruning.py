@@ -23,7 +23,8 @@ def prune(
     """
     keep = np.full(pairs.first_node[-1], num_hops is None)
     if num_hops is None:
-        return keep, (every := np.arange(len(pairs.child))), every
+        every = np.arange(len(pairs.child))
+        return keep, every, every
     query = pairs.num_layout + np.flatnonzero(is_query)
     keep[pairs.child[query]] = keep[pairs.parent[query]] = True
     down, up = query[:0], query

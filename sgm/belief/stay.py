@@ -51,10 +51,8 @@ def compute_same(asked: Asked) -> np.ndarray:
     is_there = edges["is_true"][edge]
     has_left = ~is_there & (time == last) & (objects["carried_since"][thing] == NEVER)
     # One that a look has missed since is the same as before: there are no two of them again.
-    gone, present = (
-        np.flatnonzero(has_left),
-        np.flatnonzero((is_there & (time != NEVER)) | (time == last)),
-    )
+    has_come = (is_there & (time != NEVER)) | (time == last)
+    gone, present = np.flatnonzero(has_left), np.flatnonzero(has_come)
     if not len(gone) or not len(present):
         return same
     words = [read_name(asked.descriptions[row]) for row in thing.tolist()]
