@@ -109,7 +109,7 @@ class Rates(NamedTuple):
             thing=thing,
             crossing=crossing[asked.home],
             any_moved=-np.expm1(-home * hours * num_seen),
-            miss=asked.history.compute_miss_rate()[asked.home],
+            miss=asked.history.compute_miss_rate(asked.queries.miss_rate)[asked.home],
             home_left=home_left,
             left=left,
         )

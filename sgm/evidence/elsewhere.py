@@ -122,7 +122,7 @@ def _share_at_home(
     are Poisson ones.
     """
     home, thing, history = asked.home[known], asked.thing[known], asked.history
-    detection = 1 - history.compute_miss_rate()[home][:, None]
+    detection = 1 - history.compute_miss_rate(asked.queries.miss_rate)[home][:, None]
     looks = history.week.looks[home].astype(float)
     if asked.lone is not None:
         looks += _count_lone_looks(asked, asked.lone)[known]

@@ -49,8 +49,6 @@ class HomeHistory:
         edge_hours: of each edge by hour of day, sightings, and looks that did not show what had
             been seen there, uint16 (2, E, NUM_HOURS); without edges if no home has a clock.
         week: looks and sightings by hour of the working day and of the weekend's.
-        given_miss_rate: of the detector, where a finder was given one; None to count it. No part of
-            what is kept.
     """
 
     def __init__(self, num_homes: int, num_furniture: int) -> None:
@@ -62,7 +60,6 @@ class HomeHistory:
         self.counters = make_table(HOME, num_rows=num_homes)
         self.edge_hours = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
         self.week = WeekHours(num_homes, num_furniture)
-        self.given_miss_rate: float | None = None
 
     def add_furniture(self, num_added: int) -> None:
         """Add columns of furniture that was never looked at."""
@@ -144,13 +141,13 @@ class HomeHistory:
             self.edge_hours = join_hours(hours, edges)
         self.week.merge_furniture(kept, gone)
 
-    def compute_miss_rate(self) -> np.ndarray:
+    def compute_miss_rate(self, given: float | None = None) -> np.ndarray:
         """Return the share of looks that miss what is there, (H,).
 
-        As given, else as counted: 0.2 at first, as of ten looks.
+        As `given` (`Queries.miss_rate`), else as counted: 0.2 at first, as of ten looks.
         """
-        if self.given_miss_rate is not None:
-            return np.full(len(self.look_times), self.given_miss_rate)
+        if given is not None:
+            return np.full(len(self.look_times), given)
         missed, refound = self.counters["num_missed"], self.counters["num_refound"]
         return (missed + 2) / (missed + refound + 10)
 

@@ -6,7 +6,7 @@ Questions leave the memory as it is: they get a copy of what they may change.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Protocol
 
@@ -207,9 +207,7 @@ class MemoryQuestions:
                 remedy = "Ask about a time in the next year."
                 check_ahead(later, now, clock, "at", MOST_AHEAD, remedy)
             shared = state.share(before_looks, later)
-            if miss_rate is not None:
-                shared[1].history.given_miss_rate = miss_rate
-            return _ask(state, shared, descriptions, question)
+            return _ask(state, shared, descriptions, question, miss_rate)
 
     def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
         """Order all furniture by how likely it holds an object, the best first."""
@@ -240,6 +238,7 @@ def _ask(
     shared: tuple[MemoryBatch, MemoryBatch, object],
     descriptions: Sequence[str],
     question: str | None,
+    miss_rate: float | None,
 ) -> Asked:
     """Ask for objects by names or ids, of what `MemoryState.share` gave."""
     places = state.furniture
@@ -247,7 +246,7 @@ def _ask(
     positions, known, names = _find_asked(state, descriptions)
     words = "" if question is None else state.things.read(question).words
     texts = state.things.descriptions
-    queries = _put(state, batch, known, names)
+    queries = replace(_put(state, batch, known, names), miss_rate=miss_rate)
     num_objects = current.objects.num_rows  # from what it does not know, no edges lead
     asked = np.where(known >= 0, known, num_objects)
     found = join_groups(asked, current.edges["object"], num_objects + 1)

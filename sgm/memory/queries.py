@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,15 +22,17 @@ class Queries:
         prior: prior weight of each place for it, float32 (Q, F, relations).
         more_asked: how many more questions than the memory has counted were put when each was, of
             those that leave it as it is (`MemoryBatch.ask`), (Q,); None for 0.
+        miss_rate: of the detector, where who asks was given one; None for what the memory counts.
     """
 
     home: np.ndarray
     object: np.ndarray
     prior: np.ndarray
     more_asked: np.ndarray | None = None
+    miss_rate: float | None = None
 
     def join(self, others: Queries) -> Queries:
-        """Return these queries, and others after them."""
+        """Return these queries, and others after them, with the miss rate of these."""
         both, more = (self, others), None
         if any(queries.more_asked is not None for queries in both):
             none = [np.zeros(len(queries.home), dtype=np.int64) for queries in both]
@@ -41,12 +43,19 @@ class Queries:
             np.append(self.object, others.object),
             np.concatenate([self.prior, others.prior]),
             more,
+            self.miss_rate,
         )
 
     def take(self, rows: np.ndarray) -> Queries:
         """Return some of the queries, by their numbers, (n,), or as a mask, bool (Q,)."""
         more = None if self.more_asked is None else self.more_asked[rows]
-        return Queries(self.home[rows], self.object[rows], self.prior[rows], more)
+        return replace(
+            self,
+            home=self.home[rows],
+            object=self.object[rows],
+            prior=self.prior[rows],
+            more_asked=more,
+        )
 
 
 @dataclass(frozen=True, slots=True)

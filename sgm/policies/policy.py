@@ -150,7 +150,7 @@ def weigh_looks_since(memory: MemoryBatch, queries: Queries) -> np.ndarray:
     cell = query, edges["furniture"][edge]
     np.maximum.at(since, cell, edges["last_true"][edge])
     stay = np.exp(-(rate * hours)[:, None, None] * (memory.time - times))
-    given = history.given_miss_rate
+    given = queries.miss_rate
     detection = 1 - (Detector().miss_rate if given is None else given)
     is_later = times > since[..., None]
     likelihood: np.ndarray = np.where(is_later, 1 - detection * stay, 1.0).prod(axis=2)

@@ -193,9 +193,9 @@ def test_a_given_miss_rate_is_that_of_every_part(monkeypatch):
     """Of a policy and of Bayes' rule; the memory goes on counting its own."""
     told = []
 
-    def compute(history, original=HomeHistory.compute_miss_rate):
-        told.append(original(history).tolist())
-        return original(history)
+    def compute(history, given=None, original=HomeHistory.compute_miss_rate):
+        told.append(original(history, given).tolist())
+        return original(history, given)
 
     monkeypatch.setattr(HomeHistory, "compute_miss_rate", compute)
     memory = SceneGraphMemory()

@@ -109,7 +109,7 @@ def test_questions_of_one_state_do_not_disturb_each_other(memory):
     alone = memory.copy()
     for name in ("gizmo", "milk", "purple widget", "scissors"):
         asked = memory.ask([name], miss_rate=0.5)
-        assert asked.batch.history.compute_miss_rate().tolist() == [0.5]
+        assert asked.queries.miss_rate == 0.5
         assert asked.batch.history.counters["num_asked"][0] == 0
         assert asked.queries.more_asked.tolist() == [1]  # this one
         assert str(finder.rank(memory, name)) == str(plain.rank(alone.copy(), name))
