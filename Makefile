@@ -43,7 +43,7 @@ any-home: $(STAMP)
 	  $(PY) -m nep.export runs/any_home/second_$$seed/checkpoints/last.ckpt runs/any_home/seed_$$seed \
 	    --num_homes 100 --steps 100; \
 	done
-	$(PY) -m nep.bench any_home --out results/any_home.md $(if $(RECORDED),--recorded $(RECORDED)) \
+	$(PY) -m tools.bench any_home --out results/any_home.md $(if $(RECORDED),--recorded $(RECORDED)) \
 	  --checkpoint any_home=runs/any_home/seed_$(firstword $(SEEDS)) \
 	  $(foreach seed,$(wordlist 2,99,$(SEEDS)),seed_$(seed)=runs/any_home/seed_$(seed)) heat
 

@@ -48,14 +48,12 @@ ORDER = """
     datamodules
     nep.tensor_file nep.importers nep.config_files nep.training nep.paper nep.any_home
     nep.players nep.report nep.robot nep.callbacks nep.view nep.fit
-    nep.evaluate nep.export nep.compare nep.bench nep.igridson nep.reproduce
+    nep.evaluate nep.export nep.compare nep.games nep.igridson nep.reproduce
     nep
     nep.__main__
-    tools.robot_life tools.home_games tools.any_home tools.recorded tools.igridson
-    tools.priors tools.text_training tools.realism tools.names tools.eyes tools.searches
-    tools.elsewhere tools.kitchens tools.claims tools.released_code tools.measure_design
-    tools.headlines
-    tools.make_paper_homes tools.closures tools.install
+    tools.bench tools.priors tools.text_training tools.realism tools.names tools.eyes tools.searches
+    tools.elsewhere tools.kitchens tools.measure_design
+    tools.headlines tools.closures tools.install
     tools tools.__main__
 """.split()
 # Plug-ins of packages above, which a registry names and imports only where they are asked for.

@@ -1,8 +1,8 @@
 """What built files that ship, and studies: run from a checkout, in no wheel.
 
 `priors` counts packages and data sets into prior files, `text_training` trains the text vectors.
-`realism` compares how homes behave, `claims` settles what the paper claims, `names` counts how
-questions are understood, `eyes` what robots' eyes are right about, `searches` how soon searches
+`bench` plays suites of games. `realism` compares how homes behave, `names` counts how questions
+are understood, `eyes` what robots' eyes are right about, `searches` how soon searches
 find things, `elsewhere` what finders know of things that are out. `measure_design` measures
 rulings of docs/design.md.
 """

@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from nep.bench.columns import COLUMNS, COMPARED
-from nep.bench.comparisons import compare_with_rules, correct_rows
-from nep.bench.paper.experiments import MODELS, SETTINGS, Setting
-from nep.bench.paper.paper_numbers import PAPER_TABLE_1
-from nep.bench.paper.paper_tables import (
+from nep.games.score_cache import ScoreCache
+from nep.report.results import ScoreSummary
+from nep.report.statistics import LEVEL, compute_detectable, compute_error, correct_holm
+from nep.report.tables import BOUNDED, TOP, Difference, correct_rows, join_table
+from nep.reproduce.experiments import MODELS, SETTINGS, Setting
+from nep.reproduce.paper_numbers import PAPER_TABLE_1
+from nep.reproduce.paper_tables import (
     compute_table,
     find_known,
     list_claims,
     list_shown,
     load_table_1,
 )
-from nep.bench.score_cache import ScoreCache
-from nep.report.results import ScoreSummary
-from nep.report.statistics import LEVEL, compute_detectable, compute_error, correct_holm
-from nep.report.tables import BOUNDED, TOP, Difference, join_table
 from sgm.files import read_json
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
+from tools.bench.columns import COLUMNS, COMPARED
+from tools.bench.comparisons import compare_with_rules
 from tools.kitchens.robot import compute_calibration_error
 
 # Kinds of homes in README and results/headlines.md, of those of results/any_home.md.

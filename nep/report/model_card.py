@@ -59,9 +59,9 @@ given the rules of these homes; the others are not.
 _KINDS = """
 ## Homes of every kind
 
-The network beside the best rule in each kind of home (`python -m nep.bench any_home`). None of the
-households was in its training. Those of HOMER are scripted: days composed of people's schedules,
-played in a simulator.
+The network beside the best rule in each kind of home (`python -m tools.bench any_home`). None of
+the households was in its training. Those of HOMER are scripted: days composed of people's
+schedules, played in a simulator.
 
 {}"""
 _RECORDED = {

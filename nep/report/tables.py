@@ -6,7 +6,7 @@ import csv
 import io
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from nep.report.statistics import (
     compute_gap_closed,
     compute_interval,
     compute_p_value,
+    correct_holm,
 )
 from sgm.messages import shorten
 from simulator.policies.registry import ORACLES, find_policy
@@ -115,6 +116,16 @@ def compute_difference(summary: ScoreSummary, other: ScoreSummary) -> Difference
         )
     delta = summary.by_training - other.by_training  # (S, H)
     return Difference.of(delta if counts else delta[0], summary.units)
+
+
+def correct_rows(rows: Sequence[Any]) -> list[Any]:
+    """Return comparisons with the p of each `difference` corrected together, by Holm's method.
+
+    A row that is the `same_as` another one counts for nothing, and has none.
+    """
+    known = [float("nan") if getattr(row, "same_as", None) else row.difference.p for row in rows]
+    corrected = correct_holm(known)
+    return [replace(row, corrected=p) for row, p in zip(rows, corrected, strict=True)]
 
 
 def compute_rows(

@@ -24,8 +24,10 @@ SMALLER = {
     "-m nep.evaluate": f"$({_HOMES}) --workers 1",
     "-m nep.export": "--num_homes 1 --steps 1 --threads 1",
     "-m nep.reproduce": "--table figure --tiny --workers 1",
-    "-m nep.bench elsewhere": "--num_homes 1 --days 1 --play_days 1 --questions 2 --kinds routine",
-    "-m nep.bench igridson": "--runs 20 --queries_per_home 10",
+    "-m tools.bench elsewhere": (
+        "--num_homes 1 --days 1 --play_days 1 --questions 2 --kinds routine"
+    ),
+    "-m tools.bench igridson": "--runs 20 --queries_per_home 10",
     "-m nep.igridson video": "--searches 1 --warm_up 1 --tile 32",
     "-m simulator.igridson video": "--searches 1 --warm_up 1 --tile 32",
     "-m simulator.collect": f"$({_HOMES}) --workers 1",
@@ -60,7 +62,7 @@ NOT_RUN = {
     "notebooks/README.md": [(".venv/bin/", "opens a browser and waits")],
     "ros/README.md": [("", "needs ROS 2; make ros-test")],
     "docs/agents.md": [("claude mcp add", "needs Claude Code")],
-    "docs/any_home.md": [("python -m nep.fit", "hours; tests/tools/test_any_home.py")],
+    "docs/any_home.md": [("python -m nep.fit", "hours; tests/tools/bench/test_any_home.py")],
     "docs/box_world.md": [("python -m tools.eyes", "tests/tools/eyes/test_eyes.py")],
     "docs/database.md": [("sqlite3", "a program; tests/docs/test_database.py runs the queries")],
     "docs/igridson.md": [("python -m simulator.igridson play", "needs a screen and keys")],
@@ -84,7 +86,7 @@ NOT_RUN = {
         ("python -m tools.priors compare", "needs the prior of the line before it"),
     ],
     "docs/robot/leaving.md": [
-        ("python -m nep.bench elsewhere --kinds carrying --trace", "needs recorded homes"),
+        ("python -m tools.bench elsewhere --kinds carrying --trace", "needs recorded homes"),
     ],
     "docs/scale.md": [
         ("python -m simulator.compile", "minutes; tests/simulator/test_kernel_store.py"),
@@ -92,8 +94,10 @@ NOT_RUN = {
         ("RAY_ADDRESS", "needs the cluster of the line before it"),
     ],
     "docs/text.md": [("python -m tools.text_training", "minutes")],
-    "docs/worlds.md": [("python -m nep.reproduce", "hours; tests/nep/test_reproduce.py")],
-    "docs/traces.md": [("python -m nep.bench recorded", "hours; tests/tools/test_recorded.py")],
+    "docs/worlds.md": [("python -m nep.reproduce", "hours; tests/nep/reproduce/test_reproduce.py")],
+    "docs/traces.md": [
+        ("python -m tools.bench recorded", "hours; tests/tools/bench/test_recorded.py")
+    ],
 }
 # Pages whose program has ended before a command reads its files.
 PROGRAM_ENDS = ("docs/eyes.md", "docs/robot.md")

@@ -78,7 +78,7 @@ COMMANDS = (
     ("simulator.test_sets", ("show", "paper-32-on-v1"), ()),
     ("simulator.test_sets", ("check", "x"), ()),
     (
-        "nep.bench",
+        "tools.bench",
         ("igridson", "--out=run.md", "--runs=1", "--queries_per_home=1"),
         ("look_cost", "policy", "attempts", "seed", "layout", "queries_per_home", "prior"),
     ),
@@ -106,7 +106,7 @@ COMMANDS = (
     ),
     ("nep.compare", ("results/results.json", "results/results.json"), ()),
     (
-        "nep.bench",
+        "tools.bench",
         (
             "elsewhere --out=elsewhere.md --kinds=carrying --num_homes=1 --days=1 --play_days=1 "
             "--questions=2"

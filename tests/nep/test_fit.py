@@ -132,39 +132,24 @@ def test_an_ablation_is_put_after_the_config_of_a_model(
 @pytest.mark.parametrize(
     ("config", "arguments"),
     [
-        ("gcn_equal", {"units": 68, "num_convolutions": 1}),
-        ("mlp_equal", {"units": 69}),
         ("heat_two_heads", {"heads": 2, "residual": True, "root_weight": False}),
         ("heat", {"heads": 1, "residual": False, "root_weight": True}),
     ],
 )
 def test_a_variant_changes_its_encoder_alone(config, arguments, folder):
-    cli = FitCLI(["--config", f"{config}.yaml", "--config", "homes_400.yaml"])
+    cli = FitCLI(["--config", f"{config}.yaml"])
     found = cli.model.predictor.encoder.config()["init_args"]
     assert found | arguments == found
     assert cli.model.learning_rate == 1e-4
-    assert (cli.datamodule.train_config.num_homes, cli.trainer.max_epochs) == (400, 6)
-
-
-@pytest.mark.parametrize("config", ["mlp", "gcn"])
-def test_equal_means_as_many_parameters_as_heat(config, folder):
-    counts = [
-        sum(p.numel() for p in FitCLI(["--config", f"{name}.yaml"]).model.parameters())
-        for name in ("heat", f"{config}_equal")
-    ]
-    assert counts[1] == pytest.approx(counts[0], rel=0.02)
 
 
 @pytest.mark.parametrize("config", ["gcn", "heat"])
 def test_a_change_is_put_after_the_config_of_an_encoder(config, folder):
     packaged = FitCLI(["--config", f"{config}.yaml"]).model.predictor.encoder.config()
-    changes = ("two_convolutions", "rate_1e-3")
-    model = FitCLI(
-        ["--config", f"{config}.yaml", *(f"--config={name}.yaml" for name in changes)]
-    ).model
+    model = FitCLI(["--config", f"{config}.yaml", "--config", "two_convolutions.yaml"]).model
     packaged["init_args"] |= {"num_convolutions": 2}
     assert model.predictor.encoder.config() == packaged
-    assert (model.num_hops, model.learning_rate) == (2, 1e-3)
+    assert (model.num_hops, model.learning_rate) == (2, 1e-4)
 
 
 def test_a_file_here_goes_before_the_packaged_one(folder):

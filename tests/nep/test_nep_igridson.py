@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from nep import fit
-from nep.bench.__main__ import main as bench
 from nep.igridson import main
+from tools.bench.__main__ import main as bench
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,10 @@ from tools.closures import (
 )
 
 ROOT = Path(__file__).resolve().parents[2]
-FORBIDDEN = ("nep.bench", "nep.robot", "sgm.finder", "simulator.trace", "simulator.events", "tools")
+FORBIDDEN = (
+    *("nep.games", "nep.reproduce", "nep.robot"),
+    *("sgm.finder", "simulator.trace", "simulator.events", "tools"),
+)
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from simulator.trace.trace import Trace, find_traces, load_trace, save_trace
 from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.source import SampledSource
-from tools.robot_life import LivedHome
+from tools.bench.robot_life import LivedHome
 
 STEP_SECONDS = 1800.0
 _CARRIES = {"carry_share": 0.9, "away_share": 0.75, "home_office_share": 0.1}

@@ -10,7 +10,7 @@ import numpy as np
 
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from tools.robot_life import RobotLife
+from tools.bench.robot_life import RobotLife
 
 _LEAST = 1e-6  # of a probability
 _EVERY = 5  # steps between questions, which no day is a multiple of

@@ -1,4 +1,4 @@
-"""How well finders know what is out of the home: `python -m nep.bench elsewhere --help`."""
+"""How well finders know what is out of the home: `python -m tools.bench elsewhere --help`."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Any, ClassVar
 
 from jsonargparse import Namespace
 
-from nep.bench.runner import Report, TableSuite
-from nep.bench.table_options import Option, count, describe_made, list_table_options
 from nep.players.contestants import Checkpoint
 from nep.robot.finder import ObjectFinder
 from sgm.arrays.week import DAY_SECONDS
 from sgm.finder.finder import Finder
 from sgm.policies import Adaptive, Bayesian
+from tools.bench.robot_life import LifeGame
+from tools.bench.suite import Report, TableSuite
+from tools.bench.table_options import Option, count, describe_made, list_table_options
 from tools.elsewhere.homes import KINDS, RECORDED, STEP_SECONDS, list_recorded, list_simulated
 from tools.elsewhere.questions import Answers, ask
 from tools.elsewhere.summary import make_tables, summarise
-from tools.robot_life import LifeGame
 
 _STEPS_PER_DAY = int(DAY_SECONDS / STEP_SECONDS)
 _ASKED = ("days", "play_days", "looks", "questions")
@@ -88,7 +88,7 @@ def list_players(checkpoints: Sequence[Checkpoint]) -> dict[str, Callable[[], Fi
 class Elsewhere(TableSuite[ElsewhereGame]):
     """Finders of things that leave the home and come back."""
 
-    command = "nep.bench elsewhere"
+    command = "tools.bench elsewhere"
     summary = (
         "Let a robot look around in homes that things leave and come back to, and ask finders for "
         "them."

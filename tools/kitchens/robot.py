@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nep.bench.game import Game
+from nep.games.game import Game
 from nep.players.contestants import Checkpoint
 from nep.robot.finder import ObjectFinder
 from sgm.finder.finder import Finder

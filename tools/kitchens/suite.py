@@ -1,4 +1,4 @@
-"""Finders and policies in homes recorded by the minute: `python -m nep.bench kitchens --help`."""
+"""Finders and policies in homes recorded by the minute: `python -m tools.bench kitchens --help`."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 
 from jsonargparse import Namespace
 
-from nep.bench.columns import make_table
-from nep.bench.runner import Report, TableSuite
-from nep.bench.table_options import Option, count, describe_made, list_table_options
-from nep.bench.task_game import TaskGame
 from nep.players.contestants import Checkpoint
 from nep.report.tables import join_table
 from sgm.prior.prior_graph import PriorGraph
 from simulator.trace.source import RecordedSource, check_step_seconds
 from simulator.trace.trace import find_traces, load_trace
 from simulator.world.config import HomeConfig
+from tools.bench.columns import make_table
+from tools.bench.suite import Report, TableSuite
+from tools.bench.table_options import Option, count, describe_made, list_table_options
+from tools.bench.task_game import TaskGame
 from tools.kitchens.robot import POOLS, KitchenGame, compute_calibration_error
 
 _ABOUT = """\
@@ -45,7 +45,7 @@ has moved in that very step, and the robot looks where its policy answers."""
 class Kitchens(TableSuite[Any]):
     """A robot by the minute, and the tasks of the paper, in recorded kitchens."""
 
-    command = "nep.bench kitchens"
+    command = "tools.bench kitchens"
     summary = (
         "Let a robot look around by the minute in recorded homes while things are moved there, and "
         "ask finders; and play the tasks in the same homes without their gaps."

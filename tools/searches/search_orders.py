@@ -9,7 +9,7 @@ import numpy as np
 from sgm.finder.finder import Finder
 from sgm.finder.ranking import Place
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from tools.robot_life import FinderQuestion
+from tools.bench.robot_life import FinderQuestion
 
 COLUMNS = ("within", "found", "looks")
 WITHIN = 8  # looks, of the first column

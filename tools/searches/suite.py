@@ -1,4 +1,4 @@
-"""How soon searches find things: `python -m nep.bench searches --help`."""
+"""How soon searches find things: `python -m tools.bench searches --help`."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jsonargparse import Namespace
 
-from nep.bench.runner import Report, TableSuite
-from nep.bench.score_cache import ScoreCache
-from nep.bench.table_options import Option, count, describe_made, list_table_options
+from nep.games.score_cache import ScoreCache
 from nep.players.contestants import Checkpoint
 from nep.report.tables import Difference, format_difference, join_table
 from nep.robot.finder import ObjectFinder
@@ -23,8 +21,10 @@ from sgm.finder.finder import Finder
 from simulator.policies.registry import find_policy
 from simulator.world.config import HomeConfig
 from simulator.world.source import SampledSource
-from tools.home_games import list_lived_homes
-from tools.robot_life import LifeGame, LivedHome
+from tools.bench.home_games import list_lived_homes
+from tools.bench.robot_life import LifeGame, LivedHome
+from tools.bench.suite import Report, TableSuite
+from tools.bench.table_options import Option, count, describe_made, list_table_options
 from tools.searches.search_orders import COLUMNS, MOST_LOOKS, SEARCHERS, TOLD, WITHIN, search_all
 
 RULES = ("bayesian", "adaptive")
@@ -64,7 +64,10 @@ Differences are *search* minus *greedy*, over homes, with 95 % intervals; less l
 class SearchGame(LifeGame):
     """A home in which things are searched for, by finder and order of looks."""
 
-    scored_by: ClassVar[tuple[str, ...]] = ("tools.robot_life", "tools.searches.search_orders")
+    scored_by: ClassVar[tuple[str, ...]] = (
+        "tools.bench.robot_life",
+        "tools.searches.search_orders",
+    )
 
     def play(
         self, players: Mapping[str, tuple[Callable[[], Finder], str]]
@@ -176,7 +179,7 @@ def _list_finders(scores: Mapping[str, Any]) -> list[str]:
 class Searches(TableSuite[SearchGame]):
     """Orders of looks, each with the belief of several finders."""
 
-    command = "nep.bench searches"
+    command = "tools.bench searches"
     summary = (
         "Let a robot look around in homes for some days, then search for things by several orders "
         "of looks, and count the looks."

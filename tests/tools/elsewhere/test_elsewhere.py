@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nep.bench.game import checksum_code
+from nep.games.game import checksum_code
 from simulator.trace.events import GONE
 from simulator.trace.trace import load_trace
 from tools.elsewhere.homes import KINDS, leave_out, list_recorded, list_simulated
@@ -162,7 +162,7 @@ def test_the_command_plays_resumes_and_writes_tables(tmp_path, monkeypatch):
     )
     main(command)
     text = Path("elsewhere.md").read_text(encoding="utf-8")
-    assert "`python -m nep.bench elsewhere --kinds carrying --num_homes 2 --days 2" in text
+    assert "`python -m tools.bench elsewhere --kinds carrying --num_homes 2 --days 2" in text
     assert "## People who carry things out" in text
     for who in ("bayesian", "adaptive", "any_home"):
         assert f"| {who} | " in text

@@ -136,7 +136,9 @@ def test_the_command_writes_a_page(tmp_path, capsys):
     ]
     main(arguments)
     text = out.read_text()
-    assert text.startswith("# Kitchens\n\n`python -m nep.bench kitchens --called Kitchens --trace")
+    assert text.startswith(
+        "# Kitchens\n\n`python -m tools.bench kitchens --called Kitchens --trace"
+    )
     assert "## Kitchen, asked by the minute" in text
     assert "## Cut, tasks of the paper" in text
     assert str(tmp_path) not in text

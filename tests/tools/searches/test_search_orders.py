@@ -7,7 +7,7 @@ from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies.heuristics import Bayesian
-from tools.robot_life import FinderQuestion
+from tools.bench.robot_life import FinderQuestion
 from tools.searches.search_orders import MOST_LOOKS, SEARCHERS, search_all
 
 # Of one whose second look shows most of what the first one missed.

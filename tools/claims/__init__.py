@@ -1,1 +1,0 @@
-"""What the paper claims, settled: which networks are trained and played, and the report."""

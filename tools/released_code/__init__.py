@@ -1,1 +1,0 @@
-"""What the authors' released code does otherwise, one switch each, and the order of networks."""
