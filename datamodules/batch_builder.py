@@ -19,7 +19,7 @@ from sgm.text import load_text
 from simulator.snapshots.nodes_and_edges import Pairs, join_nodes, propose_edges
 from simulator.snapshots.snapshots import Selection, Snapshots, forget, forget_absence
 from simulator.snapshots.type_numbers import (
-    FIRST_OBJECT_TYPE,
+    FIRST_REMEMBERED_TYPE,
     FURNITURE,
     MAX_ENTERING,
     OBJECT,
@@ -87,12 +87,12 @@ class BatchBuilder:
         child, parent = pairs.child[pair], pairs.parent[pair]
         src, dst = np.where(is_up, child, parent), np.where(is_up, parent, child)
         edge_cosine = cosine[nodes["label"][src], nodes["label"][dst]]
-        num_layout = int(first_edge[FIRST_OBJECT_TYPE])
+        num_layout = int(first_edge[FIRST_REMEMBERED_TYPE])
         edges = edges.select(pair[num_layout:] - pairs.num_layout)
         edges["cosine"] = edge_cosine[num_layout:]
-        below = pair[:num_layout] - pairs.first[2]  # furniture; negative for rooms and floors
-        prior = np.where(below < 0, 1.0, snapshots.furniture["prob"][np.maximum(below, 0)])
-        layout = {"cosine": edge_cosine[:num_layout], "prior": prior}
+        prior = np.ones(pairs.num_layout)
+        prior[pairs.of_furniture] = snapshots.furniture["prob"]
+        layout = {"cosine": edge_cosine[:num_layout], "prior": prior[pair[:num_layout]]}
         upward = slice(*(first_edge[[OBJECT_UP.start, OBJECT_UP.stop]] - num_layout).tolist())
         query = np.flatnonzero(edges["is_query"][upward]) + upward.start
         asked, query_edge = edges.select(query), query + num_layout

@@ -12,7 +12,67 @@ from typing import TypeVar
 
 import numpy as np
 
-NODE_TYPES = ("house", "floor", "room", "furniture", "object")
+
+@dataclass(frozen=True, slots=True)
+class NodeType:
+    """A level of the graph of a home: what its nodes are in, and where they are listed.
+
+    Attributes:
+        parent: type of the node that each one is in; empty for the whole.
+        table: of the snapshots that lists them, with `label`, `snapshot` and, by the name of the
+            parent, the row of the node that each one is in. Empty where a home has one, which is
+            called as its type.
+        is_remembered: whether looks tell where they are: a `RELATIONS` each, in the table of edges.
+        holds: type of the nodes that may be in one, beside those whose parent it is. Their table
+            has a column by the name of this type: the row of the one that each is in, -1 for none.
+    """
+
+    parent: str = ""
+    table: str = ""
+    is_remembered: bool = False
+    holds: str = ""
+
+
+# From the whole to its parts. Batches, graphs and networks have every type that is declared here.
+NODE_TABLE = {
+    "house": NodeType(),
+    "floor": NodeType("house"),
+    "room": NodeType("floor", table="rooms"),
+    "furniture": NodeType("room", table="furniture"),
+    "object": NodeType("furniture", table="objects", is_remembered=True),
+}
+NODE_TYPES = tuple(NODE_TABLE)  # by number
+# Of which a home has one each. Their names are its labels, and labels of all homes begin with them.
+HOME_LABELS = tuple(name for name, node in NODE_TABLE.items() if not node.table)
+
+
+def check_node_types(table: Mapping[str, NodeType]) -> None:
+    """Check that all node types say what they are in and where they are listed.
+
+    Raises:
+        ValueError: if one does not.
+    """
+    for number, (name, node) in enumerate(table.items()):
+        before = [*table][:number]
+        if node.parent not in (before if number else ("",)):
+            rule, value = "have a parent that is declared before it", node.parent
+        elif node.holds and node.holds not in table:
+            rule, value = "hold a declared type", node.holds
+        elif not node.table and node.parent and table[node.parent].table:
+            rule, value = "have a table below a type that has one", node.table
+        else:
+            continue
+        raise ValueError(f"node type {name} must {rule}, got {value!r}. Mend its row (schema.py).")
+
+
+check_node_types(NODE_TABLE)
+# Child and parent that an edge "contains" and an edge "in" join, whatever looks have shown.
+LAYOUT_PAIRS = tuple(
+    pair
+    for name, node in NODE_TABLE.items()
+    for pair in ((name, node.parent), (node.holds, name))
+    if all(pair) and not (pair[0] == name and node.is_remembered)
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,13 +117,13 @@ OPPOSITES = {name: relation.opposite for name, relation in RELATION_TABLE.items(
 EDGE_RELATIONS = tuple(name for pair in OPPOSITES.items() for name in pair)
 QUERY_EDGE_TYPES = tuple(("object", relation, "furniture") for relation in RELATIONS)
 _FROM_FURNITURE = tuple(("furniture", opposite, "object") for opposite in OPPOSITES.values())
-EDGE_TYPES = (  # query edge types lie one after the other
-    ("house", "contains", "floor"),
-    ("floor", "in", "house"),
-    ("floor", "contains", "room"),
-    ("room", "in", "floor"),
-    ("room", "contains", "furniture"),
-    ("furniture", "in", "room"),
+LAYOUT_EDGE_TYPES = tuple(
+    etype
+    for child, parent in LAYOUT_PAIRS
+    for etype in ((parent, "contains", child), (child, "in", parent))
+)
+EDGE_TYPES = (  # those of looks come last, and query edge types lie one after the other
+    *LAYOUT_EDGE_TYPES,
     *_FROM_FURNITURE[:1],
     *QUERY_EDGE_TYPES,
     *_FROM_FURNITURE[1:],

@@ -3,30 +3,13 @@
 The row of the schema's table and the volume of a box (`Box.volume`) are all that is written.
 """
 
-import subprocess
-import sys
-
 import pytest
 
-from tests.imports import ROOT
+from tests.declared import CHANGE, run_python
 
-# Before anything of ours is imported, so that all that counts relations counts three.
-DECLARED = """
-import importlib, sys, types
-from pathlib import Path
-
-
-def change(name, old, new):
-    file = Path(name.replace(".", "/") + ".py")
-    source = file.read_text("utf-8")
-    assert source.count(old) == 1, old
-    package, _, last = name.rpartition(".")
-    module = types.ModuleType(name)
-    setattr(importlib.import_module(package), last, module)
-    sys.modules[name] = module
-    exec(compile(source.replace(old, new), str(file), "exec"), module.__dict__)
-
-
+DECLARED = (
+    CHANGE
+    + """
 row = '    "nextTo": Relation("beside", "next to", "in front", "front"),'
 change("sgm.schema", "}\\nRELATIONS =", row + "\\n}\\nRELATIONS =")
 before = '        if relation == "in":'
@@ -37,6 +20,7 @@ volume = '''        if relation == "nextTo":  # half a metre before the front
 '''
 change("sgm.layout.box", before, volume + before)
 """
+)
 MEMORY = """
 from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
 from sgm.finder.search_plan import plan_search
@@ -155,20 +139,8 @@ print((places > -1e9).argmax(axis=2).tolist()[0][0], places.shape[2])
 """
 
 
-def _run(*arguments):
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", *arguments],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()
-
-
 def test_a_declared_relation_is_kept_asked_and_joined(tmp_path):
-    places, first, groups = _run(DECLARED + MEMORY, str(tmp_path))
+    places, first, groups = run_python(DECLARED + MEMORY, str(tmp_path))
     said = {"cup": ("nextTo", False), "milk": ("in", True), "broom": ("nextTo", True)}
     assert places == str(said)
     assert first == "nextTo look next to the table in kitchen"
@@ -177,7 +149,7 @@ def test_a_declared_relation_is_kept_asked_and_joined(tmp_path):
 
 @pytest.mark.slow
 def test_cameras_see_a_declared_relation():
-    seen, blind, believed, is_placed = _run(DECLARED + EYES)
+    seen, blind, believed, is_placed = run_python(DECLARED + EYES)
     assert seen == str([("ball", "nextTo"), ("mug", "onTop")])
     assert believed == str({"mug": ("onTop", True), "ball": ("nextTo", True)})
     assert blind == str([("mug", "onTop")])  # without depth the ball is on some floor
@@ -186,14 +158,14 @@ def test_cameras_see_a_declared_relation():
 
 @pytest.mark.slow
 def test_homes_of_boxes_have_a_declared_relation():
-    there, spot = _run(DECLARED + WORLD)
+    there, spot = run_python(DECLARED + WORLD)
     assert there == str(["nextTo"])
     assert spot == "True True"  # in the volume, on the ground
 
 
 @pytest.mark.slow
 def test_pages_and_networks_name_a_declared_relation():
-    said, columns = _run(DECLARED + PAGES)
+    said, columns = run_python(DECLARED + PAGES)
     assert said == (
         "saw cup; 50% of the inside and 25% of the upper side and 100% of the front in view"
     )
@@ -203,6 +175,6 @@ def test_pages_and_networks_name_a_declared_relation():
 @pytest.mark.slow
 def test_batches_and_networks_have_a_declared_relation():
     """Where it was seen, each place is asked about in the relation that it was seen in."""
-    cup, milk, answered = _run(DECLARED + BATCHES)
+    cup, milk, answered = run_python(DECLARED + BATCHES)
     assert (cup, milk) == ("True", "True")
     assert answered == "2 3"

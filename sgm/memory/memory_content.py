@@ -29,10 +29,8 @@ from sgm.memory.written_tables import (
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import read_words
-from sgm.schema import MAX_TIME
+from sgm.schema import HOME_LABELS, MAX_TIME
 from sgm.store.snapshot import Snapshot
-
-HOME_LABELS = ("house", "floor")  # of the two nodes above the rooms
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,7 +300,7 @@ class MemoryContent:
             set(self.labels)
         ) < len(self.labels):
             raise ValueError("two objects of one description, or a label that is there twice")
-        if self.labels[:2] != HOME_LABELS or not isinstance(self.prior, str):
+        if self.labels[: len(HOME_LABELS)] != HOME_LABELS or not isinstance(self.prior, str):
             raise ValueError("no labels of house and floor, or no checksum of the prior")
 
 

@@ -28,7 +28,7 @@ from sgm.memory.lone_looks import SoughtLooks, add_sought, note_lone_look
 from sgm.memory.look import StepLog, StepLook, average_coverage
 from sgm.memory.look_weights import SURE
 from sgm.memory.memory_batch import MemoryBatch
-from sgm.memory.memory_content import HOME_LABELS, MemoryContent
+from sgm.memory.memory_content import MemoryContent
 from sgm.memory.merged_things import find_roots
 from sgm.memory.queries import Queries
 from sgm.memory.seen_positions import forget_positions, note_positions
@@ -47,7 +47,7 @@ from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
 from sgm.prior.copies import get_copies
 from sgm.prior.prior_graph import PriorGraph
-from sgm.schema import NEVER, RELATIONS
+from sgm.schema import HOME_LABELS, NEVER, RELATIONS
 from sgm.store.home_file import HomeFile
 from sgm.store.past import Past
 

@@ -8,15 +8,15 @@ from gymnasium.spaces import Box, Graph, GraphInstance
 from sgm.arrays.grouped import compute_starts
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries, propose_rows
-from sgm.schema import NEVER, Columns, PlaceCode
+from sgm.schema import NEVER, NODE_TYPES, Columns, PlaceCode
 from simulator.snapshots.nodes_and_edges import Pairs, join_nodes, propose_edges
 from simulator.snapshots.snapshots import Selection, Snapshots
 from simulator.snapshots.taken import take_snapshots
 from simulator.snapshots.type_numbers import FURNITURE, OBJECT
 
-# kind: 0 home, 1 floor, 2 room, 3 furniture, 4 object. label: index into `labels`; description:
-# its number, for objects. Steps since what never happened are -1, as is a description of what is
-# no object.
+# kind: by number in `NODE_TYPES`: 0 home, 1 floor, 2 room, 3 furniture, 4 object. label: index into
+# `labels`; description: its number, for objects. Steps since what never happened are -1, as is a
+# description of what is no object.
 NODE_FEATURES = (
     "kind",
     "label",
@@ -72,7 +72,7 @@ def make_graphs(memory: MemoryBatch, queries: Queries) -> list[GraphInstance]:
     number = np.empty(len(order), dtype=np.int32)  # of every node within its graph
     number[order] = np.arange(len(order)) - np.repeat(first[:-1], np.diff(first))
     links = np.stack([number[pairs.parent], number[pairs.child]], axis=1)
-    features, rank = _make_edges(snapshots, edges, pairs.num_layout)
+    features, rank = _make_edges(snapshots, edges, pairs)
     graph_edges, order, first = _split(features, num_graphs, joined["snapshot"][pairs.child], *rank)
     return [
         GraphInstance(*parts)
@@ -100,7 +100,7 @@ def _make_nodes(snapshots: Snapshots, joined: Columns, first_node: np.ndarray) -
     furniture = slice(*first_node[FURNITURE : FURNITURE + 2])
     objects = slice(*first_node[OBJECT : OBJECT + 2])
     time = snapshots.time[joined["snapshot"]]
-    column["kind"][:] = np.repeat(np.arange(OBJECT + 1), np.diff(first_node))
+    column["kind"][:] = np.repeat(np.arange(len(NODE_TYPES)), np.diff(first_node))
     column["label"][:] = joined["label"]
     for name in ("description", "steps_since_observed", "steps_since_moved"):
         column[name][:] = NEVER
@@ -118,9 +118,10 @@ def _make_nodes(snapshots: Snapshots, joined: Columns, first_node: np.ndarray) -
 
 
 def _make_edges(
-    snapshots: Snapshots, edges: Selection, num_layout: int
+    snapshots: Snapshots, edges: Selection, pairs: Pairs
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """Edges of all snapshots, float32 (P, 9), and the two ranks that order those of a graph."""
+    num_layout = pairs.num_layout
     features = np.zeros((num_layout + len(edges.rows), len(EDGE_FEATURES)), dtype=np.float32)
     of_layout, of_edges = (
         dict(zip(EDGE_FEATURES, part.T, strict=True))  # views
@@ -128,8 +129,7 @@ def _make_edges(
     )
     for name in ("is_remembered", "is_true", "prior"):
         of_layout[name][:] = 1
-    share = snapshots.furniture["prob"]
-    of_layout["prior"][num_layout - len(share) :] = share
+    of_layout["prior"][pairs.of_furniture] = snapshots.furniture["prob"]
     is_known = edges.rows >= 0
     of_edges["relation"][:] = 1 + edges["relation"]
     of_edges["is_remembered"][:] = is_known

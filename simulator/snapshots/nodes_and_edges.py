@@ -8,28 +8,33 @@ import numpy as np
 
 from sgm.schema import (
     EDGE_TYPES,
+    LAYOUT_EDGE_TYPES,
+    LAYOUT_PAIRS,
     NODE_TYPES,
     NUM_RELATIONS,
     OPPOSITES,
+    QUERY_EDGE_TYPES,
     RELATIONS,
     Columns,
     PlaceCode,
 )
 from simulator.snapshots.snapshots import Selection, Snapshots
-from simulator.snapshots.type_numbers import MAX_ENTERING, OBJECT, ROOM
+from simulator.snapshots.type_numbers import FURNITURE, MAX_ENTERING, OBJECT
+
+_NUM_LAYOUT_PAIRS = len(LAYOUT_PAIRS)
 
 
-def _find_direction(source: str, relation: str, target: str) -> tuple[bool, int]:
+def _find_direction(etype: tuple[str, str, str]) -> tuple[bool, int]:
     """Tell of an edge type whether it leads from child to parent, and its group of pairs."""
-    ends = NODE_TYPES.index(source), NODE_TYPES.index(target)
-    is_up, group = ends[0] > ends[1], min(ends)
-    if OBJECT in ends:
-        of_object = [name for name in RELATIONS if relation in (name, OPPOSITES[name])]
-        group += RELATIONS.index(of_object[0])
-    return is_up, group
+    source, relation, target = etype
+    if etype in LAYOUT_EDGE_TYPES:
+        is_up = (source, target) in LAYOUT_PAIRS
+        return is_up, LAYOUT_PAIRS.index((source, target) if is_up else (target, source))
+    of_object = [name for name in RELATIONS if relation in (name, OPPOSITES[name])]
+    return etype in QUERY_EDGE_TYPES, _NUM_LAYOUT_PAIRS + RELATIONS.index(of_object[0])
 
 
-_DIRECTIONS = tuple(_find_direction(*etype) for etype in EDGE_TYPES)
+_DIRECTIONS = tuple(map(_find_direction, EDGE_TYPES))
 
 
 def join_nodes(snapshots: Snapshots) -> tuple[Columns, np.ndarray]:
@@ -37,14 +42,9 @@ def join_nodes(snapshots: Snapshots) -> tuple[Columns, np.ndarray]:
 
     Returns:
         `label` and `snapshot` of every node, (N,); and the first id of each of `NODE_TYPES` and,
-        last, N: 6 of them.
+        last, N.
     """
-    each = np.arange(snapshots.num_snapshots)
-    single = (
-        {"snapshot": each, "label": np.full(len(each), snapshots.labels.index(ntype))}
-        for ntype in NODE_TYPES[:ROOM]
-    )
-    tables = [*single, snapshots.rooms, snapshots.furniture, snapshots.objects]
+    tables = [snapshots.get_nodes(ntype) for ntype in NODE_TYPES]
     nodes = {
         name: np.concatenate([table[name] for table in tables]) for name in ("label", "snapshot")
     }
@@ -102,11 +102,11 @@ def propose_edges(snapshots: Snapshots, proposed: np.ndarray, one_each: bool = F
 class Pairs(NamedTuple):
     """The P pairs of a child and its parent, which an edge joins in either direction.
 
-    They lie in groups: floor and house, room and floor, furniture and room, and object and
-    furniture, one for each of `RELATIONS`; those of a group snapshot by snapshot.
+    They lie in groups: those of `LAYOUT_PAIRS`, and object and furniture, one for each of
+    `RELATIONS`; those of a group snapshot by snapshot.
 
     Attributes:
-        first_node: first id of each of `NODE_TYPES` and, last, N: 6 of them.
+        first_node: first id of each of `NODE_TYPES` and, last, N.
         first: first pair of each group and, last, P.
         child, parent: node ids, (P,).
     """
@@ -119,32 +119,31 @@ class Pairs(NamedTuple):
     @classmethod
     def list(cls, snapshots: Snapshots, edges: Selection, first_node: np.ndarray) -> Pairs:
         """List them, those of objects as `propose_edges` has them; `join_nodes` numbers nodes."""
-        rooms, furniture = snapshots.rooms, snapshots.furniture
-        _, first_floor, first_room, first_furniture, first_object, _ = first_node.tolist()
         num_of_relation = np.bincount(edges["relation"], minlength=NUM_RELATIONS)
+        of_layout = [snapshots.list_held(*pair) for pair in LAYOUT_PAIRS]
+        ends = [*map(NODE_TYPES.index, sum(LAYOUT_PAIRS, ())), OBJECT, FURNITURE]
+        rows = [*(row for pair in of_layout for row in pair), edges["object"], edges["furniture"]]
+        nodes = [first_node[ntype] + row for ntype, row in zip(ends, rows, strict=True)]
         return cls(
             first_node=first_node,
-            first=np.cumsum([0, *np.diff(first_node)[1:OBJECT], *num_of_relation]),
-            child=np.concatenate(
-                [np.arange(first_floor, first_object), first_object + edges["object"]]
-            ),
-            parent=np.concatenate(
-                [
-                    np.arange(first_floor),
-                    first_floor + rooms["snapshot"],
-                    first_room + furniture["room"],
-                    first_furniture + edges["furniture"],
-                ]
-            ),
+            first=np.cumsum([0, *(len(child) for child, _ in of_layout), *num_of_relation]),
+            child=np.concatenate(nodes[::2]),
+            parent=np.concatenate(nodes[1::2]),
         )
 
     @property
     def num_layout(self) -> int:
-        """Number of pairs of the layout; those with an object follow."""
-        return int(self.first[OBJECT - 1])
+        """Number of pairs of the layout; those that looks update follow."""
+        return int(self.first[_NUM_LAYOUT_PAIRS])
+
+    @property
+    def of_furniture(self) -> slice:
+        """The pairs of furniture and its room, which lie as the furniture of the snapshots."""
+        group = LAYOUT_PAIRS.index(("furniture", "room"))
+        return slice(*self.first[group : group + 2].tolist())
 
     def compute_degrees(self) -> np.ndarray:
-        """Count the edges that enter each node, by edge type, float32 (N, 3).
+        """Count the edges that enter each node, by edge type, float32 (N, `MAX_ENTERING`).
 
         The columns of a node are the types of `ENTERING` for its own type, in their order.
         """
@@ -172,7 +171,7 @@ class Pairs(NamedTuple):
 
         Returns:
             The pair of each edge and whether it leads to the parent, (E,); and the first edge of
-            each type and, last, E, (11,).
+            each type and, last, E.
         """
         ends = [np.searchsorted(pairs, self.first).tolist() for pairs in (down, up)]
         parts = [

@@ -9,7 +9,7 @@ import numpy as np
 
 from sgm.arrays.grouped import compute_starts
 from sgm.arrays.week import compute_week_seconds
-from sgm.schema import NEVER, SNAPSHOT_TABLES, Columns
+from sgm.schema import NEVER, NODE_TABLE, SNAPSHOT_TABLES, Columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +38,8 @@ class Snapshots:
             name: "belief" (NF, 4), from `HomeFilter.compute_features`; "relevance" (NF,), how
             relevant the place is, where the task says; or whatever a filter or task gives.
         question_extras: what else was kept of each question, float (B, D) by name.
+        more_nodes: tables of further types of `NODE_TABLE`, such as bags or boxes, by name of the
+            table; without one there are none of that type.
     """
 
     labels: tuple[str, ...]
@@ -52,6 +54,7 @@ class Snapshots:
     extras: Mapping[str, np.ndarray] = field(default_factory=dict)
     question_extras: Mapping[str, np.ndarray] = field(default_factory=dict)
     clock: np.ndarray | None = None
+    more_nodes: Mapping[str, Columns] = field(default_factory=dict)
 
     @property
     def num_snapshots(self) -> int:
@@ -62,6 +65,29 @@ class Snapshots:
     def questions(self) -> Columns:
         """The questions as a table of one row a snapshot: `object` is the query object."""
         return {"snapshot": np.arange(self.num_snapshots), "object": self.query_object}
+
+    def get_nodes(self, node_type: str) -> Columns:
+        """Return `label`, `snapshot` and all other columns of the nodes of a type."""
+        table = NODE_TABLE[node_type].table
+        if not table:
+            snapshot = np.arange(self.num_snapshots)
+            label = self.labels.index(node_type)
+            return {"snapshot": snapshot, "label": np.full(len(snapshot), label)}
+        none = np.zeros(0, dtype=np.int64)
+        tables = {"rooms": self.rooms, "furniture": self.furniture, "objects": self.objects}
+        return {**tables, **self.more_nodes}.get(table, {"snapshot": none, "label": none})
+
+    def list_held(self, child: str, parent: str) -> tuple[np.ndarray, np.ndarray]:
+        """List the rows of nodes of a type that are in nodes of another, and of these, (n,) each.
+
+        The two types are one of `LAYOUT_PAIRS`.
+        """
+        nodes = self.get_nodes(child)
+        none = np.full(len(nodes["label"]), NEVER)
+        is_single = not NODE_TABLE[parent].table  # one of each snapshot
+        held = nodes["snapshot"] if is_single else nodes.get(parent, none)
+        rows = np.flatnonzero(held != NEVER)
+        return rows, held[rows]
 
     def find_first(self, table: str) -> np.ndarray:
         """Return the first row of each snapshot in a table and, last, their number, (B + 1,)."""
@@ -144,10 +170,11 @@ def make_counters(table: str, count: int) -> dict[str, np.ndarray]:
 def forget(snapshots: Snapshots) -> Snapshots:
     """Return the snapshots of agents that have not seen anything yet and are asked the same.
 
-    The layout and the query objects are left; there is no remembered edge, no counter, and time
-    starts now: what the clock shows is no memory.
+    The layout and the query objects are left; there is no remembered edge, no counter, no node of
+    `more_nodes`, and time starts now: what the clock shows is no memory.
     """
     batch, clock, asked = snapshots.num_snapshots, snapshots.clock, snapshots.query_object
+    known = {column.name for column in SNAPSHOT_TABLES["objects"]} | {"snapshot"}
     if clock is not None:
         now = compute_week_seconds(clock, snapshots.time)
         clock = np.stack([now, clock[:, 1]], axis=1)
@@ -158,11 +185,12 @@ def forget(snapshots: Snapshots) -> Snapshots:
         clock=clock,
         furniture={**snapshots.furniture, **make_counters("furniture", num_furniture)},
         objects={
-            **{name: column[asked] for name, column in snapshots.objects.items()},
+            **{name: column[asked] for name, column in snapshots.objects.items() if name in known},
             **make_counters("objects", batch),
         },
         edges={name: column[:0] for name, column in snapshots.edges.items()},
         query_object=np.arange(batch),
+        more_nodes={},
     )
 
 

@@ -11,7 +11,7 @@ from sgm.memory.clock import make_clock_rows
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
 from sgm.prior.prior_graph import PriorGraph
-from sgm.schema import PlaceCode
+from sgm.schema import HOME_LABELS, PlaceCode
 from simulator.trace.episode import Episode
 from simulator.trace.trace import Trace, fill_row
 from simulator.world.config import HomeConfig
@@ -40,9 +40,7 @@ class RecordedTypes:
         self.prior = prior
         names = [furniture_type.label for furniture_type in prior.furniture]
         names += [object_type.label for object_type in prior.objects]
-        vocabulary = Vocabulary(
-            prior, list(dict.fromkeys(["house", "floor", *prior.rooms, *names]))
-        )
+        vocabulary = Vocabulary(prior, list(dict.fromkeys([*HOME_LABELS, *prior.rooms, *names])))
         self._vocabulary = vocabulary
         self.object_labels = [object_type.label for object_type in prior.objects]
         type_of_label = {label: number for number, label in enumerate(self.object_labels)}

@@ -12,7 +12,7 @@ import numpy as np
 
 from sgm.memory.clock import Clock
 from sgm.prior.prior_graph import PriorGraph
-from sgm.schema import PlaceCode
+from sgm.schema import HOME_LABELS, PlaceCode
 from simulator.world.parts import Part
 from simulator.world.rules import HomeRules
 from simulator.world.streams import Streams
@@ -24,7 +24,7 @@ def list_labels(prior: PriorGraph, more: Iterable[str] = ()) -> list[str]:
     """List every label once: house, floor, rooms, furniture and objects of a prior, then others."""
     furniture = [furniture_type.label for furniture_type in prior.furniture]
     objects = [object_type.label for object_type in prior.objects]
-    return list(dict.fromkeys(["house", "floor", *prior.rooms, *furniture, *objects, *more]))
+    return list(dict.fromkeys([*HOME_LABELS, *prior.rooms, *furniture, *objects, *more]))
 
 
 class Descriptions(Protocol):

@@ -32,6 +32,7 @@ from thinc.api import (
 from sgm.checks import check_at_least
 from sgm.files import write_whole
 from sgm.prior.prior_graph import PriorGraph
+from sgm.schema import HOME_LABELS
 from sgm.text.tok2vec import ENCODER_FILE
 from sgm.text.vectors import TextVectors, load_language
 from simulator.command_line import make_parser, one_line_errors, parse
@@ -96,7 +97,7 @@ def list_words() -> list[str]:
     """List the words whose vectors are stored: of the taxonomy and of the shipped priors."""
     words = [word for group in load_taxonomy()["groups"] for word in group["words"]]
     for prior in (PriorGraph.default(), PriorGraph.household()):
-        words += ["house", "floor", *prior.rooms]
+        words += [*HOME_LABELS, *prior.rooms]
         words += [furniture.label for furniture in prior.furniture]
         words += [thing.label for thing in prior.objects]
     return list(dict.fromkeys(words))
