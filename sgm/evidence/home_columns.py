@@ -17,6 +17,10 @@ from sgm.prior.copies import get_copies
 SPANS = {"minutes": 1 / 6, "hours": 1.0, "days": 24.0}  # hours after which an event counts 1 / e
 _USUAL_CHANGES = 0.1  # for each look, before anything was seen to change
 _MOST_HOURS = 1e4  # since a thing moved; what never did counts as this
+# Smaller homes are read as ones of this size. Between one room and two the network that ships sees so
+# great a difference that a bathroom, which has to do with nothing, moved .15 of an answer; a home of
+# three places it has never seen.
+_FEWEST_ROOMS, _FEWEST_PLACES = 3, 4
 _USUAL_DOUBLES = 0.05  # share of the things of a home known at two places, before any was seen
 
 
@@ -25,8 +29,8 @@ def compute_size(asked: Question) -> dict[str, np.ndarray]:
     home, hours = asked.home, asked.hours
     num_known, sightings = asked.sums.num_known[home], asked.sums.sightings[home]
     return {
-        "log_num_places": np.log(asked.num_places),
-        "log_num_rooms": np.log(asked.memory.home_num_rooms[home]),
+        "log_num_places": np.log(np.maximum(asked.num_places, _FEWEST_PLACES)),
+        "log_num_rooms": np.log(np.maximum(asked.memory.home_num_rooms[home], _FEWEST_ROOMS)),
         "num_known": np.log1p(num_known),
         "sightings_per_object": np.log1p(sightings / np.maximum(num_known, 1)),
         "age": np.log1p(asked.memory.time * hours),
@@ -41,7 +45,8 @@ def compute_places(asked: Question) -> dict[str, np.ndarray]:
     last = np.maximum(asked.last, 0)
     arrivals, onward, back = sums.arrivals[home], moves[home, last], moves[home, :, last]
     total = arrivals.sum(axis=1, keepdims=True)
-    popularity = sums.popularity[home] / np.maximum(sums.num_known[home], 1)[:, None]
+    # Beside the things that are known, one that may be anywhere: the first tell little.
+    popularity = (sums.popularity[home] + 1 / num_places) / (sums.num_known[home][:, None] + 1)
     return {
         "popularity": popularity,
         "log_popularity": np.log(popularity * num_places + 0.1),

@@ -145,12 +145,21 @@ def test_presence_is_what_looks_show_at_first_and_in_the_end(make_tiny_memory):
     assert found == pytest.approx([0.999, 21 / 41], abs=0.02)
 
 
+def test_the_smallest_homes_are_read_as_ones_that_were_learnt_from(columns):
+    """The tiny home has six places in two rooms, which are read as three."""
+    assert columns["size.log_num_places"] == pytest.approx(math.log(6))
+    assert columns["size.log_num_rooms"] == pytest.approx(math.log(3))
+
+
 def test_places_and_others_by_hand(columns):
     """Of two known objects the plate was last on the table, the mug on the desk.
 
-    The plate is its companion: cosine of (2, 1) and (1, 0) is 2 / sqrt(5).
+    A third, that may be anywhere, is counted beside them. The plate is the mug's companion: cosine
+    of (2, 1) and (1, 0) is 2 / sqrt(5).
     """
-    assert columns["places.popularity"] == at(table=1 / 2, desk=1 / 2)
+    popularity = np.full(6, 1 / 6 / 3)
+    popularity[[TABLE, DESK]] += 1 / 3
+    assert columns["places.popularity"] == pytest.approx(popularity)
     assert columns["places.arrivals"] == at(desk=1)
     assert columns["places.log_back"] == at(table=math.log(2))  # went from there to the desk
     fresh = 2 / math.sqrt(5) * math.exp(-4 * 1.5 / 17)
