@@ -17,9 +17,9 @@ from sgm.prior.copies import get_copies
 SPANS = {"minutes": 1 / 6, "hours": 1.0, "days": 24.0}  # hours after which an event counts 1 / e
 _USUAL_CHANGES = 0.1  # for each look, before anything was seen to change
 _MOST_HOURS = 1e4  # since a thing moved; what never did counts as this
-# Smaller homes are read as ones of this size. Between one room and two the network that ships sees so
-# great a difference that a bathroom, which has to do with nothing, moved .15 of an answer; a home of
-# three places it has never seen.
+# Smaller homes are read as ones of this size. Between one room and two the network that ships sees
+# so great a difference that a bathroom, which has to do with nothing, moved .15 of an answer; a
+# home of three places it has never seen.
 _FEWEST_ROOMS, _FEWEST_PLACES = 3, 4
 _USUAL_DOUBLES = 0.05  # share of the things of a home known at two places, before any was seen
 
