@@ -73,7 +73,7 @@ COMMANDS = (
     (
         "tools.priors",
         ("build", "--source=table=rows.csv", "--out=built.json"),
-        "source num_homes seed normalise scope coarse min_edges min_places skip_bad".split(),
+        "source scope coarse min_edges min_places skip_bad".split(),
     ),
     ("simulator.test_sets", ("show", "paper-32-on-v1"), ()),
     ("simulator.test_sets", ("check", "x"), ()),

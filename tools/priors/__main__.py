@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,7 +16,6 @@ from tools.priors.activities import count_activities, make_table
 from tools.priors.build import DEFAULT_SOURCES, SOURCES, build_from_sources
 from tools.priors.compare import compare_priors
 from tools.priors.merge import BuildOptions
-from tools.priors.procthor_databases import NUM_HOUSES
 
 PROG = "python -m tools.priors"
 
@@ -45,25 +43,13 @@ def build(arguments: Sequence[str]) -> int:
         help="NAME[=PATH] of sources; the first wins where two know the same relation",
     )
     parser.add_argument("--out", type=Path, default=Path("prior.json"))
-    parser.add_argument(
-        "--num_homes", type=int, default=NUM_HOUSES, help="symbolic houses to sample"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of the symbolic houses")
     parser.add_class_arguments(BuildOptions)
     parser.add_argument("--skip_bad", type=bool, default=False, help="report bad rows and go on")
     options = parse(parser, arguments)
-
-    def report_progress(done: int) -> None:
-        if sys.stderr.isatty():
-            print(f"\r{done}/{options.num_homes} houses", end="", file=sys.stderr, flush=True)
-
     prior, report, counts = build_from_sources(
         tuple(options.source),
         options=BuildOptions(**pick(options, BuildOptions)),
-        num_houses=options.num_homes,
-        seed=options.seed,
         skip_bad=options.skip_bad,
-        progress=report_progress,
     )
     for source in counts:
         print(source.summarise())

@@ -13,7 +13,7 @@ from tools.priors.behavior import count_behavior
 from tools.priors.counts import PlacementCounts
 from tools.priors.igibson import count_igibson
 from tools.priors.merge import BuildOptions, BuildReport, build_prior
-from tools.priors.procthor_databases import NUM_HOUSES, count_procthor_databases
+from tools.priors.procthor_databases import NUM_HOUSES, SEED, count_procthor_databases
 from tools.priors.procthor_houses import count_procthor_houses
 from tools.priors.table import count_table
 
@@ -30,13 +30,15 @@ SOURCES = {
 NEEDS_PATH = ("igibson", "table")
 
 
-def load_source(name: str, *, skip_bad: bool = False, **sampling: Any) -> PlacementCounts:
+def load_source(
+    name: str, *, skip_bad: bool = False, num_houses: int = NUM_HOUSES
+) -> PlacementCounts:
     """Count one source.
 
     Args:
         name: a key of `SOURCES`, or `key=path`.
         skip_bad: note bad rows and go on.
-        sampling: of `count_procthor_databases`: `num_houses`, `seed` and `progress`.
+        num_houses: symbolic houses to sample.
 
     Raises:
         ValueError: on an unknown source, a missing path, or a bad row unless `skip_bad`.
@@ -53,7 +55,7 @@ def load_source(name: str, *, skip_bad: bool = False, **sampling: Any) -> Placem
     if path is not None and not path.exists():
         raise FileNotFoundError(f"source {shorten(key)} must exist, got {path}. Correct the path.")
     counters: dict[str, Callable[[], PlacementCounts]] = {
-        "procthor": lambda: count_procthor_databases(path, **sampling),
+        "procthor": lambda: count_procthor_databases(path, num_houses=num_houses),
         "behavior": lambda: count_behavior(path, skip_bad=skip_bad),
         "procthor-10k": lambda: count_procthor_houses(path, skip_bad=skip_bad),
         "igibson": lambda: count_igibson(Path(text), skip_bad=skip_bad),
@@ -67,27 +69,22 @@ def build_from_sources(
     *,
     options: BuildOptions | None = None,
     num_houses: int = NUM_HOUSES,
-    seed: int = 0,
     skip_bad: bool = False,
-    progress: Callable[[int], None] | None = None,
 ) -> tuple[PriorGraph, BuildReport, list[PlacementCounts]]:
     """Count sources and merge them, the first named wins.
 
-    The same sources, versions, options and seed give the same file, byte for byte.
+    The same sources, versions and options give the same file, byte for byte.
 
     Raises:
         ValueError, OSError: as `load_source` and `build_prior`.
     """
-    counts = [
-        load_source(name, skip_bad=skip_bad, num_houses=num_houses, seed=seed, progress=progress)
-        for name in names
-    ]
+    counts = [load_source(name, skip_bad=skip_bad, num_houses=num_houses) for name in names]
     metadata: dict[str, Any] = {
         "name": "default" if tuple(names) == DEFAULT_SOURCES else "own",
         "sources": [_describe(name, source) for name, source in zip(names, counts, strict=True)],
     }
     if "procthor" in names:
-        metadata |= {"num_houses": num_houses, "seed": seed}
+        metadata |= {"num_houses": num_houses, "seed": SEED}
     prior, report = build_prior(counts, options=options, metadata=metadata)
     return prior, report, counts
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from sgm.prior.prior_graph import PriorGraph
-
-PlaceKey = tuple[str | None, str, str, str]  # room, furniture, object, relation
+from tools.priors.counts import PlaceKey
 
 
 @dataclass(frozen=True, slots=True)

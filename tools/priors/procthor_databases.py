@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -42,14 +42,14 @@ from tools.priors.procthor_rules import (
 )
 
 NUM_HOUSES = 30_000
+SEED = 0
 
 
 def count_procthor_databases(
     folder: Path | None = None,
     *,
     num_houses: int = NUM_HOUSES,
-    seed: int = 0,
-    progress: Callable[[int], None] | None = None,
+    seed: int = SEED,
 ) -> PlacementCounts:
     """Sample symbolic houses and count what stands and lies where.
 
@@ -61,7 +61,6 @@ def count_procthor_databases(
         folder: the package's `databases` folder; None finds the installed package.
         num_houses: houses to sample.
         seed: of the one random stream; the same seed gives the same counts.
-        progress: called with the number of houses done.
 
     Raises:
         ValueError: if `num_houses` is not positive.
@@ -76,7 +75,7 @@ def count_procthor_databases(
     held: Counter[tuple[str, str]] = Counter()
     placed: Counter[tuple[str, str, str]] = Counter()
     counts = PlacementCounts("procthor", is_per_room=True)
-    for house in range(num_houses):
+    for _ in range(num_houses):
         chances = [chance for _, chance in NUM_ATTEMPTS]
         attempts = NUM_ATTEMPTS[choose_weighted(draw, chances)][0]
         bias = HOUSE_BIAS_LOW + HOUSE_BIAS_RANGE * float(rng.beta(*HOUSE_BIAS_BETA))
@@ -86,8 +85,6 @@ def count_procthor_databases(
             held.update((room, asset_type) for asset_type in set(furniture))
             for parent, child in _spawn_objects(draw, rng, assets, room, furniture, bias):
                 placed[room, parent, child] += 1
-        if progress is not None and (house + 1) % 500 == 0:
-            progress(house + 1)
     counts.num_units = num_houses
     _translate(held, placed, counts)
     return counts

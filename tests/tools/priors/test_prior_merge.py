@@ -75,16 +75,10 @@ def _two_rooms():
 
 
 @pytest.mark.parametrize(
-    ("normalise", "scope", "expected"),
-    [
-        ("sum", "house", (0.3, 0.1, 0.6)),
-        ("max", "house", (0.5, 0.166667, 1.0)),
-        ("sum", "room", (0.75, 0.25, 1.0)),
-        ("max", "room", (1.0, 0.333333, 1.0)),
-    ],
+    ("scope", "expected"), [("house", (0.3, 0.1, 0.6)), ("room", (0.75, 0.25, 1.0))]
 )
-def test_normalise_and_scope(normalise, scope, expected):
-    options = BuildOptions(normalise=normalise, scope=scope, min_edges=1, min_places=1)
+def test_weights_sum_to_one_over_the_scope(scope, expected):
+    options = BuildOptions(scope=scope, min_edges=1, min_places=1)
     probs = _read(build_prior([_two_rooms()], options=options)[0])
     keys = [("kitchen", "table", "mug"), ("kitchen", "sink", "mug"), ("bedroom", "bed", "mug")]
     assert [probs[key] for key in keys] == pytest.approx(expected)
