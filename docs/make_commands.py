@@ -23,7 +23,7 @@ COMMANDS = {
     "simulator.priors": "simulator.priors.__main__",
     "simulator.test_sets": "simulator.test_sets.__main__",
     "simulator.igridson": "simulator.igridson.__main__",
-    "simulator.robot_home": "simulator.robot_home.__main__",
+    "simulator.box_world": "simulator.box_world.__main__",
     "nep.fit": "nep.fit",
     "nep.evaluate": "nep.evaluate",
     "nep.compare": "nep.compare",

@@ -38,12 +38,12 @@ ORDER = """
     sgm.__main__
     simulator.caches simulator.kernel_store simulator.kernel simulator.yaml_text simulator.process
     simulator.fan_out
-    simulator.priors simulator.world simulator.box_world simulator.policies
+    simulator.priors simulator.world simulator.policies
     simulator.snapshots simulator.tasks simulator.events simulator.trace simulator.drawing
     simulator.replay
     simulator.home_options simulator.command_line simulator.import_command simulator.gym
     simulator.igridson
-    simulator.robot_home simulator.collect simulator.compile simulator.testing simulator.test_sets
+    simulator.box_world simulator.collect simulator.compile simulator.testing simulator.test_sets
     simulator simulator.__main__
     datamodules
     nep.tensor_file nep.importers nep.config_files nep.training nep.paper nep.any_home

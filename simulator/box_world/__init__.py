@@ -1,1 +1,1 @@
-"""Homes of boxes with a camera in them: what a robot's eyes are tried with."""
+"""Homes of boxes, and robots with a camera that live in them: what eyes are tried with."""

@@ -31,7 +31,7 @@ SMALLER = {
     "-m nep.igridson video": "--searches 1 --warm_up 1 --tile 32",
     "-m simulator.igridson video": "--searches 1 --warm_up 1 --tile 32",
     "-m simulator.collect": f"$({_HOMES}) --workers 1",
-    "-m simulator.robot_home": "--home.furniture_per_room 2 --steps 1 --errands_per_step 1",
+    "-m simulator.box_world": "--home.furniture_per_room 2 --steps 1 --errands_per_step 1",
 }
 # Pages whose commands are small, and run as they stand; the second time their trainings are short.
 AS_IT_STANDS = ("docs/extend/", "docs/start/")

@@ -50,7 +50,7 @@ def test_every_module_and_command_has_its_place(site):
     api = (site / "reference" / "api" / "sgm.html").read_text("utf-8")
     for name in ("ObjectFinder", "SceneGraphMemory", "Bayesian"):
         assert f">{name}<" in api
-    play = (site / "reference" / "commands" / "simulator.robot_home.html").read_text("utf-8")
+    play = (site / "reference" / "commands" / "simulator.box_world.html").read_text("utf-8")
     assert "--looks_per_step" in play
 
 

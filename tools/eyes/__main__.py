@@ -12,10 +12,10 @@ from tqdm import tqdm
 
 from sgm.checks import check_at_least, check_seed
 from sgm.files import write_whole
+from simulator.box_world.__main__ import USUAL_HOMES
 from simulator.command_line import add_home_arguments, make_parser, one_line_errors, parse, pick
 from simulator.home_options import HomeOptions
 from simulator.process import run_main
-from simulator.robot_home.__main__ import USUAL_HOMES
 from tools.eyes.results import (
     PARTS,
     MeasureRules,

@@ -17,8 +17,8 @@ from sgm.memory.seen_places import SeenRows
 from sgm.names.words import read_name
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules, RobotBody
+from simulator.box_world.robots import MappingRobot
 from simulator.box_world.world import BoxWorld
-from simulator.robot_home.robots import MappingRobot
 
 _ROUNDS = 2
 _LEAST_PIXELS = 100  # of furniture in one picture that a camera can see

@@ -17,9 +17,9 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.words import read_name
 from sgm.schema import RELATIONS, PlaceCode
 from simulator.box_world.robot_body import BodyRules, RobotBody, RobotFrame
+from simulator.box_world.robots import make_memory
 from simulator.box_world.true_view import TrueView
 from simulator.box_world.world import BoxWorld
-from simulator.robot_home.robots import make_memory
 
 _WHOLE_SPOT = 0.9  # share of the points of a spot of which all of it was in view
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from sgm.files import read_json, write_whole
 from simulator.box_world.robot_body import BodyRules
+from simulator.box_world.week import Week, WeekRules
 from simulator.box_world.world import BoxWorld
-from simulator.robot_home.week import Week, WeekRules
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
 from tools.eyes.map_measures import measure_map

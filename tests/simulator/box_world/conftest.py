@@ -15,3 +15,15 @@ def make_world():
         return BoxWorld(SampledSource(home=config).make(Streams(3, "test", [home])))
 
     return make
+
+
+@pytest.fixture
+def source():
+    """Homes that are smaller still."""
+    return SampledSource(home=HomeConfig(furniture_per_room=2, objects_per_furniture=2))
+
+
+@pytest.fixture
+def make_small_world(source):
+    """Make one of these, of boxes."""
+    return lambda home=0: BoxWorld(source.make(Streams(1, "test", [home])))

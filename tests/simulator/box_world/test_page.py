@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from simulator.robot_home.__main__ import main
+from simulator.box_world.__main__ import main
 
 PAGE = (Path(__file__).parents[3] / "docs" / "box_world.md").read_text("utf-8")
 

@@ -7,14 +7,14 @@ from sgm.policies.adaptive import Adaptive
 from simulator.box_world.floor import ROBOT_RADIUS
 from simulator.box_world.ray_kernel import Solids
 from simulator.box_world.robot_body import BodyRules, RobotBody
-from simulator.robot_home.robots import PerfectRobot, SeeingRobot, ShownRobot, make_memory
-from simulator.robot_home.week import Week, WeekRules
+from simulator.box_world.robots import PerfectRobot, SeeingRobot, ShownRobot, make_memory
+from simulator.box_world.week import Week, WeekRules
 
 
 @pytest.fixture
-def make_robot(make_world):
+def make_robot(make_small_world):
     def make(kind, **rules):
-        world = make_world()
+        world = make_small_world()
         body = RobotBody(world, BodyRules(**rules))
         return kind(body, make_memory(world), Finder(Adaptive()), most_looks=8)
 
@@ -87,8 +87,8 @@ def test_what_was_just_seen_is_fetched_with_one_look(make_robot, kind):
     assert robot.fetch("grand piano").is_found is False
 
 
-def test_a_robot_keeps_away_from_walls_and_furniture(make_world):
-    world = make_world()
+def test_a_robot_keeps_away_from_walls_and_furniture(make_small_world):
+    world = make_small_world()
     body = RobotBody(world)
     for furniture in range(world.num_furniture):
         for frame in (*body.drive(furniture), *body.look(furniture)):
@@ -98,8 +98,8 @@ def test_a_robot_keeps_away_from_walls_and_furniture(make_world):
                 assert box.compute_distance(at) > ROBOT_RADIUS - 0.1
 
 
-def test_errors_of_the_known_position_have_their_size_and_last(make_world):
-    body = RobotBody(make_world(), BodyRules(position_sd=0.1, angle_sd=0.02))
+def test_errors_of_the_known_position_have_their_size_and_last(make_small_world):
+    body = RobotBody(make_small_world(), BodyRules(position_sd=0.1, angle_sd=0.02))
     errors = []
     for furniture in (0, 3, 5, 2, 7, 1, 6, 4) * 2:
         own = [frame.pose.position - frame.true_pose.position for frame in body.look(furniture)]

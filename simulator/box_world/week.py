@@ -15,8 +15,7 @@ from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules, RobotBody
-from simulator.box_world.world import BoxWorld
-from simulator.robot_home.robots import (
+from simulator.box_world.robots import (
     Errand,
     HomeRobot,
     MappingRobot,
@@ -25,6 +24,7 @@ from simulator.robot_home.robots import (
     ShownRobot,
     make_memory,
 )
+from simulator.box_world.world import BoxWorld
 from simulator.world.source import HomeSource
 from simulator.world.streams import Streams
 

@@ -2,7 +2,7 @@ import pytest
 
 from sgm import SceneGraphMemory
 from sgm.memory.memory_event import read_events
-from simulator.robot_home.__main__ import main
+from simulator.box_world.__main__ import main
 
 SMALL = (
     "--home.furniture_per_room 2 --home.objects_per_furniture 2 --home.dynamics paper --quiet"

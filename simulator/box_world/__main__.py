@@ -1,4 +1,4 @@
-"""Command line: `python -m simulator.robot_home play`."""
+"""Command line: `python -m simulator.box_world play`."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from sgm.checks import check_at_least, check_seed
 from sgm.finder.finder import Finder
 from sgm.policies.adaptive import Adaptive
 from simulator.box_world.robot_body import BodyRules
+from simulator.box_world.robots import SeeingRobot
+from simulator.box_world.week import Tally, Week, WeekRules
 from simulator.command_line import add_home_arguments, choose, make_parser, parse, pick
 from simulator.home_options import HomeOptions
 from simulator.process import run_main
-from simulator.robot_home.robots import SeeingRobot
-from simulator.robot_home.week import Tally, Week, WeekRules
 
-PROG = "python -m simulator.robot_home"
+PROG = "python -m simulator.box_world"
 # Homes with people that are no larger than flats, where nothing else is asked for.
 USUAL_HOMES = {
     "home.furniture_per_room": 5,
