@@ -50,7 +50,7 @@ def make_onnx(module: TrainingModule, features: FeatureConfig) -> bytes:
 
     graph = _Graph()
     with torch.no_grad():
-        _add_network(graph, module.predictor, features)
+        _Writer(graph, module.predictor, features).write()
     model = helper.make_model(
         helper.make_graph(
             graph.nodes,
@@ -115,81 +115,51 @@ class _Graph:
         return self.add("Gelu", values, approximate="tanh")
 
 
-def _add_network(graph: _Graph, network: AnyHomeNetwork, features: FeatureConfig) -> None:
-    evidence, sets, head = network.evidence_embedding, network.sets, network.elsewhere
-    members = network.members
-    place = _hide(graph, "place", PLACE_COLUMNS, features)
-    question = _hide(graph, "question", QUESTION_COLUMNS, features)
-    beliefs, of_elsewhere = graph.cast(place, np.float64), graph.cast(question, np.float64)
-    place = _standardise(graph, place, evidence.place_scale)
-    question = _standardise(graph, question, evidence.question_scale)
-    unit, axis = graph.constant(1.0), graph.constant([1], np.int64)
-    is_place = graph.cast("is_place", np.float64)
-    far = graph.add("Mul", graph.add("Sub", "is_place", unit), graph.constant(_FAR))
-    far64 = graph.cast(far, np.float64)
-    num_places = graph.add("Max", graph.add("ReduceSum", "is_place", axis), unit)
-    grid = graph.constant(_GRID, np.float64)
+class _Writer:
+    """Writes a network into a graph: what all members read, then each member, then their mean.
 
-    def pool(hidden: str) -> tuple[str, str]:
-        """Return mean and maximum over the places, (Q, 1, D) each."""
-        scaled = graph.add("Mul", graph.cast(hidden, np.float64), grid)
-        whole = graph.add("Mul", graph.add("Round", scaled), is_place)
-        total = graph.add("Div", graph.add("ReduceSum", whole, axis), grid)
-        mean = graph.add("Div", graph.cast(total, np.float32), num_places)
-        return mean, graph.add("ReduceMax", graph.add("Add", hidden, far), axis)
+    Its methods return the names of what they compute, of shapes (Q, F, D) for places and (Q, 1, D)
+    for questions, and follow `AnyHomeNetwork` and its parts.
+    """
 
-    def embed(member: int) -> str:
-        """Return the evidence of the places, (Q, F, D), of a node of their type."""
-        first, bias = _take(evidence.place, member, members)
-        about, _ = _take(evidence.question, member, members)
-        asked = graph.linear(question, about, bias)
-        hidden = graph.gelu(graph.add("Add", graph.linear(place, first), asked))
-        hidden = graph.gelu(graph.linear(hidden, *_take(evidence.second, member)))
-        node = _embed_node(network, 0, member)
-        return graph.add("Add", hidden, graph.constant(node))
+    def __init__(self, graph: _Graph, network: AnyHomeNetwork, features: FeatureConfig) -> None:
+        """Write the inputs, hidden and standardised as the network has learnt."""
+        self.graph, self.network, self.features = graph, network, features
+        evidence = network.evidence_embedding
+        place = _hide(graph, "place", PLACE_COLUMNS, features)
+        question = _hide(graph, "question", QUESTION_COLUMNS, features)
+        self.beliefs = graph.cast(place, np.float64)
+        self.of_elsewhere = graph.cast(question, np.float64)
+        self.place = _standardise(graph, place, evidence.place_scale)
+        self.question = _standardise(graph, question, evidence.question_scale)
+        unit, self.axis = graph.constant(1.0), graph.constant([1], np.int64)
+        self.is_place = graph.cast("is_place", np.float64)
+        self.far = graph.add("Mul", graph.add("Sub", "is_place", unit), graph.constant(_FAR))
+        self.far64 = graph.cast(self.far, np.float64)
+        number = graph.add("ReduceSum", "is_place", self.axis)
+        self.num_places = graph.add("Max", number, unit)
+        self.grid = graph.constant(_GRID, np.float64)
 
-    def compare(hidden: str, member: int) -> str:
-        """Apply `Sets`."""
-        first = hidden
-        for transform, shared, update in zip(sets.own, sets.shared, sets.update, strict=True):
-            mean, most = pool(hidden)
-            weight, bias = _take(transform, member)
-            of_mean, of_most = _take(shared, member)[0].chunk(2)
-            both = graph.add(
-                "Add", graph.linear(mean, of_mean, bias), graph.linear(most, of_most)
-            )  # (Q, 1, D)
-            hidden = graph.gelu(graph.add("Add", graph.linear(hidden, weight), both))
-            hidden = graph.gelu(graph.linear(hidden, *_take(update, member)))
-        return graph.add("Add", hidden, first)
+    def write(self) -> None:
+        """Write the members and the outputs."""
+        graph, members = self.graph, self.network.members
+        answers = [self._answer(member) for member in range(members)]
+        if members == 1:
+            for name, logits in zip(OUTPUTS, answers[0], strict=True):
+                graph.add("Mul", logits, graph.constant(1.0, np.float64), name=name)
+            return
+        count = graph.constant(float(members), np.float64)
+        least = graph.constant(np.finfo(np.float64).tiny, np.float64)
+        shared = zip(*starmap(self._share, answers), strict=True)
+        for name, shares in zip(OUTPUTS, shared, strict=True):
+            total = reduce(partial(graph.add, "Add"), shares)
+            mean = graph.add("Div", total, count)
+            graph.add("Log", graph.add("Max", mean, least), name=name)
 
-    def embed_edge(member: int) -> str:
-        """Return the embedding of the query edges, (Q, F, D)."""
-        embedding = network.edge_embedding
-        weight, bias = _take(embedding.first, member, members)  # (1 + relations, D)
-        prior, first, *others = weight
-        bias = _add(bias, first)
-        weights = torch.stack([prior * features.prior, *(other - first for other in others)])
-        hidden = graph.linear("edge", weights, bias)
-        hidden = graph.linear(graph.add("Relu", hidden), *_take(embedding.second, member))
-        return graph.add("Relu", hidden)
-
-    def answer_elsewhere(node: str, member: int) -> str:
-        """Return the logit of elsewhere of one member, float64 (Q, 1, 1)."""
-        mean, most = pool(node)
-        weight, bias = _take(head.places, member)
-        of_mean, of_most = weight.chunk(2)
-        about, _ = _take(head.question, member, members)
-        of_places = graph.add("Add", graph.linear(mean, of_mean, bias), graph.linear(most, of_most))
-        hidden = graph.gelu(graph.add("Add", of_places, graph.linear(question, about)))
-        logit = graph.cast(graph.linear(hidden, *_take(head.last, member)), np.float64)
-        shortcut = torch.zeros(len(QUESTION_COLUMNS), 1, dtype=torch.float64)
-        shortcut[head.belief_columns, 0] = head.shortcut.weight[member].double()
-        by_belief = graph.add("MatMul", of_elsewhere, graph.constant(shortcut, np.float64))
-        return graph.add("Add", logit, by_belief)
-
-    def answer(member: int) -> tuple[str, str]:
-        """Return the logits of places and of elsewhere of one member, (Q, F, 1) and (Q, 1, 1)."""
-        node, edge = compare(embed(member), member), embed_edge(member)
+    def _answer(self, member: int) -> tuple[str, str]:
+        """Write the logits of places and of elsewhere of one member, (Q, F, 1) and (Q, 1, 1)."""
+        graph, network, evidence = self.graph, self.network, self.network.evidence_embedding
+        node, edge = self._compare(self._embed(member), member), self._embed_edge(member)
         weight, bias = _take(network.head[0], member)
         of_node, of_edge = weight.chunk(2)
         asked = _embed_node(network, 1, member)
@@ -203,34 +173,83 @@ def _add_network(graph: _Graph, network: AnyHomeNetwork, features: FeatureConfig
         logits = graph.cast(hidden, np.float64)
         shortcut = torch.zeros(len(PLACE_COLUMNS), 1, dtype=torch.float64)
         shortcut[evidence.belief_columns, 0] = evidence.shortcut.weight[member].double()
-        by_place = graph.add("MatMul", beliefs, graph.constant(shortcut, np.float64))
-        places = graph.add("Add", graph.add("Add", logits, by_place), far64)
-        return places, answer_elsewhere(node, member)
+        by_place = graph.add("MatMul", self.beliefs, graph.constant(shortcut, np.float64))
+        places = graph.add("Add", graph.add("Add", logits, by_place), self.far64)
+        return places, self._answer_elsewhere(node, member)
 
-    def share(places: str, elsewhere: str) -> tuple[str, str]:
-        """Return the probabilities of one member.
+    def _embed(self, member: int) -> str:
+        """Write the evidence of the places, of a node of their type."""
+        graph, network, evidence = self.graph, self.network, self.network.evidence_embedding
+        first, bias = _take(evidence.place, member, network.members)
+        about, _ = _take(evidence.question, member, network.members)
+        asked = graph.linear(self.question, about, bias)
+        hidden = graph.gelu(graph.add("Add", graph.linear(self.place, first), asked))
+        hidden = graph.gelu(graph.linear(hidden, *_take(evidence.second, member)))
+        node = _embed_node(network, 0, member)
+        return graph.add("Add", hidden, graph.constant(node))
+
+    def _compare(self, hidden: str, member: int) -> str:
+        """Write `Sets`."""
+        graph, sets, first = self.graph, self.network.sets, hidden
+        for transform, shared, update in zip(sets.own, sets.shared, sets.update, strict=True):
+            mean, most = self._pool(hidden)
+            weight, bias = _take(transform, member)
+            of_mean, of_most = _take(shared, member)[0].chunk(2)
+            both = graph.add(
+                "Add", graph.linear(mean, of_mean, bias), graph.linear(most, of_most)
+            )  # (Q, 1, D)
+            hidden = graph.gelu(graph.add("Add", graph.linear(hidden, weight), both))
+            hidden = graph.gelu(graph.linear(hidden, *_take(update, member)))
+        return graph.add("Add", hidden, first)
+
+    def _pool(self, hidden: str) -> tuple[str, str]:
+        """Write mean and maximum over the places, (Q, 1, D) each."""
+        graph, axis = self.graph, self.axis
+        scaled = graph.add("Mul", graph.cast(hidden, np.float64), self.grid)
+        whole = graph.add("Mul", graph.add("Round", scaled), self.is_place)
+        total = graph.add("Div", graph.add("ReduceSum", whole, axis), self.grid)
+        mean = graph.add("Div", graph.cast(total, np.float32), self.num_places)
+        return mean, graph.add("ReduceMax", graph.add("Add", hidden, self.far), axis)
+
+    def _embed_edge(self, member: int) -> str:
+        """Write the embedding of the query edges."""
+        graph, embedding = self.graph, self.network.edge_embedding
+        weight, bias = _take(embedding.first, member, self.network.members)  # (1 + relations, D)
+        prior, first, *others = weight
+        bias = _add(bias, first)
+        weights = torch.stack([prior * self.features.prior, *(other - first for other in others)])
+        hidden = graph.linear("edge", weights, bias)
+        hidden = graph.linear(graph.add("Relu", hidden), *_take(embedding.second, member))
+        return graph.add("Relu", hidden)
+
+    def _answer_elsewhere(self, node: str, member: int) -> str:
+        """Write the logit of elsewhere of one member, float64 (Q, 1, 1)."""
+        graph, head = self.graph, self.network.elsewhere
+        mean, most = self._pool(node)
+        weight, bias = _take(head.places, member)
+        of_mean, of_most = weight.chunk(2)
+        about, _ = _take(head.question, member, self.network.members)
+        of_places = graph.add("Add", graph.linear(mean, of_mean, bias), graph.linear(most, of_most))
+        hidden = graph.gelu(graph.add("Add", of_places, graph.linear(self.question, about)))
+        logit = graph.cast(graph.linear(hidden, *_take(head.last, member)), np.float64)
+        shortcut = torch.zeros(len(QUESTION_COLUMNS), 1, dtype=torch.float64)
+        shortcut[head.belief_columns, 0] = head.shortcut.weight[member].double()
+        by_belief = graph.add("MatMul", self.of_elsewhere, graph.constant(shortcut, np.float64))
+        return graph.add("Add", logit, by_belief)
+
+    def _share(self, places: str, elsewhere: str) -> tuple[str, str]:
+        """Write the probabilities of one member.
 
         The softmax s of the places l_i gives the logarithm of the sum of their exponentials as
         max l - log max s.
         """
+        graph = self.graph
         shares = graph.add("Softmax", places, axis=1)
-        most, largest = (graph.add("ReduceMax", values, axis) for values in (places, shares))
+        most, largest = (graph.add("ReduceMax", values, self.axis) for values in (places, shares))
         odds = graph.add("Sub", elsewhere, graph.add("Sub", most, graph.add("Log", largest)))
         gone = graph.add("Sigmoid", odds)
         present = graph.add("Sub", graph.constant(1.0, np.float64), gone)
         return graph.add("Mul", shares, present), gone
-
-    answers = [answer(member) for member in range(members)]
-    if members == 1:
-        for name, logits in zip(OUTPUTS, answers[0], strict=True):
-            graph.add("Mul", logits, graph.constant(1.0, np.float64), name=name)
-        return
-    count = graph.constant(float(members), np.float64)
-    least = graph.constant(np.finfo(np.float64).tiny, np.float64)
-    for name, shares in zip(OUTPUTS, zip(*starmap(share, answers), strict=True), strict=True):
-        total = reduce(partial(graph.add, "Add"), shares)
-        mean = graph.add("Div", total, count)
-        graph.add("Log", graph.add("Max", mean, least), name=name)
 
 
 def _take(layer: nn.Module, member: int, shared: int = 1) -> tuple[Tensor, Tensor | None]:
