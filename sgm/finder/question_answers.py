@@ -63,6 +63,9 @@ class QuestionAnswers(EventAnswers):
 
     def _tell_where(self) -> Answered:
         """Say where things are, were or will be: of several that a name means, each."""
+        elsewhere = self._tell_not_there()
+        if elsewhere is not None:
+            return elsewhere
         asked = read_asked(self._memory, self._calls.finder, self._text, self._speaker)
         answer = self._calls.tell_asked(asked)
         meant = [
@@ -82,6 +85,18 @@ class QuestionAnswers(EventAnswers):
         said = " ".join(self._tell_place(found, tense) for found in answers)
         first = answer.places[0].probability if answer.places else answer.with_robot
         return self._make(said, where=tuple(answers), at=answer.at, probability=first)
+
+    def _tell_not_there(self) -> Answered | None:
+        """Say where the one thing of a name is that is not at the place that was said."""
+        if len(self._sentence.things) != 1 or self._sentence.time is not None:
+            return None
+        meant: Resolution = self._calls.finder.resolve(self._memory, self._sentence.things[0])
+        is_one = bool(meant.contradiction) and len(meant.matches) == 1 and meant.is_sure
+        if not is_one or meant.is_not_there:
+            return None
+        found = self._calls.where_is(meant.matches[0])
+        chance = found.places[0].probability if found.places else 0.0
+        return self._make(meant.contradiction, where=(drop_also(found),), probability=chance)
 
     def _list_meant(self, found: WhereOne) -> tuple[str, ...]:
         """List the things that a name means, where they are few and have names of their own."""
@@ -386,13 +401,22 @@ class QuestionAnswers(EventAnswers):
         return self._tell_rows(phrase.where, places, [row for row in found if row.place in places])
 
     def _tell_room(self) -> Answered:
-        """Say in which room a thing is; of several that a name means, each."""
+        """Say in which room things are; of several that a name means, each."""
         self._refuse_time()
-        thing = self._get_only()
+        told = [self._tell_room_of(thing) for thing in self._sentence.things]
+        if not all(told):
+            return self._tell_where()
+        said = " ".join(words for words, _, _ in filter(None, told))
+        where = tuple(found for _, found, _ in filter(None, told))
+        first = next(chance for _, _, chance in filter(None, told))
+        return self._make(said, where=where, probability=first)
+
+    def _tell_room_of(self, thing: str) -> tuple[str, WhereOne, float] | None:
+        """Say in which room a thing is; None for what is a place."""
         resolution = self._resolve(thing)
         found = self._calls.where_is(thing, speaker=self._speaker)
         if found.asked_for != "thing":
-            return self._tell_where()
+            return None
         few = 1 < len(resolution.matches) <= MOST_CANDIDATES
         rooms = [self._find_room(name) for name in (resolution.matches if few else (thing,))]
         names = resolution.matches if few else (self._name(found.thing, found.taken_for),)
@@ -400,7 +424,7 @@ class QuestionAnswers(EventAnswers):
             self._say("in room", name, where=self._asking.say_the(room), percent=_percent(chance))
             for name, (room, chance) in zip(names, rooms, strict=True)
         ]
-        return self._make(" ".join(said), where=(drop_also(found),), probability=rooms[0][1])
+        return " ".join(said), drop_also(found), rooms[0][1]
 
     def _find_room(self, thing: str) -> tuple[str, float]:
         """Return the likeliest room of a thing, and how likely it is."""

@@ -9,6 +9,7 @@ from sgm.names.modifiers import (
     contradict,
     is_elsewhere,
     is_property,
+    is_sort_of,
     picks,
     says_how,
 )
@@ -25,6 +26,8 @@ def compare(asked: Reading, said: Reading) -> int | None:
     asked_kinds, said_kinds = (asked.kinds, said.kinds) if asked.things else (asked.stem, said.stem)
     missing, extra = asked_kinds - said.said, said_kinds - asked.said
     is_written = asked.key in said.endings
+    if extra and not missing and _asks_for_any(asked, said) and is_sort_of(extra, asked.key):
+        extra = frozenset()
     if missing or extra:
         is_part = (not missing or not extra) and asked.endings[-1] == said.endings[-1]
         return DOUBTFUL if is_part else None
@@ -48,6 +51,11 @@ def compare(asked: Reading, said: Reading) -> int | None:
     if any(map(picks, missing_properties)):
         return DOUBTFUL  # a "left slipper" and a "slipper"
     return OTHER_SAID if _has_other_property(missing_properties, asked, said) else LESS_SAID
+
+
+def _asks_for_any(asked: Reading, said: Reading) -> bool:
+    """Tell whether a name says all that is asked for, before that word: no "cream of tartar"."""
+    return asked.key in said.endings[1:] and asked.properties <= said.said
 
 
 def _has_other_property(missing: frozenset[str], asked: Reading, said: Reading) -> bool:

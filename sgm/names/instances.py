@@ -40,6 +40,7 @@ _TRACKED = re.compile(rf"_{_NUMBERED}_(?=\d+$)", re.IGNORECASE)
 _BEFORE_NAME = re.compile(
     r"^(?:[a-z]+_0(?=\d)|(?=[1-9]\d*_))(?P<mark>\d+)_(?=[^\W\d_]{2})", re.IGNORECASE
 )
+_LABELLED = re.compile(r"^[^\W\d]{3,}[_.-]\d+$")  # "soap_bottle_3": "_" is a letter of these
 _WHAT_IT_IS = re.compile(  # "object 12 (cup)"
     rf"^{_NUMBERED}[\s_.#-]*(?P<mark>\d+)\s*\((?P<name>[^()]*[^\W\d_]{{2}}[^()]*)\)$",
     re.IGNORECASE,
@@ -110,10 +111,12 @@ def drop_label(name: str) -> str:
 def drop_track(name: str) -> str:
     """Return a name without the number of a tracker or data set; empty if it has none such.
 
-    That number is of the tracker's list, and not which of several mugs is meant.
+    That number is of the tracker's list, and not which of several mugs is meant: "mug_9", and no
+    "mug 9" of a person.
     """
-    marked = _write_mark_last(name)
-    return "" if marked == name else split_instance(name)[0]
+    if _write_mark_last(name) == name and not _LABELLED.match(name.strip()):
+        return ""
+    return split_instance(name)[0]
 
 
 def _write_mark_last(name: str) -> str:

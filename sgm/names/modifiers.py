@@ -26,9 +26,11 @@ _SHUT_OUT = (*_CLASSES, _GRAMMAR.list_words("seasons"))
 # Words that pick one of two or more that are alike but for where they belong.
 _PICKING = _GRAMMAR.list_words("also picking").union(*_SIDES)
 _PICKING_ENDINGS = tuple(_GRAMMAR.list_words("picking endings"))
-_HOW = _GRAMMAR.list_words("qualities").union(*_CLASSES)
-PROPERTIES = _HOW | _GRAMMAR.list_words("sorts") | _GRAMMAR.list_words("belonging")
-_PROPERTY_ENDINGS = tuple(_GRAMMAR.list_words("property endings"))
+FAULTS = _GRAMMAR.list_words("faults")
+_HOW = _GRAMMAR.list_words("qualities").union(FAULTS, *_CLASSES)
+PROPERTIES = _HOW.union(*map(_GRAMMAR.list_words, ("participles", "sorts", "belonging")))
+PROPERTY_ENDINGS = tuple(_GRAMMAR.list_words("property endings"))
+NEGATIONS = _GRAMMAR.list_words("negations")  # before one: "unzipped"
 _NO_PROPERTIES = _GRAMMAR.list_words("no properties")  # nouns with such an ending
 _SHORTEST_PROPERTY = 5  # letters of a word with such an ending
 # Words that say how most things are, and make these things other ones.
@@ -36,6 +38,8 @@ _CHANGED = _GRAMMAR.read_groups("changes")
 # Things of which other words before them name a kind: a "claw hammer" is a hammer. Of "can",
 # "stand" or "machine" they do not.
 _PLAIN_HEADS = _GRAMMAR.list_words("plain things")
+# The same, where less is asked for: a "bicycle pump" is a pump, and a pump no "bicycle pump".
+_BROADER_HEADS = _GRAMMAR.list_words("broader things")
 _MAKES_OTHER = _GRAMMAR.list_words("other things")  # even these
 # What is of one of these is not of another: a "kitchen cabinet", and a "bathroom cabinet".
 ROOMS = _GRAMMAR.list_words("rooms")
@@ -59,7 +63,7 @@ def is_property(word: str) -> bool:
         return True
     if word in _NO_PROPERTIES or len(word) < _SHORTEST_PROPERTY:
         return False
-    return word.endswith(_PROPERTY_ENDINGS)
+    return word.endswith(PROPERTY_ENDINGS)
 
 
 def says_how(word: str) -> bool:
@@ -98,6 +102,14 @@ def narrows(word: str, heads: tuple[str, ...]) -> bool:
     if is_property(word) or (word in _DRINKS and heads[0] in _VESSELS):
         return True
     return word not in _MAKES_OTHER and not _PLAIN_HEADS.isdisjoint(heads)
+
+
+def is_sort_of(words: frozenset[str], head: str) -> bool:
+    """Tell whether a thing with some words before its name is one of a thing of that name.
+
+    All are as they are compared. Who asks for a "pump" may mean the "bicycle pump".
+    """
+    return head in _BROADER_HEADS and words.isdisjoint(_MAKES_OTHER)
 
 
 def is_elsewhere(asked: frozenset[str], said: frozenset[str]) -> bool:

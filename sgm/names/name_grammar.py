@@ -17,6 +17,7 @@ from sgm.names.translation import Translation
 from sgm.names.words import (
     BREAKS,
     DETERMINERS,
+    FOR,
     LINKS,
     MOST_READ,
     OF,
@@ -38,7 +39,7 @@ _AFTER_THING = _CONTAINERS | _GRAMMAR.list_words("after a thing")
 _NOBODY = _GRAMMAR.list_words("nobody")
 _NO_REMARK = _GRAMMAR.list_words("remarks")
 _VERB_ENDINGS = _GRAMMAR.read_pairs("verb endings")
-_FOR, _WITHOUT = LINKS["for"], LINKS["without"]
+_WITHOUT = LINKS["without"]
 LACKED = "-"  # before a feature that a thing is without
 
 _REMARK = re.compile(r"\(([^()]*)\)")
@@ -133,6 +134,7 @@ class _Head(NamedTuple):
         last: its last word, as it is compared.
         names: what it and the names of its things are compared by.
         before: its words without the last one.
+        kinds: what the kinds of its things are compared by: "toy" of "doll".
     """
 
     words: frozenset[str]
@@ -142,6 +144,7 @@ class _Head(NamedTuple):
     main_words: frozenset[str]
     is_sort: bool
     before: frozenset[str]
+    kinds: frozenset[str]
 
 
 class NameReader:
@@ -224,7 +227,7 @@ class NameReader:
             return ()
         plain = split_words(text)
         is_all = BREAKS.isdisjoint(plain) and compute_singular(plain[-1]) not in _AFTER_THING
-        return plain if is_all else ()
+        return tuple(self._drop_kinds(plain)) if is_all else ()
 
     def _find_start(self, plain: Sequence[str]) -> int:
         """Return where the longest name of the table begins that words end in."""
@@ -285,7 +288,7 @@ class NameReader:
         if link == OF and last in _CONTAINERS | _MEASURES:
             return [*self._read_phrase(right, is_content), *self._read_phrase(left, True)]
         readings = self._read_phrase(left, is_content)
-        if link in (OF, _FOR):  # "food for the dog" is dog food
+        if link in (OF, FOR):  # "food for the dog" is dog food
             single = compute_singular(right[-1][0]), right[-1][1]
             for before in (right, [*right[:-1], single]):  # "brush for teeth" is a toothbrush
                 turned = self._read_phrase([*before, *left], is_content)
@@ -310,6 +313,8 @@ class NameReader:
     def _read_compound(self, words: list[_Word], is_content: bool) -> list[Reading]:
         """Read words without "of" and the like: the longest name of the table that they end in."""
         plain = [word for word, _ in words]
+        plain = list(self._drop_kinds(plain))
+        words = words[: len(plain)]
         start = self._find_start(plain)
         main = self._make(words, len(words) - start, self._table.find(plain[start:]), is_content)
         found = [main]
@@ -324,6 +329,17 @@ class NameReader:
                 elif len(main.head) == len(words):  # a "pill bottle" is a thing, and may hold pills
                     found.append(inner)
         return found
+
+    def _drop_kinds(self, plain: Sequence[str]) -> Sequence[str]:
+        """Leave out the name of a kind after a thing of that kind: "ale" of "ale beer"."""
+        start = self._find_start(plain)
+        kinds = self._table.find(plain[start:]) if start else ()
+        if not kinds:
+            return plain
+        things = self._table.find(plain[self._find_start(plain[:start]) : start])
+        below = {thing for kind in kinds for thing in self._table.list_below(kind)}
+        is_one = bool(things) and below.issuperset(things)
+        return self._drop_kinds(plain[:start]) if is_one else plain
 
     def _is_used_up(self, inner: Reading, last: str) -> bool:
         """Tell whether a package or number of things is those things: no "guitar case" is."""
@@ -355,10 +371,10 @@ class NameReader:
         thing_words, ending = tuple(plain[owned:]), tuple(plain[start:])
         head = self._read_head(ending, things)
         properties, kinds, sorts = self._split_modifiers(
-            plain[owned:start], (head.last, head.key), head.words | head.names
+            plain[owned:start], (head.last, head.key), head.words | head.names | head.kinds
         )
         _, stem, stem_sorts = self._split_modifiers(
-            plain[owned:-1], (head.last,), head.names - head.words
+            plain[owned:-1], (head.last,), (head.names | head.kinds) - head.words
         )
         known = self._table.find(plain[:owned]) if owned else ()  # "dad" and "father" are one
         owner = self._table.names[known[0]] if known else " ".join(plain[:owned])
@@ -403,6 +419,11 @@ class NameReader:
             main_words=main_words,
             is_sort=is_sort,
             before=words - {last},
+            kinds=frozenset(
+                make_key(split_words(self._table.names[kind]))
+                for thing in things
+                for kind in self._table.list_above(thing)
+            ),
         )
 
     def _split_modifiers(

@@ -11,6 +11,7 @@ from typing import Any
 from sgm.arrays.table import clone
 from sgm.messages import shorten
 from sgm.names.aliases import AliasTable
+from sgm.names.context import make_context_reader
 from sgm.names.description_tables import DescriptionTables
 from sgm.names.instances import drop_label, drop_track
 from sgm.names.known_words import is_word
@@ -54,6 +55,7 @@ class NameIndex:
         declared = () if table is None else table.declared
         self._tables = DescriptionTables(self._reader, declared)
         self._sentences = make_sentence_reader(self._aliases.language)
+        self._contexts = make_context_reader(self._aliases.language)
         self._phrases = make_phrase_reader(self._aliases.language)
         self._nobodys = self._sentences.language.list_words("nobody's")
         self._resolved: dict[str, Resolution] = {}
@@ -155,13 +157,50 @@ class NameIndex:
         question = drop_label(question)
         if self._sentences.is_chat(question) and not self._is_name(read_words("text", question)):
             return Sentence(kind="command", things=(), text=question)
-        sentence = self._sentences.read(question)
+        sentence = self._read_context(question) or self._sentences.read(question)
+        named = self._find_named(question)
         things = [
-            self._name_speaker(part, speaker)
+            self._name_speaker(self._phrases.name_person(part, named), speaker)
             for thing in sentence.things
             for part in self._sentences.part(thing, self._is_name, self._is_property)
         ]
+        if sentence.is_corrected:
+            things = things[-1:]
         return sentence._replace(things=tuple(things))
+
+    def _find_named(self, question: str) -> str:
+        """Find the one owner of things whom a question names; empty without one, or with more."""
+        named = self._tables.owners.intersection(self._sentences.split_words(question))
+        return named.pop() if len(named) == 1 else ""
+
+    def _read_context(self, question: str) -> Sentence | None:
+        """Read a question without what is said before it; None where that is a part of it.
+
+        Of "I need the kettle. Where is it?" the one known thing that was said is asked for. What
+        names a known thing before another question may be asked for, too.
+        """
+        said = self._contexts.read(question)
+        if said is None:
+            return None
+        known = self._find_known(said.names)
+        if said.is_open and len(known) == 1 and self._contexts.is_all(said, known[0]):
+            return said.question._replace(things=known, text=known[0])
+        return None if known or said.is_open else said.question
+
+    def _find_known(self, names: Sequence[Sequence[str]]) -> tuple[str, ...]:
+        """Find what names known things, of names that begin at each word, the longest first."""
+        found: dict[tuple[str, ...], str] = {}
+        place = 0
+        while place < len(names):
+            longest = next((n for n in names[place] if self._is_known(n)), "")
+            if longest:
+                found.setdefault(self.resolve(longest).matches, longest)
+            place += max(len(longest.split()), 1)
+        return tuple(found.values())
+
+    def _is_known(self, name: str) -> bool:
+        resolution = self.resolve(name)
+        return bool(resolution.matches) and resolution.is_sure
 
     def _name_speaker(self, thing: str, speaker: str) -> str:
         """Say whose "my phone" is, where it is known of one that it is the speaker's."""
@@ -241,18 +280,20 @@ class NameIndex:
         """Say what is meant by what is said of one thing."""
         text = self._reader.translate(phrase.name)
         readings = self._matcher.read_main(text)
-        any_that_is = self._list_any(phrase.name)
+        any_that_is, any_of = self._list_any(phrase.name), self._find_any_of(phrase.name)
         how, groups = self._matcher.match(readings, text)
-        if any_that_is:
-            how, groups = "any of the kind", self._find_any(any_that_is)
+        if any_that_is or any_of:
+            how, groups = "any of the kind", self._find_any(any_that_is, any_of)
         # "mug red"; "mug_track_9" where there is one mug, without a number; "study lamp"
         room, many = "", len(self._tables.readings)
         no_room = self._drop_room(text, readings[0])
-        for other, most in ((_turn(text), many), (drop_track(text), 1), (no_room, many)):
+        for other, most in ((_turn(text), many), (drop_track(phrase.name), 1), (no_room, many)):
             if not groups and other:
                 turned = self._matcher.read_main(other)
                 how, meant = self._matcher.match(turned, other)
-                if 0 < len({number for group in meant for number in group}) <= most:
+                numbers = {number for group in meant for number in group}
+                is_numbered = any(self._tables.readings[n][0].instance for n in numbers)
+                if 0 < len(numbers) <= most and not (most == 1 and is_numbered):
                     room = "" if other != no_room else self._find_said_room(readings[0])
                     text, readings, groups = other, turned, meant
         text, readings, how, groups = self._mend(text, readings, how, groups)
@@ -296,12 +337,18 @@ class NameIndex:
         elif not phrase.where:
             said |= self._find_room(readings[0], found)
         groups = self._part_owners(phrase, found) or groups
+        if readings[0].owner in self._nobodys:  # "her glasses", where some are of a person
+            owned = self._matcher.match_owned(readings, text)
+            found = sorted({*found, *owned})
+            groups = [[number] for number in found] if owned else groups
         owners = {self._tables.readings[number][0].owner for number in found}
         if phrase.is_speakers and len(found) == 1 and owners != {""}:  # "my watch", and Lisa's
             how = "another property"
         if phrase.clause and len(found) > 1:  # which of them that was, nothing says
             unused = (*unused, phrase.clause)
-        unread = () if any_that_is else self._unread.list_words(text, readings, found, how)
+        unread = (
+            () if any_that_is or any_of else self._unread.list_words(text, readings, found, how)
+        )
         said |= {
             "alternatives": others,
             "readings": tuple(self._name(group) for group in groups),
@@ -316,9 +363,18 @@ class NameIndex:
         )
         return said if all(map(says_how, said)) else frozenset()
 
-    def _find_any(self, said: frozenset[str]) -> list[list[int]]:
-        """Find all that has some properties."""
-        found = [n for n, (first, *_) in enumerate(self._tables.readings) if said <= first.said]
+    def _find_any_of(self, name: str) -> str:
+        """Return whose all things are that a name says, "anna" of "anna's things"; else empty."""
+        owner = self._phrases.split_belongings(self._reader.translate(name))
+        return owner if owner in self._tables.owners else ""
+
+    def _find_any(self, said: frozenset[str], owner: str) -> list[list[int]]:
+        """Find all that has some properties, and is of an owner, where one is named."""
+        found = [
+            n
+            for n, (first, *_) in enumerate(self._tables.readings)
+            if said <= first.said and owner in ("", first.owner)
+        ]
         return [found] if found else []
 
     def _mend(
@@ -349,6 +405,8 @@ class NameIndex:
         words = tuple(filter(self._phrases.is_unnamed, phrase.excluded))  # "not hers"
         words += tuple(filter(self._is_no_word, phrase.excluded))
         if self._is_name(phrase.name):  # "post it notes"
+            return words
+        if self._find_any_of(phrase.name):
             return words
         words += self._phrases.list_unused(phrase.name)
         if phrase.name and self._phrases.is_one(phrase.name):
@@ -451,5 +509,7 @@ def _turn(name: str) -> str:
 
 
 def _says_how(word: str) -> bool:
-    """Tell whether a word says how a thing is, and names none, as "glass" does."""
-    return says_how(spell(word)) and spell(word) not in MATERIALS
+    """Tell whether a word says how a thing is, and names none, as "glass" does: "wooden" does."""
+    spelled = spell(word)
+    is_material = spelled in MATERIALS and word.removesuffix("s") == spelled
+    return says_how(spelled) and (not is_material or is_property(word))

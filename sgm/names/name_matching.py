@@ -19,18 +19,20 @@ from sgm.names.comparison import (
 )
 from sgm.names.description_tables import DescriptionTables, Entry
 from sgm.names.known_words import is_word
-from sgm.names.modifiers import MATERIALS, PROPERTIES, spell
+from sgm.names.modifiers import MATERIALS, PROPERTIES, is_sort_of, spell
 from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import NameReader, Reading
 from sgm.names.resolution import MOST_ALTERNATIVES
-from sgm.names.spelling import is_near, is_typo
+from sgm.names.spelling import find_slip, is_near, is_typo
+from sgm.names.words import unify
 
 # How alike two labels are, -1 to 1: cosine of their text vectors.
 Similarity = Callable[[str, Sequence[str]], Sequence[float]]
 
 SYNONYM = 0.9  # mug and cup .96, phone and telephone .93; plate and bowl .87 stay apart
 RELATED = 0.8  # enough for a "did you mean"
+_NOTHING: frozenset[str] = frozenset()
 _LEAST_MENDED = 5  # letters
 _MOST_SIBLINGS = 12  # of a kind, whose things are offered for one another
 
@@ -44,14 +46,15 @@ class NameMatcher:
     1. The thing by any name of the table of aliases, and all kinds of it, with all properties that
        are asked for: "mug" is any mug, "red mug" any that is red, "mug 2" that one. What has the
        asked words in its name comes before what is only called so besides.
-    2. The same with fewer words: "mug" for "the red mug", where no other colour is said.
+    2. The same with fewer words: "mug" for "the red mug", where no other colour is said. Else what
+       has the name in its own: "scrubbing brush" for "brush", which the table has for the hair.
     3. A more general name: "phone" for "iphone".
     4. What has another property, and none that contradicts: "tall mug" for "teal mug".
     5. A part of the name that is no English word: "zorb" for "zorb charger".
     6. What it holds, or a remark in brackets: "cookies" for "cookie jar".
     7. A word that is no English one, of five letters or more, is read as an English one of the
        memory, if it is that with one slip (`is_typo`). What that is a synonym or kind of is not
-       meant.
+       meant. Four letters do where the other words are those of a name (`find_slip`).
     8. Things that mean nearly the same by their text vectors, where one of the two is not in the
        table: with an encoder of one's own, or if the policy has vectors.
 
@@ -87,6 +90,7 @@ class NameMatcher:
             ("", partial(self._choose, fit=ALL_SAID)),
             ("same words", partial(self._find_joined, text)),
             ("fewer words", partial(self._choose, fit=LESS_SAID)),
+            ("any of the kind", self._find_compounds),
             ("more general name", self._find_above),
             ("another property", partial(self._choose, fit=OTHER_SAID)),
             ("part of the name", self._find_part),
@@ -97,6 +101,11 @@ class NameMatcher:
             if groups:
                 return how or self._tell_how(readings, groups), groups
         return "", []
+
+    def match_owned(self, readings: Sequence[Reading], text: str) -> list[int]:
+        """Find what is a person's of the things of a name that does not say whose: "her phone"."""
+        found = {n for group in self.match(_disown(readings), text)[1] for n in group}
+        return [number for number in sorted(found) if self._tables.readings[number][0].owner]
 
     def match_written(self, readings: Sequence[Reading]) -> list[list[int]]:
         """Apply rules 1 and 2 to what has the asked words in its name."""
@@ -180,8 +189,9 @@ class NameMatcher:
             if not self._is_named_after(entry[1], {thing, *below})
         ]
         called = self._tables.things.get(thing, ())
-        if len(reading.things) == 1 and any(is_written(reading, said) for _, said in called):
-            # A "notebook" may be a laptop, and is none beside what is called so.
+        is_sure = any(is_written(reading, said) or len(said.things) < 2 for _, said in called)
+        if len(reading.things) == 1 and is_sure:
+            # A "notebook" may be a laptop, and is none beside what is called so, or is one surely.
             called = [
                 entry
                 for entry in called
@@ -213,6 +223,16 @@ class NameMatcher:
         }
         return [sorted(numbers)] if numbers else []
 
+    def _find_compounds(self, reading: Reading) -> list[list[int]]:
+        """Find what has the name of a thing in its own, where none is so called by the table.
+
+        That is of names that the table has for another thing: a "brush" for the hair, and a
+        "scrubbing brush".
+        """
+        if not reading.things or len(reading.head) > 1 or not is_sort_of(_NOTHING, reading.key):
+            return []
+        return self._choose(reading._replace(things=()), ALL_SAID)
+
     def _find_above(self, reading: Reading) -> list[list[int]]:
         """Apply rule 3, to all that the name may be: no "medicine" for a tablet."""
         nearest = [
@@ -223,11 +243,13 @@ class NameMatcher:
 
     def _find_kind(self, reading: Reading, kind: int) -> list[int]:
         """Find what is called a kind, and is no sort of it."""
-        return [
-            number
+        found = [
+            (number, said)
             for number, said in self._tables.things.get(kind, ())
             if compare(reading, said) in (ALL_SAID, LESS_SAID) and not self._is_sort_of(kind, said)
         ]
+        sure = [number for number, said in found if len(said.things) < 2]  # no "notebook"
+        return sure or [number for number, _ in found]
 
     def _is_sort_of(self, kind: int, said: Reading) -> bool:
         """Tell whether a description says a sort of a kind: "wool coat", "necktie" of "tie"."""
@@ -289,7 +311,27 @@ class NameMatcher:
 
     def mend(self, text: str) -> str:
         """Return a text with its typing errors mended; itself without any."""
-        return " ".join(self._mend(word) for word in text.split())
+        mended = " ".join(self._mend(word) for word in text.split())
+        return self._mend_compound(text) if mended == text else mended
+
+    def _mend_compound(self, text: str) -> str:
+        """Mend a short word, too, where the others are those of one name: "frying pann"."""
+        asked = Name.read(text)
+        slips = {
+            pair
+            for ordered, _ in self._tables.spelled
+            if (pair := find_slip(asked.ordered, ordered)) and self._is_unknown(pair[0])
+        }
+        if len(slips) != 1:
+            return text
+        ((slip, meant),) = slips
+        return " ".join(meant if unify(word) == slip else word for word in text.split())
+
+    def _is_unknown(self, word: str) -> bool:
+        """Tell whether a word is none of the memory, of the table or of English."""
+        spelled = spell(word)
+        is_known = spelled in self._tables.words or spelled in self._aliases.words
+        return word.isalpha() and not is_known and not is_word(word)
 
     def _mend(self, word: str) -> str:
         """Return the word of the memory that this one may be a typo of; itself if it is a word.
@@ -297,9 +339,7 @@ class NameMatcher:
         Where it is none of the memory it may be one of a property, or of the table of names.
         """
         spelled = spell(word)
-        if len(word) < _LEAST_MENDED or not word.isalpha():
-            return word
-        if spelled in self._tables.words or spelled in self._aliases.words or is_word(word):
+        if len(word) < _LEAST_MENDED or not self._is_unknown(word):
             return word
         for known in (self._tables.words, PROPERTIES, self._aliases.words):
             near = [

@@ -66,8 +66,10 @@ class PhraseReader:
         self._pronouns = language.list_words("pronouns")
         self._any, self._one = language.list_words("any"), language.list_words("one")
         self._other = language.list_words("other")
+        self._theirs = language.list_words("nobody's")
+        self._belongings = language.list_words("belongings")
         self._people = language.list_words("people")
-        self._unnamed = self._pronouns | self._ours | language.list_words("nobody's")
+        self._unnamed = self._pronouns | self._ours | self._theirs
         self._function_words = language.list_words("function words")
         self._signals = sentences.signals | language.list_words("of") | self._one
         compiled = language.compile_section
@@ -82,9 +84,10 @@ class PhraseReader:
             re.compile(pattern)
             for pattern in (
                 rf"^{x}(?: ,)?(?:{that_is})(?:{negation}){y}$",
+                rf"^(?:{negation})(?P<y>(?: [^ ,]+)+) ,(?:{but})?(?P<x>(?: [^ ,]+)+)$",
                 rf"^(?P<x>(?:{articles})*)(?:{but})?(?:{negation}){y}$",
                 rf"^{x}(?: ,)?(?:{but})(?:{negation}){y}$",
-                rf"^{x}(?: ,)?(?:{negation}){y}$",
+                rf"^{x}(?: ,)?(?:{articles})?(?:{negation}){y}$",
                 rf"^{x}(?: ,)?(?:{but}){y}$",
             )
         ]
@@ -133,7 +136,7 @@ class PhraseReader:
             return self._read_words(found["x"])._replace(excluded=(owner,))
         for pattern in self._exclusions:
             found = pattern.match(padded)
-            if found:
+            if found and self._other.isdisjoint(found["x"].split()):
                 return self._exclude(found["x"], found["y"])
         found = self._owned.match(padded)
         if found:
@@ -274,6 +277,19 @@ class PhraseReader:
         if len(words) > 1 and words[-1] in self._speakers - self._articles:  # "that are not mine"
             words[-1] = owner
         return " ".join(words) if owner in words else thing
+
+    def name_person(self, thing: str, person: str) -> str:
+        """Return "anna's glasses" of "her glasses", where a sentence names Anna alone."""
+        first, _, after = thing.partition(" ")
+        return (
+            f"{person}{POSSESSIVE} {after}" if person and after and first in self._theirs else thing
+        )
+
+    def split_belongings(self, name: str) -> str:
+        """Return "anna" of "anna's things", all that is hers; empty for any other name."""
+        words = name.split()
+        is_all = len(words) == 2 and words[1] in self._belongings
+        return words[0].removesuffix(POSSESSIVE) if is_all else ""
 
     def list_unused(self, name: str) -> tuple[str, ...]:
         """List the words of a name that no name has, "and", "is", "who"."""

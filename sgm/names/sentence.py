@@ -15,7 +15,10 @@ from sgm.names.words import MOST_READ, POSSESSIVE, normalize
 IsName = Callable[[str], bool]
 _TOKEN = re.compile(r",|[^\s,]+")
 _ENDS = '?!.;:\u2026"\u201c\u201d'
-_IN_PLACE = frozenset(("is_at", "which", "who", "when_moved"))  # a place is of the thing
+_LABEL = re.compile(r"\b[^\W_]+(?:_[^\W_]+)*_\d+\b")  # of a tracker, which is one word: "mug_3"
+_LINE = "\u23af"  # in place of its "_", which is a space in any other name
+_DASHES = frozenset("-\u2013\u2014")  # between clauses
+_IN_PLACE = frozenset(("where", "is_at", "which", "who", "when_moved"))  # a place is of the thing
 _LONGEST_SHORTENED = 3  # letters and a point: "no. 4"
 _APOSTROPHE = "\u2019"
 _SLASH = re.compile(r"(?<=[^\W\d_]{2})/(?=[^\W\d_]{2})")
@@ -33,6 +36,7 @@ class Sentence(NamedTuple):
         time: when, if that is said.
         tense: "past" or "future", where a word says so.
         text: what is asked for, as it stands.
+        is_corrected: whether the last one is meant alone: "the red mug, no, the blue one".
     """
 
     kind: str
@@ -41,6 +45,7 @@ class Sentence(NamedTuple):
     time: TimeSaid | None = None
     tense: str = ""
     text: str = ""
+    is_corrected: bool = False
 
 
 class SentenceReader:
@@ -66,16 +71,13 @@ class SentenceReader:
         self._first = re.compile(rf"^(?:(?: ,)*{first}(?= |$))+(?: ,)*(?= )")
         self._last = re.compile(rf"(?:(?: ,)*{last})+(?: ,)*$")
         self._after = re.compile(rf"(?:(?: ,)*(?:{after}|{last}))+(?: ,)*$")
-        begins = language.compile_section("asked")
-        self._context = re.compile(
-            rf"^(?P<said>{language.compile_section('context')})(?: ,)+"
-            rf"(?P<asked>(?:(?: ,)*{first})*{begins}(?= ).*)$"
-        )
-        excludes = (language.compile_section(name) for name in ("not", "but"))
-        self._excludes = re.compile(f"(?:{'|'.join(excludes)})(?= |$)")
         self._commands = [
             re.compile(f"^{language.compile(line)}$") for line in language.list_lines("commands")
         ]
+        correction = language.compile_section("corrections")
+        self._corrections = re.compile(
+            rf"^(?P<before>.*[^,]) ,(?:{correction})(?: ,)*(?P<after>(?: [^ ,]+)+)$"
+        )
         self._past, self._future = (
             language.list_words(f"{tense} words") for tense in ("past", "future")
         )
@@ -89,6 +91,7 @@ class SentenceReader:
         self._chat = re.compile(f"^(?:{first}|{last}| ,)+$")
         self._pronouns = language.list_words("pronouns")
         self._function_words = language.list_words("function words")
+        self._belongings = f" {next(iter(language.list_phrases('belongings')), '')}"
         self._in = language.list_phrases("at")[0]
         self.signals = self._list_signals()
         self.read = lru_cache(maxsize=MOST_READ)(self._read)
@@ -113,13 +116,13 @@ class SentenceReader:
         if self.signals.isdisjoint(words) and self._joins.isdisjoint(words):
             return Sentence(kind="thing", things=(text,), text=text)
         words = [word for word in words if word not in self._fillers] or words
-        words = self._drop_context(words)
+        words, is_corrected = self._correct(words)
         tense = self._find_tense(words)
-        padded = self._strip(_pad(words), self._first, self._last)
+        padded = self.strip_chat(pad_words(words))
         words, time = self._times.split(padded.split())
         if not words and time is not None:  # "now", "tomorrow": a name, perhaps
             return Sentence(kind="thing", things=(text,), text=text)
-        padded = self._strip(_pad(words), self._first, self._last)
+        padded = self.strip_chat(pad_words(words))
         kind, asked, where = self._match(padded)
         if kind == "thing" and self._is_command(padded):
             return Sentence(kind="command", things=(), time=time, tense=tense, text=padded.strip())
@@ -129,7 +132,7 @@ class SentenceReader:
             asked = self._strip(asked, self._first, self._after)
         if time is None:
             words, time = self._times.split(asked.split())
-            asked = _pad(words) if time is not None and words else asked
+            asked = pad_words(words) if time is not None and words else asked
         text = asked.strip()
         return Sentence(
             kind=kind,
@@ -138,16 +141,28 @@ class SentenceReader:
             time=time,
             tense=tense,
             text=text,
+            is_corrected=is_corrected,
         )
+
+    def _correct(self, words: list[str]) -> tuple[list[str], bool]:
+        """Write a comma for what takes back what was said: "the red pen - no, the black one"."""
+        found = self._corrections.search(pad_words(words))
+        if found is None:
+            return words, False
+        return [*found["before"].split(), ",", *found["after"].split()], True
 
     def split_words(self, text: str) -> list[str]:
         """Return the words of a sentence, and its commas; short forms are written out."""
-        text = _SLASH.sub(" / ", normalize(text).replace(_APOSTROPHE, "'"))
+        text = _LABEL.sub(lambda found: found[0].replace("_", _LINE), text)
+        text = normalize(text).replace(_LINE, "_").replace(_APOSTROPHE, "'")
+        text = _SLASH.sub(" / ", text)
         text = self._prefixes.sub(r"\g<1> ", text)
         words: list[str] = []
         for token in _TOKEN.findall(text.rstrip(_ENDS + " ")):
             word = token.strip(_ENDS) if len(token) > _LONGEST_SHORTENED else token.lstrip(_ENDS)
-            if word in self._short:
+            if word in _DASHES and words:
+                words.append(",")
+            elif word in self._short:
                 words += self._short[word].split()
             elif word and word not in _ENDS:
                 words.append(word)
@@ -158,23 +173,11 @@ class SentenceReader:
     def is_chat(self, text: str) -> bool:
         """Tell whether a text says nothing: "thanks!"; "where is it?" does."""
         words = self.split_words(text)
-        return self._pronouns.isdisjoint(words) and bool(self._chat.match(_pad(words)))
+        return self._pronouns.isdisjoint(words) and bool(self._chat.match(pad_words(words)))
 
-    def _drop_context(self, words: list[str]) -> list[str]:
-        """Drop what is said before a question: of "I'm ill. Where is the aspirin?" the first.
-
-        It stays where it may say which thing is meant: "not", "the red one", or the thing itself.
-        """
-        found = self._context.match(_pad(words))
-        if found is None:
-            return words
-        said, asked = found["said"].split(), found["asked"].split()
-        words_of_thing = set(asked) - self._function_words - self._bare
-        is_said = self._excludes.search(found["said"]) is None
-        is_said = is_said and (self._one | words_of_thing).isdisjoint(said)
-        if is_said and self._pronouns.isdisjoint(asked):
-            return asked
-        return words
+    def strip_chat(self, padded: str) -> str:
+        """Take what says nothing off the beginning and the end of words, but never all."""
+        return self._strip(padded, self._first, self._last)
 
     def _is_command(self, padded: str) -> bool:
         """Tell whether a person tells what was done; no "mug that is in the sink"."""
@@ -204,7 +207,7 @@ class SentenceReader:
                 slots = found.groupdict("")
                 thing, where = slots.get("thing", ""), slots.get("where", "")
                 if "owner" in slots:  # "how many keys does Tom have?"
-                    thing = f"{slots['owner']}{POSSESSIVE}{thing}"
+                    thing = f"{slots['owner']}{POSSESSIVE}{thing or self._belongings}"
                 if "place" in slots:  # "the contents of the fridge"
                     where = f" {self._in}{slots['place']}"
                 return kind, thing, where
@@ -226,8 +229,11 @@ class SentenceReader:
         parts = self._split(words, is_name)
         if len(parts) > 1 and parts[0][0] in self._both and len(parts[0]) > 1:
             parts[0] = parts[0][1:]  # "both the keys and the wallet"
-        if len(parts) == 2 and "," in words and all(map(is_property, parts[1])):  # "the mug, red"
-            parts = [[*parts[1], *self._drop_articles(parts[0])]]
+        bare = self._drop_articles(parts[-1])
+        bare = bare[:-1] if bare[-1] in self._one else bare  # "the mug, the red one"
+        is_plain = not any(map(is_property, parts[0]))  # else it is another thing
+        if len(parts) == 2 and is_plain and "," in words and bare and all(map(is_property, bare)):
+            parts = [[*bare, *self._drop_articles(parts[0])]]
         if len(parts) < 2:
             return (" ".join(parts[0]),) if parts else (text,)
         return tuple(" ".join(part) for part in self._lend(parts, is_property))
@@ -297,6 +303,6 @@ def make_sentence_reader(code: str = ENGLISH) -> SentenceReader:
     return SentenceReader(load_language(code))
 
 
-def _pad(words: Sequence[str]) -> str:
+def pad_words(words: Sequence[str]) -> str:
     """Write words with a space before each, as patterns are compiled for."""
     return "".join(f" {word}" for word in words)

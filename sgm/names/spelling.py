@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sgm.names.name import Name
 
+_LEAST_COMPOUNDED = 3  # letters of a word that is mended where the other words are right
 _LONG_NAME = 8  # letters from which on two of them may be wrong
 
 
@@ -16,6 +17,24 @@ def is_near(asked: Name, ordered: tuple[str, ...], joined: str) -> bool:
         return False
     differing = [pair for pair in zip(asked.ordered, ordered, strict=True) if pair[0] != pair[1]]
     return len(differing) == 1 and count_mistakes(*differing[0], most) <= most
+
+
+def find_slip(asked: tuple[str, ...], ordered: tuple[str, ...]) -> tuple[str, str] | None:
+    """Find the one word that differs between two names of two words or more, by one letter.
+
+    Returns:
+        That word, and the one that is meant; None for names that differ in more. Both have three
+        letters or more, the first of which is right.
+    """
+    if len(asked) != len(ordered) or len(asked) < 2:
+        return None
+    differing = [pair for pair in zip(asked, ordered, strict=True) if pair[0] != pair[1]]
+    if len(differing) != 1:
+        return None
+    word, meant = differing[0]
+    is_long = min(len(word), len(meant)) >= _LEAST_COMPOUNDED
+    is_slip = is_long and word[0] == meant[0] and count_mistakes(word, meant, 1) == 1
+    return (word, meant) if is_slip else None
 
 
 def is_typo(word: str, meant: str) -> bool:

@@ -37,7 +37,7 @@ _OWNERS = _GRAMMAR.list_words("owners")
 DETERMINERS = _ARTICLES | _GRAMMAR.list_words("determiners")
 SKIPPED = _ARTICLES | _GRAMMAR.list_words("asked before")  # at the beginning
 LINKS = _GRAMMAR.read_pairs("links")
-OF = LINKS["of"]
+OF, FOR = LINKS["of"], LINKS["for"]
 WITH = _GRAMMAR.list_words("with")
 # Words between two parts of a name: "bottle of milk", "key with red tag".
 BREAKS = WITH | _GRAMMAR.list_words("breaks")

@@ -50,6 +50,30 @@ SAME_NAMES = [
     ("tomatoes", "tomato"),
     ("ǆezva", "džezva"),
 ]
+# Seen, asked: what is asked for is less, and the other way round it may be another thing.
+BROADER = [
+    ("bicycle pump", "pump"),
+    ("scrubbing brush", "brush"),
+    ("paint roller", "roller"),
+    ("window opener", "opener"),
+    ("fire hose", "hose"),
+]
+# Seen, asked: the name of the kind, and how it is.
+SAY_NOTHING_NEW = [
+    ("doll", "toy doll"),
+    ("ale", "ale beer"),
+    ("guitar", "guitar musical instrument"),
+    ("stapler", "dented stapler"),
+    ("stapler", "unsharpened stapler"),
+    ("scarf", "scarf knitted"),
+    ("beer", "pint of beer"),
+]
+# Seen, asked, and the word that nothing was made of.
+NOT_READ = [
+    ("kettle", "broken kettle", "broken"),
+    ("mug", "chipped mug", "chipped"),
+    ("stapler", "frobnicated stapler", "frobnicated"),
+]
 # Seen, asked: the last word alone says nothing.
 NO_FINDS = [
     ("compost bin", "bread bin"),
@@ -201,6 +225,55 @@ def test_one_sort_is_not_taken_for_another(make_service, seen, asked):
 @pytest.mark.parametrize(("seen", "asked"), OTHER_WORDS)
 def test_other_words_for_a_thing_find_it(make_service, seen, asked):
     assert make_service(seen).memory.resolve(asked).matches == (seen,)
+
+
+@pytest.mark.parametrize(("seen", "asked"), BROADER)
+def test_a_compound_is_found_by_its_last_word_and_not_the_other_way_round(
+    make_service, seen, asked
+):
+    assert make_service(seen).memory.resolve(asked).matches == (seen,)
+    assert make_service(asked).memory.resolve(seen).matches == ()
+
+
+@pytest.mark.parametrize(("seen", "asked"), SAY_NOTHING_NEW)
+def test_what_says_nothing_new_changes_nothing(make_service, seen, asked):
+    assert make_service(seen).where_is(asked).taken_for == (seen,)
+
+
+@pytest.mark.parametrize(("seen", "asked", "word"), NOT_READ)
+def test_what_may_be_another_one_is_asked_back(make_service, seen, asked, word):
+    answer = make_service(seen).where_is(asked)
+    assert (answer.status, answer.candidates) == ("ambiguous", (seen,))
+    assert word in answer.ask
+
+
+def test_a_label_with_a_number_is_the_one_thing_that_has_none(make_service):
+    assert make_service("soap bottle").where_is("soap_bottle_3").status == "ok"
+    assert make_service("soap bottle").where_is("soap bottle 3").status == "ambiguous"
+    assert make_service("soap bottle 1").where_is("soap_bottle_3").status == "unknown"
+    assert make_service("red mug", "blue mug").where_is("mug_3").status == "ambiguous"
+
+
+def test_a_word_of_two_things_is_none_of_those_that_are_surely_the_other(make_service):
+    service = make_service("laptop", "notebook")
+    for asked, meant in (
+        ("notebook computer", "laptop"),
+        ("macbook", "laptop"),
+        ("notebook", "notebook"),
+    ):
+        assert service.where_is(asked).taken_for == (meant,)
+    assert make_service("notebook").where_is("laptop").taken_for == ("notebook",)
+
+
+def test_a_short_slip_beside_right_words_is_mended(make_service):
+    service = make_service("frying pan", "car keys", "house keys", "vacuum cleaner")
+    for asked, meant in (
+        ("frying pann", "frying pan"),
+        ("car kees", "car keys"),
+        ("vaccum cleaner", "vacuum cleaner"),
+    ):
+        assert service.where_is(asked).taken_for == (meant,)
+    assert service.where_is("hose keys").status == "ambiguous"  # "hose" is a word
 
 
 def test_a_doubtful_sighting_is_offered(make_service):
