@@ -109,6 +109,12 @@ SCHEMA = (
     )""",
 )
 
+# What Litestream, which replicates a file to another disk, keeps in it for itself (docs/scale.md).
+REPLICATION = (
+    "CREATE TABLE _litestream_seq (id INTEGER PRIMARY KEY, seq INTEGER)",
+    "CREATE TABLE _litestream_lock (id INTEGER)",
+)
+
 
 def make_tables(connection: sqlite3.Connection) -> None:
     """Make the empty tables of a new file."""
@@ -122,7 +128,7 @@ def find_fault(connection: sqlite3.Connection) -> str:
     """Say what tells a file from one of ours; empty if nothing does.
 
     The text of every table is compared, so that no trigger, view, function or rule in a file that
-    comes from anyone is ever used.
+    comes from anyone is ever used. Those of `REPLICATION` may be there, and are not read.
     """
     (number,) = connection.execute("PRAGMA application_id").fetchone()
     if number != APPLICATION_ID:
@@ -133,6 +139,7 @@ def find_fault(connection: sqlite3.Connection) -> str:
     found = connection.execute(
         "SELECT substr(sql, 1, 10000) FROM sqlite_master WHERE sql IS NOT NULL LIMIT 100"
     )
-    if Counter(text for (text,) in found) != Counter(SCHEMA):  # some may be of another type
+    texts = Counter(text for (text,) in found)  # some may be of another type
+    if texts - Counter(REPLICATION) != Counter(SCHEMA):
         return "other tables"
     return ""

@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from sgm import check
 from sgm.memory.memory_event import read_events
 from sgm.memory.written_tables import list_parts
 from sgm.store.event import StoredEvent
@@ -170,6 +171,8 @@ def test_a_file_cut_short_or_altered_anywhere_is_refused_or_holds_the_same(file)
         ),
         ("DROP VIEW moves", r"got other tables"),
         ("CREATE INDEX more ON events (time)", r"got other tables"),
+        ("CREATE TABLE _litestream_seq (id INTEGER CHECK (id > 1), seq)", r"got other tables"),
+        ("CREATE VIEW _litestream_lock AS SELECT 1 AS id", r"got other tables"),
         ("DELETE FROM snapshots", r"got no snapshot"),
         ("UPDATE snapshots SET time = 7", r"time 7"),
         ("UPDATE snapshots SET content = 'x'", r"another checksum"),
@@ -191,6 +194,24 @@ def test_another_database_is_refused(file, statement, message):
     for read in (SceneGraphMemory.load, SceneGraphMemory.open, read_events):
         with pytest.raises(ValueError, match=message):
             read(file)
+
+
+def test_a_replicated_file_goes_on(file):
+    """Litestream 0.5.17 makes these two tables in every database that it replicates."""
+    forge(
+        file,
+        "CREATE TABLE _litestream_seq (id INTEGER PRIMARY KEY, seq INTEGER)",
+        "CREATE TABLE _litestream_lock (id INTEGER)",
+        "INSERT INTO _litestream_seq VALUES (1, 7)",
+    )
+    with SceneGraphMemory.open(file) as memory:
+        memory.step()
+        before = write(memory)
+    assert write(SceneGraphMemory.load(file)) == before
+    assert check.main([str(file)]) == 0
+    forge(file, "CREATE TABLE more (a)")
+    with pytest.raises(ValueError, match=r"got other tables"):
+        SceneGraphMemory.load(file)
 
 
 @pytest.mark.parametrize(
