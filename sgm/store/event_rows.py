@@ -70,14 +70,22 @@ def write_sightings(
         known: numbers of things by their keys, to which new ones are added.
     """
     _number_things(connection, rows, known)
-    written = []
+    seen, others = [], []
     for nth, (number, row) in enumerate(zip(numbers, rows, strict=False)):
-        point = (None, None, None) if row.position is None else tuple(row.position)
-        seen_at, thing = time if row.time is None else row.time, known[row.key]
-        about = row.place, row.relation, row.confidence, *point, row.said, row.by
-        written.append((thing, seen_at, number, nth, *about))
+        seen_at = time if row.time is None else row.time
+        about = known[row.key], seen_at, number, nth, row.place, row.relation, row.confidence
+        if row.position is None and row.said is None and row.by is None:
+            seen.append(about)
+        else:
+            point = (None, None, None) if row.position is None else tuple(row.position)
+            others.append((*about, *point, row.said, row.by))
+    # To bind a None takes `sqlite3` as long as seven numbers: what is seen leaves them out.
+    columns = "thing, time, event, nth, place, relation, confidence"
     connection.executemany(
-        "INSERT INTO sighting_rows VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", written
+        f"INSERT INTO sighting_rows ({columns}) VALUES (?, ?, ?, ?, ?, ?, ?)", seen
+    )
+    connection.executemany(
+        "INSERT INTO sighting_rows VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", others
     )
 
 
