@@ -92,9 +92,10 @@ research-test: dist
 newest-test: dist
 	$(PY) tests/wheels.py newest $(ARGS)
 
-# In .ros: a Python 3.12 with ROS 2 Jazzy, and a colcon workspace.
-ros-test: $(STAMP)
-	$(PY) -m tests.ros.workspace $(ARGS)
+# In .ros: a Python 3.12 with ROS 2 Jazzy, and a colcon workspace; .venv is not needed. -S: a package that is
+# installed and is called `tests`, too, would be taken first.
+ros-test:
+	$(if $(PYTHON),'$(PYTHON)',python3) -S -m tests.ros.workspace $(ARGS)
 
 clean:
 	rm -rf $(VENV) .ros build dist core/build *.egg-info core/*.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis

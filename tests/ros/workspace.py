@@ -13,7 +13,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import sysconfig
 from pathlib import Path
 
 from tests.wheels import find_python
@@ -103,11 +102,12 @@ def install() -> None:
         "--disable-pip-version-check",
     ]
     subprocess.run([*pip, "--requirement", REQUIREMENTS, *TEST_PACKAGES], check=True)
-    paths = sysconfig.get_paths(vars={"base": str(ENVIRONMENT), "platbase": str(ENVIRONMENT)})
-    paths["purelib"] = str(ENVIRONMENT / "lib" / f"python{PYTHON}" / "site-packages")
     ask = "import sysconfig; print(sysconfig.get_paths()['include'])"
     told = subprocess.run([python, "-c", ask], check=True, capture_output=True, text=True)
-    paths["include"] = told.stdout.strip()
+    paths = {
+        "include": told.stdout.strip(),
+        "purelib": str(ENVIRONMENT / "lib" / f"python{PYTHON}" / "site-packages"),
+    }
     for file in ENVIRONMENT.glob("share/*/cmake/*.cmake"):
         text = file.read_text("utf-8")
         for packed, name in PACKED.items():
