@@ -123,10 +123,10 @@ def _run(options: argparse.Namespace) -> None:
     caller = Caller(service, options.sync, options.timeout, reader)
     try:
         if options.stdio:
-            from sgm.serve.tools import MCPTools
+            from sgm.serve.standard_streams import answer_streams
 
             warm_up(finder, memory)
-            asyncio.run(MCPTools(caller).run_stdio())
+            asyncio.run(answer_streams(caller, options.snapshot_seconds))
             return
         from sgm.serve import server  # here, as tests of the options need no uvicorn
 
