@@ -135,6 +135,7 @@ class Robot:
                 kinds.get(detections_type, Detection2DArray), "/detector/found", quality
             ),
         }
+        node.create_timer(0.05, self.publish_clock)  # as simulations do: a single one may be lost
         take = node.create_subscription
         take(PoseStamped, f"{NODE}/next_look", self.poses_next.append, 10)
         take(MarkerArray, f"{NODE}/belief", self.beliefs.append, 10)
@@ -160,12 +161,16 @@ class Robot:
         self.wait(lambda: all(one.get_subscription_count() for one in self.to.values()))
         still = make_transform(0.0, "camera_link", "camera", (0, 0, 0))
         self.to["tf_static"].publish(TFMessage(transforms=[still]))
-        self.tick(0.0)
+        self.spin(1.0)  # the node may hear later than it is counted
+
+    def publish_clock(self):
+        """Say the time that all nodes read."""
+        self.to["clock"].publish(ClockMessage(clock=make_time(self.now)))
 
     def tick(self, seconds):
-        """Let time pass, by the clock that all nodes read."""
+        """Let time pass."""
         self.now += seconds
-        self.to["clock"].publish(ClockMessage(clock=make_time(self.now)))
+        self.publish_clock()
         self.spin(0.1)
 
     def spin(self, seconds):
