@@ -53,6 +53,13 @@ def test_both_have_one_version():
     assert {name for name, _ in shared} == both
 
 
+@pytest.mark.parametrize("name", ["LICENSE", "NOTICE", "README.md"])
+def test_what_both_say_alike_is_one_file(name):
+    """A copy of README would go on saying what README no longer does."""
+    assert (ROOT / "core" / name).is_symlink()
+    assert (ROOT / "core" / name).samefile(ROOT / name)
+
+
 @pytest.mark.parametrize("python", ["3.12", "3.13"])
 def test_pip_installs_both_on_a_python_that_dgl_has_no_wheels_for(python):
     """`pip install ./core .` ended in a list of versions that fit no Python but 3.11."""
