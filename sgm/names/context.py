@@ -97,7 +97,9 @@ class ContextReader:
             return None
         if not is_open and self._tells(said):
             return None
-        return PartedQuestion(question, tuple(self._list_names(said)), is_open, words)
+        return PartedQuestion(
+            question=question, names=tuple(self._list_names(said)), is_open=is_open, words=words
+        )
 
     def is_all(self, said: PartedQuestion, name: str) -> bool:
         """Tell whether a name is all that was said of a thing: no "mug on the desk"."""

@@ -23,6 +23,7 @@ EVERYWHERE = {
         "PathLike",
         "R_OK",
         "W_OK",
+        "_exit",
         "access",
         "close",
         "cpu_count",
