@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datamodules.feature_config import FEATURES
+from sgm.memory.moments import COLUMNS
 from sgm.schema import HOME, TABLES
 from sgm.serve.documents import make_tables
 
@@ -25,6 +26,7 @@ def list_columns() -> str:
         for column in columns
         if not column.is_derived
     ]
+    lines += [f"| `moments` | `{name}` | {text} |" for name, text in COLUMNS.items()]
     return "\n".join([*lines, ""])
 
 

@@ -19,6 +19,7 @@ from sgm.arrays.week import (
 )
 from sgm.memory.look_weights import RELATION_BITS, LookWeights
 from sgm.memory.merged_rows import Groups, join_hours
+from sgm.memory.moments import Moments
 from sgm.memory.queries import Queries
 from sgm.memory.remembered import Remembered
 from sgm.memory.week_hours import WeekHours
@@ -49,6 +50,7 @@ class HomeHistory:
         edge_hours: of each edge by hour of day, sightings, and looks that did not show what had
             been seen there, uint16 (2, E, NUM_HOURS); without edges if no home has a clock.
         week: looks and sightings by hour of the working day and of the weekend's.
+        moments: the latest looks at each place, and what they showed.
     """
 
     def __init__(self, num_homes: int, num_furniture: int) -> None:
@@ -60,11 +62,13 @@ class HomeHistory:
         self.counters = make_table(HOME, num_rows=num_homes)
         self.edge_hours = np.zeros((2, 0, NUM_HOURS), dtype=np.uint16)
         self.week = WeekHours(num_homes, num_furniture)
+        self.moments = Moments(num_homes, num_furniture)
 
     def add_furniture(self, num_added: int) -> None:
         """Add columns of furniture that was never looked at."""
         wider = ((0, 0), (0, num_added), (0, 0))
         self.week.add_furniture(num_added)
+        self.moments.add_furniture(num_added)
         self.look_times = np.pad(self.look_times, wider, constant_values=NEVER)
         if self.look_relations is not None:
             self.look_relations = np.pad(self.look_relations, wider, constant_values=ALL)
@@ -85,7 +89,7 @@ class HomeHistory:
         if self.look_relations is not None:
             copied.look_relations = self.look_relations.copy()
         copied.moves = self.moves.copy() if self.counts_moves else self.moves
-        copied.week = self.week.copy()
+        copied.week, copied.moments = self.week.copy(), self.moments.copy()
         copied.counters = self.counters.copy()
         return copied
 
@@ -102,9 +106,12 @@ class HomeHistory:
         hours = self.edge_hours[:, : len(edges)]
         kept.edge_hours = hours[:, edges[: hours.shape[1]]]
         kept.week = self.week.take(furniture, objects)
+        kept.moments = self.moments.take(furniture, edges)
         return kept
 
-    def merge_furniture(self, kept: int, gone: int, num_looks: int, edges: Groups) -> None:
+    def merge_furniture(
+        self, kept: int, gone: int, num_looks: int, place: np.ndarray, edges: Groups
+    ) -> None:
         """Count for one furniture node of a home what was counted of another, by position.
 
         The moves between the two were none.
@@ -113,6 +120,7 @@ class HomeHistory:
             kept: the node that stays.
             gone: the other one, of which nothing is left.
             num_looks: at both.
+            place: where each edge was, (E,).
             edges: which edges became one.
         """
         both = [kept, gone]
@@ -136,10 +144,16 @@ class HomeHistory:
             moves[kept, kept] = 0
             moved = self.counters["num_moved"]
             moved[0] = max(moved[0] - num_stayed, 0)
+        self.moments.merge_furniture(kept, gone, place)
+        self.join_edges(edges)
+        self.week.merge_furniture(kept, gone)
+
+    def join_edges(self, edges: Groups) -> None:
+        """Count for edges that became one what was counted of each."""
+        self.moments.join(edges.of_row, len(edges.kept))
         if self.edge_hours.shape[1]:
             hours = self.get_edge_hours(np.arange(len(edges.of_row)))
             self.edge_hours = join_hours(hours, edges)
-        self.week.merge_furniture(kept, gone)
 
     def compute_miss_rate(self, given: float | None = None) -> np.ndarray:
         """Return the share of looks that miss what is there, (H,).
@@ -266,7 +280,10 @@ class HomeHistory:
         return self.edge_hours[:, np.minimum(edges, num_counted - 1)]
 
     def to_json(self) -> dict[str, Any]:
-        """Return JSON values of one home, from which `from_json` makes the same, but for `week`."""
+        """Return JSON values of one home, from which `from_json` makes the same.
+
+        But for `week` and `moments`.
+        """
         counted = self.moves[0] if self.counts_moves else np.zeros((0, 0), dtype=np.int32)
         relations = self.look_relations
         return {

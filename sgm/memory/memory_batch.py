@@ -133,12 +133,9 @@ class MemoryBatch(Remembered):
         roots = find_roots(fused.objects["same_as"])
         fuse_objects(fused.objects, roots)
         last = self.objects["last_furniture"], self.objects["last_observed"]
-        history, hours = fused._history, None
-        if history is not None and history.edge_hours.shape[1]:
-            hours = history.get_edge_hours(np.arange(fused.edges.num_rows))
-        fused.edges, hours = fuse_edges(fused.edges, roots, hours)
-        if history is not None and hours is not None:
-            history.edge_hours = hours
+        fused.edges, groups = fuse_edges(fused.edges, roots)
+        if fused._history is not None:
+            fused._history.join_edges(groups)
         thing = self.edges["object"][self.edges["is_true"]]
         place = self.edges["furniture"][self.edges["is_true"]]
         is_held = np.zeros(len(roots), dtype=bool)  # at the place where it was seen last
@@ -299,7 +296,7 @@ class MemoryBatch(Remembered):
         looked = np.full(self.num_homes, -1, dtype=np.int32)
         looked[home] = furniture
         edges = self.edges
-        touched = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
+        touched = at_place = np.flatnonzero(looked.take(edges["home"]) == edges["furniture"])
         of_touched = edges["object"][touched], edges["relation"][touched]
         weights = self.place_prior.weights
         look = LookWeights(self.objects, weights, home, furniture, coverage, hidden)
@@ -346,10 +343,10 @@ class MemoryBatch(Remembered):
                 gone = gone[edges["last_true"][gone] != self.time]
             rows = np.concatenate([again, true, gone])
             is_true = np.arange(len(rows)) < len(rows) - len(gone)
-            if not is_look:
-                rows, is_true = rows[:0], is_true[:0]
-            clock = self.clock[edges["home"][rows]]
-            self._history.note_hours(clock, self.time, rows, is_true, edges.num_rows)
+            if is_look:
+                clock = self.clock[edges["home"][rows]]
+                self._history.note_hours(clock, self.time, rows, is_true, edges.num_rows)
+                self._note_moment((home, furniture), at_place, (rows, is_true))
 
         self._note_origin(np.concatenate([again, true]))
         is_counted = look.is_counted[home] & (not is_again)
@@ -405,8 +402,21 @@ class MemoryBatch(Remembered):
         if is_whole and self._history is not None and self.clock is not None:
             clock, is_seen = self.clock[edges["home"][gone]], np.zeros(len(gone), dtype=bool)
             self._history.note_hours(clock, self.time, gone, is_seen, edges.num_rows)
+            at_place = np.flatnonzero((edges["furniture"] == furniture) & (edges["home"] == home))
+            self._note_moment((np.array([home]), np.array([furniture])), at_place, (gone, is_seen))
         self._update_edges(rows, np.zeros(len(rows), dtype=bool), np.full(len(rows), coverage))
         note_lone_look(self.lone_looks, objects[0], furniture, self.time, coverage)
+
+    def _note_moment(
+        self,
+        looked: tuple[np.ndarray, np.ndarray],
+        at_place: np.ndarray,
+        found: tuple[np.ndarray, np.ndarray],
+    ) -> None:
+        """Note a look at furniture of homes as a moment; arguments as of `Moments.note_look`."""
+        assert self.clock is not None
+        moments, edge_home = self.history.moments, self.edges["home"]
+        moments.note_look(self.clock, self.time, looked, edge_home, at_place, found)
 
     def find_lone_looks(self, objects: np.ndarray) -> LoneLooks | None:
         """Return the looks for objects (Q,) alone that did not find them; None if there is none."""

@@ -13,6 +13,7 @@ from sgm.memory.clock import Clock
 from sgm.memory.home_history import HomeHistory
 from sgm.memory.lone_looks import SoughtLooks, add_sought
 from sgm.memory.look import StepLook
+from sgm.memory.moments import Moments
 from sgm.memory.same_furniture import merge_places
 from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.thing import SaidOf, Thing, read_things, write_things
@@ -31,6 +32,8 @@ from sgm.names.name import Name
 from sgm.names.words import read_words
 from sgm.schema import HOME_LABELS, MAX_TIME
 from sgm.store.snapshot import Snapshot
+
+_MOMENTS = "moments"  # how a file calls what was seen at the latest moments
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +141,8 @@ class MemoryContent:
         tables, edges = merge_places(self.tables, kept_place, gone_place)
         history = self.history.copy()
         num_looks = int(tables["furniture"]["num_observed"][kept_place])
-        history.merge_furniture(kept_place, gone_place, num_looks, edges)
+        place = self.tables["edges"]["furniture"]
+        history.merge_furniture(kept_place, gone_place, num_looks, place, edges)
         sought = {key: looks for key, looks in self.sought.items() if key[1] != other}
         for (words, furniture), looks in self.sought.items():
             if furniture == other:
@@ -159,7 +163,7 @@ class MemoryContent:
         """Return what a file holds of it after an event, from which the same content is made."""
         columns = {
             f"{part}.{name}": column
-            for part, columns in write_tables(self.tables).items()
+            for part, columns in self._write_columns().items()
             for name, column in columns.items()
         }
         return Snapshot(event, self.time, self._write_values(), columns)
@@ -173,7 +177,8 @@ class MemoryContent:
         """
         if not isinstance(snapshot.values, dict):
             raise ValueError("no values by name")
-        tables: dict[str, dict[str, np.ndarray]] = {part: {} for part in list_parts()}
+        parts = (*list_parts(), _MOMENTS)
+        tables: dict[str, dict[str, np.ndarray]] = {part: {} for part in parts}
         for name, column in snapshot.arrays.items():
             part, _, column_name = name.partition(".")
             tables.setdefault(part, {})[column_name] = column
@@ -186,12 +191,17 @@ class MemoryContent:
         """Return JSON values, from which `from_json` makes the same content."""
         tables = {
             part: {name: column.tolist() for name, column in columns.items()}
-            for part, columns in write_tables(self.tables).items()
+            for part, columns in self._write_columns().items()
         }
         return {**self._write_values(), **tables}
 
+    def _write_columns(self) -> dict[str, dict[str, np.ndarray]]:
+        """Return the columns of the tables and of the moments, by part and name."""
+        place = self.tables["edges"]["furniture"]
+        return {**write_tables(self.tables), _MOMENTS: self.history.moments.to_columns(place)}
+
     def _write_values(self) -> dict[str, Any]:
-        """Return JSON values of all but the tables."""
+        """Return JSON values of all but the columns."""
         scores = self.score_calibration
         return {
             "time": self.time,
@@ -230,6 +240,9 @@ class MemoryContent:
             num_edges = len(tables["edges"]["object"])
             history = HomeHistory.from_json(data["history"], num_furniture, num_edges, data["time"])
             history.week = WeekHours.from_json(data["week"], num_furniture, num_objects)
+            history.moments = Moments.from_columns(
+                data[_MOMENTS], num_furniture, num_edges, data["time"]
+            )
             layout = Layout.from_json(data, data["num_rooms_ever"], data["num_furniture_ever"])
             content = cls(
                 time=data["time"],

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from sgm.arrays.table import Table, make_table
-from sgm.memory.merged_rows import Groups, group_places, join_hours, merge_rows
+from sgm.memory.merged_rows import Groups, group_places, merge_rows
 from sgm.schema import EDGES, OBJECTS
 
 
@@ -31,9 +31,7 @@ def fuse_objects(objects: Table, roots: np.ndarray) -> None:
         objects[name][kept] = values
 
 
-def fuse_edges(
-    edges: Table, roots: np.ndarray, hours: np.ndarray | None
-) -> tuple[Table, np.ndarray | None]:
+def fuse_edges(edges: Table, roots: np.ndarray) -> tuple[Table, Groups]:
     """Return the edges of nodes that are one, those at one place as one.
 
     A look there was one look for all of them, so that looks are not added up. The place was looked
@@ -43,16 +41,15 @@ def fuse_edges(
     Args:
         edges: of all nodes.
         roots: the node that each stands for, (O,).
-        hours: `HomeHistory.edge_hours` of the edges, (2, E, hours); None without any.
 
     Returns:
-        The edges, without prior weights, and their hours.
+        The edges, without prior weights, and which of them became one.
     """
     columns = {**edges, "object": roots[edges["object"]]}
     groups = group_places(columns)
     joined = make_table(EDGES)
     joined.append(len(groups.kept), **merge_rows(EDGES, columns, groups, same_looks=True))
-    return joined, None if hours is None else join_hours(hours, groups)
+    return joined, groups
 
 
 def split_counts(objects: Table, edges: Table, object_row: int, other: int) -> None:

@@ -20,6 +20,7 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Change, Queries
 from sgm.network.network import Network
 from sgm.policies.policy import Policy, weigh_looks_since
+from sgm.policies.rhythm import load_weights, weigh_rhythm
 from sgm.prior.place_prior import PlacePrior
 
 # Of a logit: sums in another order differ nine orders of magnitude below, so that an answer does
@@ -90,13 +91,20 @@ class NetworkPolicy(StepPolicy):
     reads_clock = False
     text_pipeline = None
 
-    def __init__(self, network: Network, asks_moved: float = TASKS_ASK_MOVED) -> None:
+    def __init__(
+        self, network: Network, asks_moved: float = TASKS_ASK_MOVED, *, uses_rhythm: bool = True
+    ) -> None:
         """Ask a network, which reads evidence alone; `load` reads one from disk.
 
-        `asks_moved` is the share of the questions that are about what has just moved.
+        Args:
+            network: the network.
+            asks_moved: share of the questions that are about what has just moved.
+            uses_rhythm: whether similar moments are weighed beside it (`sgm.policies.rhythm`),
+                where no question is about what has just moved.
         """
         self.network = network
         self._asks_moved = asks_moved
+        self._uses_rhythm = uses_rhythm
 
     @classmethod
     def load(cls, source: str | Path) -> NetworkPolicy:
@@ -118,13 +126,20 @@ class NetworkPolicy(StepPolicy):
 
     def play_in(self, homes: Any) -> NetworkPolicy:
         """Return the same network for some homes."""
-        return NetworkPolicy(self.network, self._asks_moved)
+        return NetworkPolicy(self.network, self._asks_moved, uses_rhythm=self._uses_rhythm)
 
     def for_questions(self, asks_moved: float) -> NetworkPolicy:
         """Return the same network for such questions."""
         if asks_moved == self._asks_moved:
             return self
-        return NetworkPolicy(self.network, asks_moved)
+        return NetworkPolicy(self.network, asks_moved, uses_rhythm=self._uses_rhythm)
+
+    def believe(self, memory: MemoryBatch, queries: Queries) -> Belief:
+        """Return where the objects may be, (Q, F + 1): by the network, and the home's rhythm."""
+        belief = super().believe(memory, queries)
+        if not self._uses_rhythm or self._asks_moved:
+            return belief
+        return weigh_rhythm(memory, queries, belief, load_weights("network"))
 
     def ask_anew(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return logits of places and of elsewhere, (Q, F + 1)."""

@@ -19,6 +19,7 @@ from sgm.evidence.question import Question
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.queries import Queries
 from sgm.policies.policy import Policy, mask_furniture, spread_unexpected
+from sgm.policies.rhythm import load_weights, weigh_rhythm
 
 
 class Adaptive(Policy):
@@ -29,13 +30,19 @@ class Adaptive(Policy):
     the looks since the object was last seen (`compute_beliefs`).
     """
 
-    def __init__(self, settings: FilterSettings | None = None) -> None:
-        """Choose the filter; None for rates of the home's own, and half of all questions moved."""
+    def __init__(self, settings: FilterSettings | None = None, *, uses_rhythm: bool = True) -> None:
+        """Choose the filter; None for rates of the home's own, and half of all questions moved.
+
+        `uses_rhythm` says whether similar moments are weighed beside it (`sgm.policies.rhythm`),
+        where no question is about what has just moved.
+        """
         self._settings = settings or FilterSettings(asks_moved=TASKS_ASK_MOVED)
+        self._uses_rhythm = uses_rhythm
 
     def for_questions(self, asks_moved: float) -> Adaptive:
         """Return the same filter for such questions."""
-        return type(self)(replace(self._settings, asks_moved=asks_moved))
+        settings = replace(self._settings, asks_moved=asks_moved)
+        return type(self)(settings, uses_rhythm=self._uses_rhythm)
 
     def reset(self, memory: MemoryBatch) -> None:
         """Ask the memory to count what the rates are estimated from."""
@@ -46,12 +53,15 @@ class Adaptive(Policy):
         return mask_furniture(memory, queries, self.follow(memory, queries)[:, :-1])
 
     def believe(self, memory: MemoryBatch, queries: Queries) -> Belief:
-        """Return where objects may be, (Q, F + 1): the places as the filter has them."""
+        """Return where objects may be, (Q, F + 1): by the filter, and the home's rhythm."""
         asked = Question.gather(memory, queries)
         rates = Rates.estimate(asked)
         places = self._follow(asked, rates)[:, :-1]
         places = spread_unexpected(places, asked.is_place)
-        return Belief.of(places, compute_elsewhere_of(asked, rates))
+        belief = Belief.of(places, compute_elsewhere_of(asked, rates))
+        if not self._uses_rhythm or self._settings.asks_moved:
+            return belief
+        return weigh_rhythm(memory, queries, belief, load_weights("adaptive"))
 
     def follow(self, memory: MemoryBatch, queries: Queries) -> np.ndarray:
         """Return the probability of each furniture node, and last of elsewhere, (Q, F + 1)."""

@@ -91,7 +91,7 @@ def test_edges_of_two_nodes_are_what_the_rule_says(column):
     rows = make_rows(EDGES) | {"object": np.array([0, 1]), "is_true": np.array([True, False])}
     edges = make_table(EDGES)
     edges.append(2, **rows)
-    fused, _ = fuse_edges(edges, np.zeros(2, dtype=int), None)
+    fused, _ = fuse_edges(edges, np.zeros(2, dtype=int))
     how = column.merges.same_looks or column.merges.how
     assert fused[column.name].tolist() == [expect(column, rows | {"same": True}, how)]
 

@@ -1,0 +1,1 @@
+"""What similar moments say beside a policy: simulated homes, questions, and fitted weights."""
