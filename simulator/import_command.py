@@ -240,9 +240,11 @@ def _write_looks(
         file = Path(folder) / "home.sgm"
         looks = read(load_prior(options.prior), file)
         looks.memory.close()
+        # What was read is said where something comes of it: an error has a line of its own.
+        trace = None if options.out is None else make_trace(read_events(file), name)
         print(looks.summarise())
-        if options.out is not None:
-            save_trace(make_trace(read_events(file), name), options.out)
+        if trace is not None:
+            save_trace(trace, options.out)
             print(f"trace: {options.out}")
         if options.memory is not None:  # only one that is whole has the name
             file.rename(options.memory)

@@ -60,7 +60,7 @@ class Timeline:
         self._finder: Finder | None = None
         self._replayer: Replayer[SceneGraphMemory] | None = None
         self._scene: HomeScene | None = None
-        self._step, self._num_in_step, self._time = -1, 0, 0
+        self._step, self._num_in_step, self._time = -1, 0, -1
         self._is_believed = True  # whether what is believed now was written
         self._topics: dict[str, str] = {}
 
@@ -93,6 +93,7 @@ class Timeline:
     def _go_on(self) -> None:
         """Let the time of the file pass to that of the next change."""
         step, clock = self.memory.time, self.memory.clock or Clock(_EPOCH)
+        is_first = self._num_in_step < 0  # of a step, whose own event changes no scene
         self._num_in_step = self._num_in_step + 1 if step == self._step else 0
         self._step = step
         part = min(self._num_in_step, _MOST_IN_STEP - 1) / _MOST_IN_STEP
@@ -103,7 +104,10 @@ class Timeline:
                 f"{shorten(str(date or clock.start))} at step {step}. Set the clock of the memory."
             )
         date += timedelta(seconds=part * clock.step_seconds)
-        self._time = max(self._time, (date - _EPOCH) // timedelta(microseconds=1))
+        # Later than the change before, whatever the clock says: a viewer takes away what it shows
+        # from before the time of a scene, and not what has the same time.
+        least = self._time if is_first else self._time + 1
+        self._time = max(least, (date - _EPOCH) // timedelta(microseconds=1))
         self._is_believed = False
 
     def _write(self, topic: str, schema: str, message: Message) -> None:

@@ -64,7 +64,13 @@ def find_place(
         ValueError: if the name is none (`read_words`).
     """
     if not isinstance(place, str):
-        memory.describe(place)  # checks it
+        try:
+            memory.describe(place)
+        except KeyError:  # names functions of Python, which other clients do not have
+            raise KeyError(
+                f"place must be the id of one, or a name, got {shorten(place)}. list_places has "
+                "the ids and names."
+            ) from None
         return int(place)
     words, layout = read_words("place", place), memory.layout
     names = {number: layout.describe(number) for number in layout.furniture}

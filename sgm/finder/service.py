@@ -132,7 +132,7 @@ class MemoryService(MapCalls):
                 search_id="", thing=words, outcome=self._asking.say("no search"), **told
             )
         if isinstance(start, int):
-            self.memory.describe(start)
+            find_place(self.memory, start)
         elif start is not None:
             start = read_stand(start, "from")
         if start is not None and find_distance(self.memory, start) is None:

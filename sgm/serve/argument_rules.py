@@ -51,7 +51,7 @@ class Rule:
         converted = self.convert(name, value)
         if converted is None:
             got = shorten_text(shorten(value).encode("utf-8", "backslashreplace").decode())
-            raise ValueError(f"{name} must {self.must}, got {got}. See /openapi.json.")
+            raise ValueError(f"{name} must {self.must}, got {got}. See the schema of the call.")
         return converted
 
     def read_text(self, name: str, text: str) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import AbstractAsyncContextManager, contextmanager
+from importlib.metadata import version
 from typing import Any
 
 import mcp.types as types
@@ -17,7 +18,6 @@ from starlette.types import Receive, Scope, Send
 from sgm.finder.answers import to_json
 from sgm.messages import shorten_text
 from sgm.serve.caller import Caller
-from sgm.serve.calls import VERSION
 from sgm.serve.guard import MOST_BYTES, MOST_LINE, Refused
 from sgm.serve.prompts import PROMPTS
 from sgm.serve.resources import RESOURCES, read_resource
@@ -47,7 +47,7 @@ class MCPTools:
         self._caller = caller
         self._server: Any = Server(
             "scene-graph-memory",
-            version=VERSION,
+            version=version("scene-graph-memory-core"),
             instructions=INSTRUCTIONS,
             on_list_tools=_list_tools,
             on_call_tool=self._call_tool,

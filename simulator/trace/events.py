@@ -62,7 +62,12 @@ def load_events(path: Path, layout: Layout, start: datetime | None = None) -> tu
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     try:
         return tuple(_read_rows(reader, layout, start))
-    except (ValueError, csv.Error) as error:
+    except csv.Error as error:
+        raise ValueError(
+            f"{path}, row {max(reader.line_num, 1)}: a row must be one of CSV, got {error}. Write "
+            "it again."
+        ) from None
+    except ValueError as error:
         raise ValueError(
             f"{path}, row {max(reader.line_num, 1)}: {shorten_values(str(error))}"
         ) from None

@@ -92,6 +92,7 @@ def open_bag(path: Path) -> StorageFiles:
     files = [path] if has_metadata else _list_storages(path)
     if has_metadata:
         _check_metadata(path)
+        _check_storages(path)
     readers: list[Any] = []
     for file in files:
         try:
@@ -121,6 +122,16 @@ def _list_storages(path: Path) -> list[Path]:
             f".db3, got {got} at {path}. Give what `ros2 bag record` has made."
         )
     return found
+
+
+def _check_storages(path: Path) -> None:
+    """Check that no storage of a bag is a pipe or the like, for which one would wait."""
+    for file in sorted(path.iterdir()):
+        if file.suffix in _STORAGES and not file.is_file():
+            raise ValueError(
+                f"storage of a bag must be a file that can be read, got none at {file}. Copy it "
+                "again."
+            )
 
 
 def _check_metadata(path: Path) -> None:

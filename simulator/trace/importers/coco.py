@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -172,7 +172,7 @@ def _read_pictures(
     names = {
         row["id"]: row["name"]
         for row in _get_list(about, "categories", where)
-        if isinstance(row, Mapping) and _is_id(row.get("id")) and isinstance(row.get("name"), str)
+        if _has_id(row) and isinstance(row.get("name"), str)
     }
     detections = defaultdict(list)
     for row in results:
@@ -188,6 +188,9 @@ def _read_pictures(
         else:
             pictures.append(picture)
     counts["images"] = len(pictures)
+    known = {row["id"] for row in _get_list(about, "images", where) if _has_id(row)}
+    lost = (len(found) for number, found in detections.items() if number not in known)
+    counts["annotations of no image"] = sum(lost)
     return sorted(pictures, key=lambda picture: picture.time)
 
 
@@ -205,6 +208,10 @@ def _read_json(path: Path) -> Any:
 
 def _is_id(value: Any) -> bool:
     return isinstance(value, (int, str))
+
+
+def _has_id(row: Any) -> TypeGuard[Mapping[str, Any]]:
+    return isinstance(row, Mapping) and _is_id(row.get("id"))
 
 
 def _get_list(content: Any, name: str, path: Path) -> list[Any]:

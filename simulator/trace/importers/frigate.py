@@ -206,6 +206,9 @@ def _find_fault(event: Any, ignore: frozenset[str]) -> str:
     start = event.get("start_time")
     if not all(map(_is_spelt, texts)) or not _is_time(start):
         return "events without id, camera, label or start_time"
+    data = event.get("data")
+    if isinstance(data, Mapping) and data.get("type") not in (None, "object"):
+        return "events of no tracked object"  # of a sound, or made by hand
     if event["label"] in ignore:
         return f"events of {shorten(event['label'], 30)}"
     return "false positives" if event.get("false_positive") is True else ""

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from sgm.files import MissingFileError, read_json
+from sgm.files import MissingFileError, make_read_error, read_json
 from sgm.mapping.furniture_labels import FurnitureLabels
 from sgm.messages import shorten
 from sgm.names.words import is_name, split_words
@@ -34,8 +34,8 @@ def read_home_assistant(
         furniture_labels: labels that are furniture besides those of the household's table.
 
     Raises:
-        ValueError: if there is no such file, it is another one, or it has no area or no furniture.
-        OSError: if it cannot be read.
+        ValueError: if there is no such file, it cannot be read or is another one, or it has no area
+            or no furniture.
     """
     folder = path.parent if path.is_file() else path
     if (folder / _STORAGE).is_dir():
@@ -123,15 +123,18 @@ def _read(
 ) -> list[Mapping[str, Any]]:
     """Read the rows of a registry, those that are objects; none where there is no such file."""
     path = folder / f"core.{kind}_registry"
-    if not path.is_file():
+    try:
+        content = read_json(path)
+    except FileNotFoundError:
         if not is_needed:
             return []
         raise MissingFileError(
             f"home must have the file core.{kind}_registry of Home Assistant, got none in "
             f"{folder}. Name its folder of configuration, or a copy of .storage."
-        )
-    try:
-        content = read_json(path)
+        ) from None
+    except OSError as error:
+        where = f"for {path}. Copy it again."
+        raise make_read_error(error, "registry must be a file that can be read", where) from error
     except ValueError as error:
         raise ValueError(f"registry must be JSON, got {error} in {path}. Copy it again.") from None
     data = content.get("data") if isinstance(content, Mapping) else None

@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from sgm.files import read_json, read_table
+from sgm.files import make_read_error, read_json, read_table
 from sgm.layout.box import LEAST_METRES, Box
 from sgm.mapping.furniture_labels import FurnitureLabels
 from sgm.memory.sighting import Point
@@ -45,13 +45,20 @@ def read_virtualhome(
         furniture_labels: labels that are furniture besides those.
 
     Raises:
-        ValueError: if it is no such file, or nothing of it can be placed.
-        OSError: if it cannot be read.
+        ValueError: if it cannot be read, is no such file, or nothing of it can be placed.
     """
     try:
         graph = read_json(path)
+    except OSError as error:
+        where = f"for {path}. Check the path."
+        raise make_read_error(error, "graph must be a file that can be read", where) from error
     except ValueError as error:
-        raise ValueError(f"graph must be one JSON object, got {error} in {path}.") from None
+        raise ValueError(
+            f"graph must be one JSON object, got {error} in {path}. Save what environment_graph() "
+            "of VirtualHome returns."
+        ) from None
+    if isinstance(graph, list) and len(graph) == 2 and isinstance(graph[0], bool):
+        graph = graph[1]  # whether the simulator could answer stands before its graph
     for name in _WRAPPED:
         if isinstance(graph, Mapping) and isinstance(graph.get(name), Mapping):
             graph = graph[name]

@@ -1,6 +1,7 @@
 """`python -m sgm.export mcap`: what is in the file, by the reader of mcap and its own schemas."""
 
 import contextlib
+import itertools
 import os
 import re
 import signal
@@ -280,3 +281,16 @@ def test_bad_input_ends_in_one_line(log, tmp_path, capsys, source, out, error):
     assert error in said.err
     assert (tmp_path / "home.sgm").read_bytes() == before
     assert not (tmp_path / "out.mcap").exists()
+
+
+@pytest.mark.filterwarnings("ignore:looks must be few in a time step")
+def test_a_scene_is_later_than_the_one_before(tmp_path):
+    """Its deletion takes away what is earlier than it, and nothing of the same time."""
+    memory = SceneGraphMemory(clock=Clock(START, 600), path=tmp_path / "looks.sgm")
+    desk = memory.add_furniture("desk", memory.add_room("study"))
+    for number in range(1100):  # more than have a time of their own by the clock
+        memory.observe(desk, [Sighting(f"cup {number % 2}")])
+    found = export(tmp_path / "looks.sgm", tmp_path / "out.mcap", "--things")
+    stamps = [stamp for stamp, _, _ in found["/things"]]
+    assert len(stamps) == 1101
+    assert all(first < second for first, second in itertools.pairwise(stamps))

@@ -7,6 +7,7 @@ import time
 
 import pytest
 
+import sgm
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 
 pytest.importorskip("mcp", reason="mcp is not installed: extra serve")
@@ -24,7 +25,8 @@ class Streams:
         self.process = subprocess.Popen([python, *arguments, *options], text=True, **pipes)
         client = {"name": "test", "version": "1"}
         self.send("initialize", protocolVersion="2025-06-18", capabilities={}, clientInfo=client)
-        assert self.receive()["serverInfo"]["name"] == "scene-graph-memory"
+        about = self.receive()["serverInfo"]
+        assert (about["name"], about["version"]) == ("scene-graph-memory", sgm.__version__)
 
     def send(self, method, **parameters):
         request = {"jsonrpc": "2.0", "id": 1, "method": method, "params": parameters}

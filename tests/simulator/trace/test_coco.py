@@ -227,3 +227,12 @@ def test_an_import_that_fails_leaves_no_memory(files, capsys):
     assert main([*arguments, "--memory", str(files / "none" / "home.sgm")]) == 1
     assert "folder of a file must exist" in capsys.readouterr().err
     assert not (files / "home.sgm").exists()
+
+
+def test_detections_in_images_that_are_not_there_are_counted(files):
+    """They would be looks that saw nothing, without a word: ids as texts, for example."""
+    whole = json.loads((files / "coco.json").read_text())
+    for row in whole["annotations"]:
+        row["image_id"] = str(row["image_id"])
+    (files / "coco.json").write_text(json.dumps(whole))
+    assert read(files).counts["annotations of no image"] == 12

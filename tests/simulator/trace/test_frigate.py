@@ -163,3 +163,13 @@ def test_bad_files_end_in_one_line(tmp_path, capsys, content, places, error):
     assert (said.out, said.err.count("\n")) == ("", 1)
     assert error in said.err
     assert not (tmp_path / "home.sgm").exists()
+
+
+@pytest.mark.parametrize("kind", ["audio", "manual", "api"])
+def test_a_sound_is_no_thing(tmp_path, kind):
+    """Nor is what a person has noted: neither was tracked."""
+    path = tmp_path / "events.json"
+    path.write_text(json.dumps([EVENTS[4], event("s", "bark", 60, 90, data={"type": kind})]))
+    looks = read_frigate(path)
+    assert looks.memory.descriptions == ("cup",)
+    assert looks.counts["events of no tracked object"] == 1

@@ -154,7 +154,10 @@ def test_bad_events_name_the_row(write_home, good_events, row, message):
         ("", "events must have the columns time_s, object, furniture, relation.*got nothing"),
         ("time_s,object,furniture\n", "must have the columns"),
         ("time_s,object,furniture,relation,colour\n", "must have the columns.*colour"),
-        ('time_s,object,furniture,relation\n0,"mug,table,in\n', "row 2: unexpected end of data"),
+        (
+            'time_s,object,furniture,relation\n0,"mug,table,in\n',
+            "row 2: a row must be .* CSV, got unexpected end of data",
+        ),
     ],
 )
 def test_bad_headers(write_home, events, message):

@@ -149,3 +149,10 @@ def test_of_many_nodes_that_are_none_few_are_named(tmp_path):
         read_virtualhome(path)
     assert "\n" not in str(raised.value)
     assert len(str(raised.value)) < 1000
+
+
+def test_what_the_simulator_answers_may_be_saved_as_it_is(graph_file):
+    """environment_graph() returns whether it could, and the graph."""
+    whole, _ = read_virtualhome(graph_file)
+    graph_file.write_text(json.dumps([True, GRAPH]))
+    assert read_virtualhome(graph_file)[0].layout == whole.layout
