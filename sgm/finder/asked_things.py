@@ -56,6 +56,13 @@ def read_asked(
     """
     texts = [thing] if isinstance(thing, str) else list(thing)
     sentences = [memory.read_sentence(text, speaker) for text in texts]
+    return read_sentences(memory, finder, sentences, texts)
+
+
+def read_sentences(
+    memory: SceneGraphMemory, finder: Finder, sentences: Sequence[Sentence], texts: Sequence[str]
+) -> AskedThings:
+    """Read what a call is asked for from sentences and their texts; see `read_asked`."""
     asking = make_asking(memory.language)
     things: list[str] = []
     unclear: Unclear | None = None

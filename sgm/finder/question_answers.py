@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 
 from sgm.finder.answers import Answered, ThingRow, WhereIs, WhereOne
 from sgm.finder.asked_things import (
@@ -11,15 +12,18 @@ from sgm.finder.asked_things import (
     WHERE_KINDS,
     AskedThings,
     count_steps,
-    read_asked,
+    read_sentences,
 )
 from sgm.finder.event_answers import EventAnswers, drop_also
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear
 from sgm.finder.past_places import find_past_places
 from sgm.finder.ranking import count_present
 from sgm.finder.said_places import find_said_places
+from sgm.names.free_reading import make_free_reader
 from sgm.names.phrase import BEYOND
 from sgm.names.resolution import Resolution
+from sgm.names.sentence import Sentence
+from sgm.names.words import POSSESSIVE, normalize
 
 _SURE, _LIKELY = 0.9, 0.5  # probabilities from which on it "is" there, and "is probably"
 _MOST_ROWS = 20
@@ -35,6 +39,51 @@ class QuestionAnswers(EventAnswers):
 
     def answer(self) -> Answered:
         """Return the answer, or what to ask."""
+        answered = self._answer()
+        if answered.status == "ok":
+            return answered
+        for sentence in self._read_freely():
+            first, self._sentence = self._sentence, sentence
+            free = self._answer()
+            self._sentence = first
+            if free.status == "ok":
+                return free
+        return answered
+
+    def _read_freely(self) -> Iterator[Sentence]:
+        """Read a sentence that no pattern fits by its words, or the one question in it."""
+        reader = make_free_reader(self._memory.language)
+        names = map(normalize, self._memory.descriptions)
+        owned = (name.partition(f"{POSSESSIVE} ") for name in names)
+        owners = frozenset(owner for owner, is_owned, _ in owned if is_owned)
+        known = (self._text, cache(self._find_surely), cache(self._find_place_names), owners)
+        for text in reader.find_only(*known):
+            sentence = self._read_sentence(text)
+            if sentence.kind not in ("thing", "command"):
+                yield sentence
+        read = reader.read(*known)
+        if read is not None:
+            things = [self._read_sentence(thing).things for thing in read.things]
+            yield read._replace(things=tuple(name for named in things for name in named))
+
+    def _read_sentence(self, text: str) -> Sentence:
+        sentence: Sentence = self._memory.read_sentence(text, self._speaker)
+        return sentence
+
+    def _find_surely(self, name: str) -> tuple[str, ...]:
+        """Return what a name means, if nothing is to be asked of it; else nothing."""
+        found: Resolution = self._calls.finder.resolve(self._memory, name)
+        is_sure = found.is_sure and not found.says_less and not found.things and not found.where
+        return found.matches if is_sure and not found.unused else ()
+
+    def _find_place_names(self, name: str) -> tuple[str, ...]:
+        """Return the names of the places that a name means."""
+        layout = self._memory.layout
+        found = find_said_places(self._memory, name)
+        return tuple(layout.describe(place) for place in found)
+
+    def _answer(self) -> Answered:
+        """Answer the sentence as it was read."""
         kind = self._sentence.kind
         try:
             if kind in (
@@ -66,7 +115,7 @@ class QuestionAnswers(EventAnswers):
         elsewhere = self._tell_not_there()
         if elsewhere is not None:
             return elsewhere
-        asked = read_asked(self._memory, self._calls.finder, self._text, self._speaker)
+        asked = read_sentences(self._memory, self._calls.finder, [self._sentence], [self._text])
         answer = self._calls.tell_asked(asked)
         meant = [
             (name, self._list_meant(found))

@@ -93,7 +93,7 @@ class ContextReader:
         words = pad_words(said)
         if not self._questions.isdisjoint(said):
             return None
-        if self._is_denied(said) or self._relative.search(words):
+        if self.is_denied(said) or self._relative.search(words):
             return None
         if not is_open and self._tells(said):
             return None
@@ -110,7 +110,7 @@ class ContextReader:
         """Tell whether words may say which of several things is meant."""
         return any(spell(word) in COLOURS | FAULTS for word in words)
 
-    def _is_denied(self, said: Sequence[str]) -> bool:
+    def is_denied(self, said: Sequence[str]) -> bool:
         """Tell whether a "not" may say which one is meant: "I do not want", "it is not"."""
         for place, word in enumerate(said):
             if word not in self._negations:

@@ -184,8 +184,16 @@ class NameIndex:
             return None
         known = self._find_known(said.names)
         if said.is_open and len(known) == 1 and self._contexts.is_all(said, known[0]):
-            return said.question._replace(things=known, text=known[0])
+            name = self._add_owner(known[0], said.words)
+            return said.question._replace(things=(name,), text=name)
         return None if known or said.is_open else said.question
+
+    def _add_owner(self, name: str, words: str) -> str:
+        """Return "his keys" where that was said of "keys", in words with spaces before each."""
+        before = words.partition(f" {name}")[0].split()[-1:]
+        speakers = self._sentences.language.list_words("speaker's")
+        is_owned = bool(before) and before[0] in self._nobodys | speakers
+        return f"{before[0]} {name}" if is_owned else name
 
     def _find_known(self, names: Sequence[Sequence[str]]) -> tuple[str, ...]:
         """Find what names known things, of names that begin at each word, the longest first."""

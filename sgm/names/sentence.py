@@ -227,6 +227,8 @@ class SentenceReader:
         if is_name(text) or is_name(" ".join(self._drop_articles(words))):
             return (text,)
         parts = self._split(words, is_name)
+        if not parts:
+            return (text,)
         if len(parts) > 1 and parts[0][0] in self._both and len(parts[0]) > 1:
             parts[0] = parts[0][1:]  # "both the keys and the wallet"
         bare = self._drop_articles(parts[-1])
@@ -235,7 +237,7 @@ class SentenceReader:
         if len(parts) == 2 and is_plain and "," in words and bare and all(map(is_property, bare)):
             parts = [[*bare, *self._drop_articles(parts[0])]]
         if len(parts) < 2:
-            return (" ".join(parts[0]),) if parts else (text,)
+            return (" ".join(parts[0]),)
         return tuple(" ".join(part) for part in self._lend(parts, is_property))
 
     def _split(self, words: Sequence[str], is_name: IsName) -> list[list[str]]:
