@@ -185,7 +185,7 @@ class MemoryLooks:
     ) -> None:
         """Note that a look for one thing has found it, and say nothing of all others there."""
         with self._state.lock:
-            if isinstance(thing, str):
+            if not isinstance(thing, ThingName):
                 read_words("thing", thing)
                 rows = self._state.find_rows(thing)
                 thing = self._state.things[rows[0]].name if len(rows) == 1 else ThingName(thing)

@@ -15,7 +15,7 @@ thread reserves 64 MB of addresses, which cost nothing. Addresses have a wider l
 for what is mapped and shared. A case has twenty seconds of a processor, which a signal of Python
 ends, and after sixty the system does; one that waits for twenty seconds, neither using a processor
 nor waiting for one nor writing anything, is ended, too. A busy machine or disk is no finding: a
-session saves its memory forty times, and a busy disk takes a second each time.
+session saves its memory often, and a busy disk takes a second each time.
 
 This process imports everything and does nothing else; a copy of it (fork) tries up to 250 cases, so
 that a case costs what it does and not what importing torch costs. A campaign is shared out or gone
@@ -52,8 +52,8 @@ _IDLE_SECONDS = 20  # of waiting, neither for a processor nor writing
 _PATIENCE = 60  # seconds; a process that has done neither in them is ended
 _PER_PROCESS = 250
 KINDS = (
-    "memory trace prior collection exported checkpoint log results source layout session command "
-    "writing tensor pickle homer yaml replay page serve threads special links start idle import "
+    "memory trace prior collection exported checkpoint log results source layout command "
+    "writing tensor pickle homer yaml page serve threads special links start idle import "
     "names machine"
 ).split()
 
@@ -168,7 +168,7 @@ def _use(target: object, folder: Path, watch: Watch) -> tuple[str, str]:
             return "unclear message", traceback.format_exc()[-3000:]
         return "refused", ""
     except Hang:
-        return "hang", traceback.format_exc()[-800:]
+        return "hang", traceback.format_exc()[-3500:]
     except Exception as error:
         what = "memory" if _is_out_of_memory(error) else "traceback"
         return what, traceback.format_exc()[-3000:]
@@ -236,7 +236,7 @@ def _run_batch(kind: str, first: int, count: int, counts: Counter[str], findings
         except EOFError:
             pass
         process.join()
-        said = (Path(root) / "said").read_text(errors="replace")[-800:]
+        said = (Path(root) / "said").read_text(errors="replace")[-3500:]
         how = how or f"ended with {process.exitcode}"
     if seed < first:
         sys.exit(f"fuzz of {kind} must start, {how}: {said}")

@@ -11,11 +11,12 @@ from pathlib import Path
 import mutate
 import numpy as np
 
-from sgm.store.event import insert_event
+from sgm.store.event import StoredEvent, insert_event
 from sgm.store.home_reader import HomeReader
 from sgm.store.snapshot import write_snapshot
 
 Rng = np.random.Generator
+_TIMES = (10**3, 10**6, 3 * 10**9, 2**53, 2**63 - 1, 10**30, -1)
 # What another program may do to a file.
 _STATEMENTS = (
     "DELETE FROM snapshots",
@@ -36,9 +37,11 @@ _STATEMENTS = (
 def change_file(path: Path, rng: Rng) -> None:
     """Change a memory file in one way."""
     kind = rng.random()
-    if kind < 0.4:
-        path.write_bytes(mutate.mutate_bytes(path.read_bytes(), rng))
+    if kind < 0.3:
+        _disorder(path, rng)
     elif kind < 0.5:
+        path.write_bytes(mutate.mutate_bytes(path.read_bytes(), rng))
+    elif kind < 0.6:
         _run(path, str(rng.choice(_STATEMENTS)))
     else:
         _forge(path, rng)
@@ -50,6 +53,29 @@ def _run(path: Path, statement: str) -> None:
             connection.execute(statement, ("{}",) * statement.count("?"))
         except sqlite3.Error:  # a rule of the table
             return
+
+
+def _disorder(path: Path, rng: Rng) -> None:
+    """Let events say odd times, be there twice, or be gone."""
+    with HomeReader(path) as reader:
+        _, rows = reader.read(from_first=True)
+    for _ in range(int(rng.integers(1, 4))):
+        at, kind = int(rng.integers(len(rows) or 1)), rng.integers(4)
+        number = int(_TIMES[int(rng.integers(len(_TIMES)))])
+        kept = max(min(number, 2**63 - 1), -(2**63))  # what a column of SQLite holds
+        if kind == 0 or not rows:
+            rows.append(StoredEvent(0, kept, "step", json.dumps({"num_steps": number}), None))
+        elif kind == 1:
+            rows[at] = rows[at]._replace(time=kept)
+        elif kind == 2:
+            rows.insert(int(rng.integers(len(rows))), rows[at])
+        else:
+            del rows[at]
+    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        connection.execute("DELETE FROM snapshots WHERE event > 0")
+        connection.execute("DELETE FROM events")
+        for place, row in enumerate(rows, 1):
+            insert_event(connection, row._replace(number=place))
 
 
 def _forge(path: Path, rng: Rng) -> None:

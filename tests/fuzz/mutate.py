@@ -7,11 +7,7 @@ from typing import Any
 
 import numpy as np
 
-VALUES = (
-    None, True, False, 0, -1, 1, 2**31, 2**63, 10**30, 3e9, 1e300, -1e300, 0.5, 1e-300,
-    float("nan"), float("inf"), "", "x", "x" * 5000, "a\nb", "[red]x[/nope]", "\u0000", "../x", [],
-    {}, [[]], [0], ["x"], {"x": 0},
-)  # fmt: skip
+from tests.sgm.memory.sessions import VALUES
 
 
 def mutate_bytes(content: bytes, rng: np.random.Generator) -> bytes:

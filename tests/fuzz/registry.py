@@ -10,9 +10,7 @@ import many_threads
 import near_names
 import owners
 import page_requests
-import replays
 import serve_requests
-import sessions
 import special_files
 import targets
 import torch_files
@@ -21,13 +19,11 @@ import yaml_files
 
 TARGETS = {
     **targets.TARGETS,
-    "session": targets.Target(sessions.make_session, sessions.change_session, sessions.use_session),
     "machine": targets.Target(machines.make_seed, machines.change_seed, machines.use_seed),
     "command": targets.Target(commands.make_inputs, commands.change_line, commands.use_line),
     "writing": targets.Target(writers.make_all, writers.change_plan, writers.use_plan),
     **torch_files.TARGETS,
     "yaml": targets.Target(yaml_files.make_good, yaml_files.change, yaml_files.use),
-    "replay": targets.Target(replays.make_seed, replays.change, replays.use),
     "page": targets.Target(page_requests.make_request, page_requests.change, page_requests.use),
     "serve": targets.Target(serve_requests.make_request, serve_requests.change, serve_requests.use),
     "threads": targets.Target(many_threads.make_plan, many_threads.change, many_threads.use),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 import tempfile
+from collections import Counter
 from datetime import datetime, timedelta
 from functools import cache
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +31,9 @@ from sgm.memory.clock import Clock
 from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
-from sgm.policies import Adaptive, Bayesian, Frequentist
+from sgm.policies import Adaptive, Bayesian, Frequentist, Priors
 from sgm.replay.replay import replay
-from tests.sgm.memory.sessions import call, dump
+from tests.sgm.memory.sessions import CALLS, ODD, call, dump, shares
 
 START = datetime(2026, 10, 24, 22)  # a night before an hour is there twice
 ROUNDING = 1e-6
@@ -45,24 +47,30 @@ LABELS = ("table", "fridge", "desk", "shelf", "hammock")
 THINGS = ("mug", "keys", "lamp", "large red mug", "flux capacitor")
 STRANGER = "garden gnome"  # a thing that no question is about
 _MOST_PLACES = 6
+_CLOCK_CALLS = {"step", "step_to", "start_clock"}  # of a copy: after an odd time nothing is known
+_LOOKS = 3  # most that a search takes at one place
 
 sightings = st.lists(
     st.builds(
         Sighting,
         st.sampled_from(THINGS),
         st.sampled_from(("in", "onTop")),
-        st.sampled_from((1.0, 1.0, 0.6)),
+        st.just(1.0) | shares,
         id=st.sampled_from((None, None, None, "a", "b")),
         position=st.sampled_from((None, None, (1.0, 2.0, 0.8), (3, 1, 1.0))),
     ),
     max_size=4,
 )
 things = st.sampled_from(THINGS)
-coverages = st.sampled_from((1.0, 1.0, 0.4))
+coverages = st.sampled_from((1.0, 1.0, 0.4)) | shares
 steps = st.sampled_from((1, 1, 2, 13, 400, 30_000))
 positions = st.sampled_from((None, (1.0, 2.0), (-3.5, 4)))
 costs = st.sampled_from((None, 0.0, 2.5))
-boxes = st.sampled_from((None, Box((1, 2, 0.5), (0.6, 1.2, 1.0), 0.3, "door")))
+boxes = st.none() | st.builds(
+    lambda share, access: Box((share, 2, 0.5), (0.6, 1.2, 1.0), share, access),
+    shares,
+    st.sampled_from(("none", "open", "door")),
+)
 
 
 def list_told(name: str, thing: str, other: str, place: int | str) -> tuple:
@@ -86,10 +94,16 @@ def make_finder(name: str) -> Finder:
         return ObjectFinder(load_network()._policy.network)
     if name == "sharp":
         return Finder(Bayesian(), Detector(miss_rate=0.0))
-    return Finder({"adaptive": Adaptive, "bayesian": Bayesian, "frequentist": Frequentist}[name]())
+    return Finder(_POLICIES[name]())
 
 
-finders = st.sampled_from(("network", *2 * ("adaptive", "bayesian", "frequentist", "sharp")))
+_POLICIES = {
+    "adaptive": Adaptive,
+    "bayesian": Bayesian,
+    "frequentist": Frequentist,
+    "priors": Priors,
+}
+finders = st.sampled_from(("network", *2 * (*_POLICIES, "sharp")))
 
 
 def ask(finder: Finder, memory: SceneGraphMemory, thing: str) -> np.ndarray:
@@ -116,6 +130,14 @@ def check_distribution(answer: np.ndarray, memory: SceneGraphMemory, thing: str)
     assert answer.sum() > 1, answer  # of several, any may be there
 
 
+def _check_message(name: str, error: Exception) -> None:
+    """Check that it says what must hold, in a short line."""
+    text = str(error.args[0])
+    assert " must " in text, f"{name}: {text[:300]}"
+    assert "\n" not in text, f"{name}: {text[:300]}"
+    assert len(text) < 1000, f"{name}: {text[:300]}"
+
+
 def _has_places(machine: MemoryMachine) -> bool:
     return machine.memory.num_furniture > 0
 
@@ -134,7 +156,7 @@ class MemoryMachine(RuleBasedStateMachine):
     @initialize(
         finder=finders,
         has_clock=st.booleans(),
-        has_log=st.booleans(),
+        has_log=st.sampled_from((True, True, False)),
         labels=st.lists(st.tuples(st.sampled_from(LABELS), st.integers(0, 1)), max_size=4),
     )
     def start(self, finder, has_clock, has_log, labels):
@@ -170,7 +192,6 @@ class MemoryMachine(RuleBasedStateMachine):
             (
                 "move_furniture",
                 "name_furniture",
-                "merge_furniture",
                 "remove_furniture",
                 "remove_room",
                 "rename_room",
@@ -179,12 +200,11 @@ class MemoryMachine(RuleBasedStateMachine):
         ),
     )
     def change_map(self, data, name, label):
-        place, other = (data.draw(st.sampled_from(self.places)) for _ in range(2))
+        place = data.draw(st.sampled_from(self.places))
         room = data.draw(st.sampled_from(self.rooms))
         arguments = {
             "move_furniture": (place, room, *map(data.draw, (positions, boxes, costs))),
             "name_furniture": (place, label),
-            "merge_furniture": (place, other),
             "remove_furniture": (place,),
             "remove_room": (room,),
             "rename_room": (room, "pantry"),
@@ -192,38 +212,65 @@ class MemoryMachine(RuleBasedStateMachine):
         }
         self._change(name, *arguments[name])
 
-    def _change(self, name: str, *arguments: object) -> None:
-        """Change the memory; what is refused in one line changes nothing."""
-        before = dump(self.memory)
-        error = call(self.memory, name, arguments)
+    @precondition(lambda self: self.memory.num_furniture > 2)
+    @rule(data=st.data(), seen=sightings)
+    def merge_places(self, data, seen):
+        """Two that are one, of which either may have been looked at."""
+        place, other = data.draw(st.permutations(self.places))[:2]
+        self.memory.observe(other, seen)
+        self._change("merge_furniture", place, other)
+
+    @rule(data=st.data(), name=st.sampled_from(sorted(CALLS)), is_odd=st.booleans())
+    def call_any(self, data, name, is_odd):
+        """Any call that writes, with any arguments, of which one may be of any kind."""
+        arguments = list(data.draw(CALLS[name]))
+        if is_odd:
+            position = data.draw(st.integers(0, len(arguments) - 1))
+            arguments[position] = data.draw(st.sampled_from(ODD))
+        if name in _CLOCK_CALLS:
+            self._change(name, *arguments, of=self.memory.copy())
+        else:
+            self._change(name, *arguments)
+
+    def _change(self, name: str, *arguments: object, of: SceneGraphMemory | None = None) -> None:
+        """Change the memory; what is refused in one short line changes nothing, nor its log."""
+        memory = self.memory if of is None else of
+        before = dump(memory), self._count_events()
+        error = call(memory, name, arguments)
         if error is not None:
-            text = str(error.args[0])
-            assert " must " in text, text
-            assert "\n" not in text, text
-            assert dump(self.memory) == before
+            _check_message(name, error)
+            assert (dump(memory), self._count_events()) == before, name
+
+    def _count_events(self) -> int:
+        return 0 if self.log is None else len(read_events(self.log))
 
     @precondition(lambda self: self.memory.num_furniture == 0)
     @rule(thing=things)
     def ask_without_places(self, thing):
-        with pytest.raises(ValueError, match="must have furniture"):
+        with pytest.raises(ValueError, match="must have furniture") as caught:
             self.finder.rank(self.memory, thing)
+        _check_message("rank", caught.value)
 
     @precondition(_has_places)
     @rule(data=st.data(), seen=sightings, coverage=coverages, number=st.sampled_from((1, 1, 2, 9)))
     def look(self, data, seen, coverage, number):
         place = data.draw(st.sampled_from(self.places))
+        read, give = (
+            data.draw(st.sampled_from(given))
+            for given in ((int, np.int32, np.int64), (list, tuple, iter))
+        )
         for _ in range(number):
-            self.memory.observe(place, seen, coverage)
+            self.memory.observe(read(place), give(seen), coverage)
 
     @precondition(_has_places)
-    @rule(data=st.data(), thing=things, number=st.sampled_from((1, 3)))
-    def look_for_one_thing(self, data, thing, number):
+    @rule(data=st.data(), thing=things, coverage=coverages, number=st.sampled_from((1, 3)))
+    def look_for_one_thing(self, data, thing, coverage, number):
         """It never raises the place, nor anything that is asked for in other words."""
         place = data.draw(st.sampled_from(self.places))
         position = self.places.index(place)
         for _ in range(number):
             before = ask(self.finder, self.memory, thing)[position]
-            self.memory.note_absent(place, thing)
+            self.memory.note_absent(place, thing, coverage)
             after = ask(self.finder, self.memory, thing)[position]
             assert after <= before + ROUNDING, (before, after)
 
@@ -231,15 +278,20 @@ class MemoryMachine(RuleBasedStateMachine):
     @rule(
         thing=things,
         results=st.lists(st.sampled_from(("not found", "seen", "found")), min_size=1, max_size=4),
+        is_to_end=st.booleans(),
         seen=sightings,
     )
-    def search(self, thing, results, seen):
+    def search(self, thing, results, is_to_end, seen):
+        """It ends, with few looks at a place, and an outcome."""
         search = self.finder.search(self.memory, thing)
-        for result in results:
+        looks: Counter[int] = Counter()
+        for result in cycle(results) if is_to_end else results:
             going = search.next()
             if going is None:
                 assert search.outcome
                 return
+            looks[going.place.furniture] += 1
+            assert looks.total() <= _LOOKS * self.memory.num_furniture, looks
             position = self.places.index(going.place.furniture)
             before = ask(self.finder, self.memory, thing)[position]
             if result == "not found":
@@ -301,6 +353,7 @@ class MemoryMachine(RuleBasedStateMachine):
         ranking = self.finder.rank(self.memory, thing, at=self.memory.time + later)
         found = [place.probability for place in ranking]
         assert found == sorted(found, reverse=True)
+        assert str(ranking)
         alone = Finder(self.finder._policy, self.finder._detector)
         np.testing.assert_array_equal(ask(alone, self.memory, thing), answer)
         assert dump(self.memory) == before
@@ -325,12 +378,36 @@ class MemoryMachine(RuleBasedStateMachine):
         assert dump(other) == content
         np.testing.assert_array_equal(ask(self.finder, other, thing), answer)
 
+    @rule(thing=things, label=st.sampled_from(LABELS))
+    def read(self, thing, label):
+        """What is no question of probability is answered without a change, too, or in one line."""
+        before = dump(self.memory)
+        for name, word in (("find_furniture", label), ("places_of", thing), ("resolve", thing)):
+            error = call(self.memory, name, (word,))
+            if error is not None:
+                assert isinstance(error, KeyError), error
+                _check_message(name, error)
+        assert dump(self.memory) == before
+
+    @rule(is_closed=st.booleans())
+    def go_on(self, is_closed):
+        """The session goes on with what was saved and loaded, or opened as after a crash."""
+        content = dump(self.memory)
+        if self.log is None:
+            self.memory.save(self.file)
+            self.memory = SceneGraphMemory.load(self.file)
+        else:
+            if is_closed:
+                self.memory.close()
+            self.memory = SceneGraphMemory.open(self.log)
+        assert dump(self.memory) == content
+
     def _knows(self, thing: str) -> bool:
         """Whether one thing is surely where it was last seen, in a home that is known a little.
 
-        Doubtful sightings and several things leave more to the others.
+        Doubtful sightings and several things leave more to the others; a prior alone, all.
         """
-        if self.memory.num_furniture < 3:
+        if self.memory.num_furniture < 3 or isinstance(self.finder._policy, Priors):
             return False
         seen = self.memory.last_seen(thing)
         matches = self.memory.resolve(thing).matches
@@ -447,9 +524,7 @@ class ServiceMachine(RuleBasedStateMachine):
         try:
             return getattr(self.service, name)(*args, **kwargs)
         except (ValueError, KeyError) as error:
-            text = str(error.args[0])
-            assert " must " in text, text
-            assert "\n" not in text, text
+            _check_message(name, error)
             assert _without_time(dump(self.service.memory)) == _without_time(before)
             return None
 

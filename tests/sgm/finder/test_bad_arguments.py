@@ -41,6 +41,12 @@ def test_names_are_one_line(memory, name):
             call(name)
 
 
+@pytest.mark.parametrize("thing", [7, None, b"mug", ["mug"]])
+def test_what_was_found_has_a_name(memory, thing):
+    with pytest.raises(ValueError, match="thing must"):
+        memory.note_found(0, thing)
+
+
 @pytest.mark.parametrize("share", ["x", None, float("nan")])
 def test_shares_are_numbers(share):
     with pytest.raises(ValueError, match=r"confidence must lie in \[0, 1\], got"):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from datetime import datetime, timedelta
+from fractions import Fraction
 
+import numpy as np
 from hypothesis import strategies as st
 
 from sgm.layout.box import Box
@@ -17,6 +19,15 @@ ROOMS = ("kitchen", "Living_Room", "Küche")
 FURNITURE = ("fridge", "counter top", "hammock", "本棚")
 THINGS = ("large red mug", "Milk", "the flux_capacitor", "氷", "small mug", "MUG")
 NAMES = (*THINGS, "a", "")  # and an id
+# What no file holds there, and what no call expects.
+VALUES = (
+    None, True, False, 0, -1, 1, 2**31, 2**63, 10**30, 3e9, 1e300, -1e300, 0.5, 1e-300,
+    float("nan"), float("inf"), "", "x", "x" * 5000, "a\nb", "[red]x[/nope]", "\u0000", "../x", [],
+    {}, [[]], [0], ["x"], {"x": 0},
+)  # fmt: skip
+ODD = (*VALUES, -5, 7, 1.5, b"mug", ("mug",), datetime(2026, 1, 1), object())
+# A share as detectors give it.
+shares = st.sampled_from((1.0, 0.6, np.float32(0.7), Fraction(1, 3), 1, np.int64(1), True))
 
 sightings = st.lists(
     st.builds(
@@ -53,7 +64,9 @@ CALLS = {
         st.sampled_from((None, 0, 2.5, -1)),
     ),
     "move_furniture": st.tuples(places, st.none() | places, positions | st.just("here"), boxes),
-    "name_furniture": st.tuples(places, st.sampled_from((*FURNITURE, "\n"))),
+    "name_furniture": st.tuples(
+        places, st.sampled_from((*FURNITURE, "\n")), st.sampled_from((None, "white one", "\n"))
+    ),
     "merge_furniture": st.tuples(places, places),
     "remove_room": st.tuples(places),
     "remove_furniture": st.tuples(places),
@@ -100,13 +113,13 @@ CALLS = {
 
 def call(memory: SceneGraphMemory, name: str, arguments: tuple) -> Exception | None:
     """Make a call, and return what it raised, if it may."""
-    if name == "start_clock":
-        arguments = (Clock(datetime(2026, 11, 16), *arguments),)
-    if name == "step_to" and memory.clock is not None:
-        seconds = arguments[0] * memory.clock.step_seconds
-        if seconds < timedelta(days=999).total_seconds():
-            arguments = (memory.clock.start + timedelta(seconds=seconds),)
     try:
+        if name == "start_clock":
+            arguments = (Clock(datetime(2026, 11, 16), *arguments),)
+        if name == "step_to" and memory.clock is not None and isinstance(arguments[0], int):
+            seconds = arguments[0] * memory.clock.step_seconds
+            if seconds < timedelta(days=999).total_seconds():
+                arguments = (memory.clock.start + timedelta(seconds=seconds),)
         getattr(memory, name)(*arguments)
     except (ValueError, KeyError, TypeError, OSError) as error:
         return error
