@@ -133,7 +133,7 @@ class FreeReader:
     ) -> Iterator[str]:
         """Find the one clause that may be a question of its own, each that may be, in words.
 
-        "Did anybody move the scooter? I almost fell over it": all others are left out. Arguments
+        "Who moved the scooter? I almost fell over it": all others are left out. Arguments
         are those of `read`.
         """
         clauses = self._read_clauses(text, find_thing, find_place, owners)
