@@ -43,7 +43,7 @@ def write_snapshot(connection: sqlite3.Connection, snapshot: Snapshot, num_bytes
     `num_bytes` is how much all events until then take.
     """
     content = json.dumps(snapshot.values, ensure_ascii=False, separators=(",", ":"))
-    rows = [(snapshot.event, name, *pack(column)) for name, column in snapshot.arrays.items()]
+    rows = [(snapshot.event, name, *_pack(column)) for name, column in snapshot.arrays.items()]
     delete_snapshot(connection, snapshot.event)
     connection.execute(
         "INSERT INTO snapshots VALUES (?, ?, ?, ?, ?)",
@@ -97,8 +97,8 @@ def _compute_checksum(content: str, rows: Any) -> str:
     return checksum.hexdigest()
 
 
-def pack(column: np.ndarray) -> tuple[str, bytes]:
-    """Return a type that holds all numbers of a column, and these as bytes."""
+def _pack(column: np.ndarray) -> tuple[str, bytes]:
+    """Return a type that holds all numbers of a column, and these."""
     kind = "f4" if np.array_equal(column, column.astype(np.float32), equal_nan=True) else "f8"
     if column.dtype.kind == "i":
         low, high = (int(column.min()), int(column.max())) if len(column) else (0, 0)

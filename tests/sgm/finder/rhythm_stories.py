@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timedelta
 
-from tests.sgm.finder.stories import ELSEWHERE, Flat, Story, make_finder
+from tests.sgm.finder.stories import ELSEWHERE, Flat, Story, tell_stories
 
 MONDAY = datetime(2026, 1, 5)
 _OUT = None  # of the home
@@ -256,21 +256,5 @@ RHYTHMS = {
 }
 
 
-def main(names: list[str]) -> None:
-    """Print what finders say in every story, and what is wrong in it."""
-    finders = {name: make_finder(name) for name in names or ("adaptive", "network")}
-    faults = dict.fromkeys(finders, 0)
-    for title, story in RHYTHMS.items():
-        print(f"{title}:")
-        for name, finder in finders.items():
-            said = story.ask(finder)
-            best = sorted(said, key=said.__getitem__, reverse=True)[:3]
-            fault = story.find_fault(said)
-            faults[name] += bool(fault)
-            told = ", ".join(f"{key} {said[key]:.2f}" for key in best)
-            print(f"  {name:10} {told}" + (f"   WRONG: {fault}" if fault else ""))
-    print(f"wrong of {len(RHYTHMS)}: {faults}")
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    tell_stories(RHYTHMS, sys.argv[1:])

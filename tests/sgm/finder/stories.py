@@ -359,11 +359,11 @@ def make_finder(name: str) -> Finder:
     return ObjectFinder.load("any_home" if name == "network" else name)
 
 
-def main(names: list[str]) -> None:
+def tell_stories(stories: dict[str, Story], names: list[str]) -> None:
     """Print what finders say in every story, and what is wrong in it."""
     finders = {name: make_finder(name) for name in names or ("adaptive", "network")}
     faults = dict.fromkeys(finders, 0)
-    for title, story in STORIES.items():
+    for title, story in stories.items():
         print(f"{title}:")
         for name, finder in finders.items():
             said = story.ask(finder)
@@ -372,8 +372,8 @@ def main(names: list[str]) -> None:
             faults[name] += bool(fault)
             told = ", ".join(f"{key} {said[key]:.2f}" for key in best)
             print(f"  {name:10} {told}" + (f"   WRONG: {fault}" if fault else ""))
-    print(f"wrong of {len(STORIES)}: {faults}")
+    print(f"wrong of {len(stories)}: {faults}")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    tell_stories(STORIES, sys.argv[1:])
