@@ -239,11 +239,6 @@ def _number_lags(past: PastMoments, is_shown: np.ndarray) -> np.ndarray:
     return np.where(is_some, 1 + place * _NUM_LAGS + bin_, 0)
 
 
-def compute_similar_moments(memory: MemoryBatch, queries: Queries) -> SimilarMoments:
-    """Compute what similar moments say of questions to a memory that has a clock."""
-    return compare_moments(PastMoments.gather(memory, queries))
-
-
 def _weigh_lags(
     ago: np.ndarray, is_shown: np.ndarray, query: np.ndarray, is_last: np.ndarray, lag: np.ndarray
 ) -> np.ndarray:

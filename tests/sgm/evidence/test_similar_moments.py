@@ -6,12 +6,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from sgm.evidence.similar_moments import (
-    KINDS,
-    PastMoments,
-    _score_groups,
-    compute_similar_moments,
-)
+from sgm.evidence.similar_moments import KINDS, PastMoments, _score_groups, compare_moments
 from sgm.memory.clock import Clock
 from sgm.memory.moments import SHOWN
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -31,8 +26,7 @@ def make_home(num_places=3):
 
 
 def compute(memory, *things):
-    asked = memory.ask(things)
-    return compute_similar_moments(asked.batch, asked.queries)
+    return compare_moments(compute_past(memory, *things))
 
 
 def compute_past(memory, *things):
