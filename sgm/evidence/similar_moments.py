@@ -31,6 +31,7 @@ _FORGOTTEN = 1.5  # hours in which a look that missed a thing says a third of wh
 _LEAST = 0.03  # share of each answer that is even
 _PULL = 1.0  # moments that the share of all moments counts for where others are kept apart
 _NUM_LAGS = 10  # half an hour to ten days
+_LONGEST = 1e6  # hours: longer than any
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,33 +137,76 @@ class SimilarMoments:
     gain: np.ndarray
 
 
+@dataclass(frozen=True, slots=True)
+class _KnownMoments:
+    """The n moments of `PastMoments` that say something of the thing.
+
+    Attributes:
+        cell: the row of `PastMoments` that each is of, ascending, (n,).
+        query: number of the question, ascending, (n,).
+        ago: how many hours before the time of the question it was, (n,).
+        is_shown: whether it showed the thing, bool (n,).
+    """
+
+    cell: np.ndarray
+    query: np.ndarray
+    ago: np.ndarray
+    is_shown: np.ndarray
+
+    @classmethod
+    def of(cls, past: PastMoments) -> _KnownMoments:
+        """List them."""
+        cell, column = np.nonzero(past.states)
+        is_shown = past.states[cell, column] == SHOWN
+        return cls(cell, past.query[cell], past.ago[cell, column], is_shown)
+
+    def find_before(self, sightings: np.ndarray, lag: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Find the next of some sightings that were longer than `lag` hours before each moment.
+
+        Args:
+            sightings: numbers of moments, (m,).
+            lag: (n,).
+
+        Returns:
+            The sightings by question, the latest first, (m,), and for each moment the position of
+            the one found in these, (n,): of a later question, or m, if there is none.
+        """
+        start = self.query * (2 * _LONGEST)  # one order of all, so that one search is enough
+        key = start[sightings] + self.ago[sightings]
+        order = np.argsort(key, kind="stable")
+        return sightings[order], np.searchsorted(key[order], start + self.ago + lag, side="right")
+
+
 def compare_moments(past: PastMoments) -> SimilarMoments:
     """Compute what similar moments say of questions."""
     query, num_queries = past.query, len(past.now)
-    num_places = past.is_place.shape[1]
-    is_known, is_shown = past.states > 0, past.states == SHOWN
-    weight = np.where(is_known, 0.5 ** (past.ago / _HALF_LIFE), 0.0)
-    hour = np.mod(past.now[query, None] - past.ago, 7 * 24)  # of the week
-    apart = np.mod(past.ago + 12, 24) - 12
+    num_cells, num_places = len(query), past.is_place.shape[1]
+    looks = _KnownMoments.of(past)
+    cell, ago, is_shown = looks.cell, looks.ago, looks.is_shown
+    now = past.now[looks.query]
+    weight = np.exp2(ago / -_HALF_LIFE)
+    hour = np.mod(now - ago, 7 * 24)  # of the week
+    apart = np.mod(ago + 12, 24) - 12
     by_hour = weight * np.exp(-0.5 * (apart / _HOUR_WIDTH) ** 2)
     is_weekend = hour >= 5 * 24
-    is_same_day = is_weekend == (past.now[query, None] >= 5 * 24)
-    is_last = past.place == past.last[query]
-    by_lag = _weigh_lags(past.ago, is_shown, query, is_last, np.maximum(past.lag, _LEAST_LAG))
-    weights = np.stack(
-        [
-            by_hour,
-            by_hour * np.where(is_same_day, 1.0, _OTHER_DAY),
-            weight * by_lag,
-            by_hour * by_lag,
-            weight,
-        ]
-    )  # (kinds, C, n)
-    alike, showed = weights.sum(axis=2), (weights * is_shown).sum(axis=2)  # (kinds, C)
+    is_same_day = is_weekend == (now >= 5 * 24)
+    by_lag = _weigh_lags(looks, past)
+    weights = (
+        by_hour,
+        by_hour * np.where(is_same_day, 1.0, _OTHER_DAY),
+        weight * by_lag,
+        by_hour * by_lag,
+        weight,
+    )
+    said = 2 * cell + is_shown
+    sums = np.stack([np.bincount(said, each, 2 * num_cells) for each in weights])
+    showed = sums[:, 1::2]  # (kinds, C)
+    alike = sums[:, ::2] + showed
 
     # Looks since the last sighting that missed it lately.
-    is_missed = (past.states == MISSED) & (past.ago < past.lag[query, None])
-    doubt = np.where(is_missed, 1 - 0.8 * np.exp(-past.ago / _FORGOTTEN), 1.0).prod(axis=1)
+    is_missed = ~is_shown & (ago < past.lag[looks.query])
+    doubt = np.ones(num_cells)
+    np.multiply.at(doubt, cell[is_missed], 1 - 0.8 * np.exp(-ago[is_missed] / _FORGOTTEN))
 
     detection = past.detection[query]
     usual = (showed[-1] + 0.02) / (alike[-1] + 1)
@@ -177,97 +221,81 @@ def compare_moments(past: PastMoments) -> SimilarMoments:
     shares[:, :, :-1] *= past.is_place[:, None]
     shares /= shares.sum(axis=2, keepdims=True)
 
-    part, step = hour % 24 // 2, _number_lags(past, is_shown)
-    groups = [part, part + 12 * is_weekend, step, step * 4 + part // 3, np.zeros(part.shape)]
-    *better, all_as_one = (
-        _score_groups(group.astype(np.int64), weight, is_shown) for group in groups
-    )
+    part, step = (hour % 24 // 2).astype(np.int64), _number_lags(looks, past)
+    groups = part, part + 12 * is_weekend, step, step * 4 + part // 3
+    all_as_one = _score_groups(np.zeros_like(part), looks, weight, num_cells)
     # What is always there is as likely by all moments as by those of a group.
-    better = [score - np.maximum(all_as_one, 0.0) for score in better]
-    better.append(np.zeros(len(query)))  # of all moments: what the others are compared with
+    better = [
+        _score_groups(group, looks, weight, num_cells) - np.maximum(all_as_one, 0.0)
+        for group in groups
+    ]
+    better.append(np.zeros(num_cells))  # of all moments: what the others are compared with
     gain = np.stack([np.bincount(query, each, num_queries) for each in better], axis=1)
     amount = np.stack([np.bincount(query, each, num_queries) for each in alike], axis=1)
     return SimilarMoments(shares, amount, gain / np.maximum(amount[:, -1:], 1.0))
 
 
-def _score_groups(group: np.ndarray, weight: np.ndarray, is_shown: np.ndarray) -> np.ndarray:
+def _score_groups(
+    group: np.ndarray, looks: _KnownMoments, weight: np.ndarray, num_cells: int
+) -> np.ndarray:
     """Return how much likelier moments at C places are by the others of their group, (C,).
 
     Than by all others at the place: the sum over moments, nats. A moment that is alone in its group
     adds nothing, so that a few looks make no rhythm.
 
-    `group` is the number of each, (C, n); `weight` what it counts, 0 for none.
+    `group` is the number of each moment, (n,), `weight` what it counts, (n,).
     """
-    num_cells, num_groups = len(group), int(group.max(initial=0)) + 1
-    cell = np.arange(num_cells)[:, None] * num_groups + group
+    num_groups = int(group.max(initial=0)) + 1
     size = num_cells * num_groups
-    total = np.bincount(cell.ravel(), weight.ravel(), size).reshape(num_cells, num_groups)
-    shown = np.bincount(cell.ravel(), (weight * is_shown).ravel(), size).reshape(total.shape)
-    number = total.sum(axis=1, keepdims=True)
+    key = 2 * (looks.cell * num_groups + group) + looks.is_shown
+    sums = np.bincount(key, weight, 2 * size)
+    missed, shown = sums[::2], sums[1::2]
+    of_all = missed + shown
+    some = np.flatnonzero(of_all)
+    cell, total = some // num_groups, of_all[some]
+    number = np.bincount(cell, total, num_cells)
     gain = np.zeros(num_cells)
-    for same in (shown, total - shown):  # each moment, of those that said the same
-        usual = (np.maximum(same.sum(axis=1, keepdims=True) - 1, 0.0) + 0.5) / (
-            np.maximum(number - 1, 0.0) + 1
-        )
-        likely = np.maximum(same - 1, 0.0) + _PULL * usual
+    for same in (shown[some], missed[some]):  # each moment, of those that said the same
+        usual = np.maximum(np.bincount(cell, same, num_cells) - 1, 0.0) + 0.5
+        usual /= np.maximum(number - 1, 0.0) + 1
+        likely = np.maximum(same - 1, 0.0) + _PULL * usual[cell]
         likely /= np.maximum(total - 1, 0.0) + _PULL
-        gain += (same * np.log(likely / usual)).sum(axis=1)
+        gain += np.bincount(cell, same * np.log(likely / usual[cell]), num_cells)
     return gain
 
 
-def _number_lags(past: PastMoments, is_shown: np.ndarray) -> np.ndarray:
-    """Number for each moment where the thing had been seen before it and how long before, (C, n).
+def _number_lags(looks: _KnownMoments, past: PastMoments) -> np.ndarray:
+    """Number for each moment where the thing had been seen before it and how long before, (n,).
 
     Places of a thing are numbered from 0; lags are in steps of a factor of two, from half an hour.
     """
-    query, num_moments = past.query, past.ago.shape[1]
-    nothing = 1e6  # hours: longer than any
-    width = np.bincount(query, minlength=len(past.now)).max(initial=1) * num_moments
-    rank = compute_rank_in_group(query)
-    seen = np.full((len(past.now), width), nothing)
-    column = rank[:, None] * num_moments + np.arange(num_moments)
-    seen[query[:, None], column] = np.where(is_shown, past.ago, nothing)
-    order = np.argsort(seen, axis=1, kind="stable")
-    start = np.arange(len(past.now))[:, None] * (2 * nothing)
-    ascending = (np.take_along_axis(seen, order, axis=1) + start).ravel()
-    wanted = past.ago + start[query]
-    number = np.minimum(np.searchsorted(ascending, wanted, side="right"), len(ascending) - 1)
-    lag = ascending[number] - wanted
-    is_some = (lag > 0) & (ascending[number] - start[query] < nothing)
-    place = order.ravel()[number] // num_moments
-    bin_ = np.clip(np.log2(np.where(is_some, lag, 1.0) * 2), 0, _NUM_LAGS - 1).astype(np.int64)
+    sightings, found = looks.find_before(np.flatnonzero(looks.is_shown), np.zeros(len(looks.ago)))
+    if not len(sightings):
+        return np.zeros(len(looks.ago), dtype=np.int64)
+    before = sightings[np.minimum(found, len(sightings) - 1)]
+    is_some = (found < len(sightings)) & (looks.query[before] == looks.query)
+    lag = np.where(is_some, looks.ago[before] - looks.ago, 1.0)
+    place = compute_rank_in_group(past.query)[looks.cell[before]]
+    bin_ = np.clip(np.log2(lag * 2), 0, _NUM_LAGS - 1).astype(np.int64)
     return np.where(is_some, 1 + place * _NUM_LAGS + bin_, 0)
 
 
-def _weigh_lags(
-    ago: np.ndarray, is_shown: np.ndarray, query: np.ndarray, is_last: np.ndarray, lag: np.ndarray
-) -> np.ndarray:
-    """Weigh moments at C places by how long before them a thing was where it was seen last, (C, n).
+def _weigh_lags(looks: _KnownMoments, past: PastMoments) -> np.ndarray:
+    """Weigh moments by how long before them a thing was where it was seen last, (n,).
 
-    By the sighting there whose distance is most like `lag`, (Q,).
-
-    Args:
-        ago: how many hours ago the moments were, (C, n).
-        is_shown: whether they showed the thing, bool (C, n).
-        query: number of the question, ascending, (C,).
-        is_last: whether the place is that where the thing was seen last, bool (C,).
-        lag: hours since then, (Q,).
+    By the sighting there whose distance is most like the time since it was seen.
     """
-    nothing = 1e9  # hours: no sighting
-    seen = np.full((len(lag), ago.shape[1]), nothing)
-    cells = np.flatnonzero(is_last)
-    seen[query[cells]] = np.sort(np.where(is_shown[cells], ago[cells], nothing), axis=1)
-    # One ascending array of all questions, so that one search is enough.
-    start = query[:, None] * (2 * nothing)
-    ascending = (seen + np.arange(len(lag))[:, None] * (2 * nothing)).reshape(-1)
-    wanted = ago + lag[query, None]
-    number = np.searchsorted(ascending, wanted + start)
-    best = np.zeros(ago.shape)
-    for nearest in (number - 1, number):
-        sighting = ascending[np.clip(nearest, 0, len(ascending) - 1)] - start
-        between = sighting - ago
-        is_before = (between > 0) & (sighting < nothing)
-        apart = np.log(np.where(is_before, np.maximum(between, 0.05), 1.0) / lag[query, None])
+    is_last = past.place == past.last[past.query]
+    lag = np.maximum(past.lag, _LEAST_LAG)[looks.query]
+    sightings, found = looks.find_before(np.flatnonzero(looks.is_shown & is_last[looks.cell]), lag)
+    best = np.zeros(len(looks.ago))
+    if not len(sightings):
+        return best
+    for nearest in (found - 1, found):
+        before = sightings[np.clip(nearest, 0, len(sightings) - 1)]
+        between = looks.ago[before] - looks.ago
+        is_before = (between > 0) & (looks.query[before] == looks.query)
+        apart = np.log(np.where(is_before, np.maximum(between, 0.05), 1.0) / lag)
         alike = np.exp(-0.5 * (apart / _LAG_WIDTH) ** 2)
-        best = np.maximum(best, np.where(is_before, alike, 0.0))
+        np.maximum(best, np.where(is_before, alike, 0.0), out=best)
     return best

@@ -6,7 +6,13 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from sgm.evidence.similar_moments import KINDS, PastMoments, _score_groups, compare_moments
+from sgm.evidence.similar_moments import (
+    KINDS,
+    PastMoments,
+    _KnownMoments,
+    _score_groups,
+    compare_moments,
+)
 from sgm.memory.clock import Clock
 from sgm.memory.moments import SHOWN
 from sgm.memory.scene_graph_memory import SceneGraphMemory
@@ -209,10 +215,16 @@ def test_a_sequence_is_found_whatever_the_hour():
     assert gain["lag"] > 0.3 > 0.05 > gain["hour"]
 
 
+def score_groups(group, shown):
+    """Score moments at one place, each of which counts one."""
+    nothing = np.zeros(len(shown), dtype=np.int64)
+    looks = _KnownMoments(nothing, nothing, nothing.astype(float), np.array(shown))
+    return _score_groups(np.array(group), looks, np.ones(len(shown)), 1)
+
+
 def test_scores_of_groups_by_hand():
     """Four moments, two of either group; the first group showed the thing twice, the other not."""
-    group, shown = np.array([[0, 0, 1, 1]]), np.array([[True, True, False, False]])
-    score = _score_groups(group, np.ones((1, 4)), shown)
+    score = score_groups([0, 0, 1, 1], [True, True, False, False])
     # The three others foretell each with (1 + 1 / 2) / (3 + 1) = 3 / 8, the other of its group with
     # (1 + 3 / 8) / (1 + 1) = 11 / 16.
     assert score.tolist() == [pytest.approx(4 * math.log(11 / 6))]
@@ -221,6 +233,4 @@ def test_scores_of_groups_by_hand():
 def test_a_moment_alone_in_its_group_makes_no_rhythm():
     """Seen once, then missed: nothing is known of its hours."""
     for shown in ([True, False], [True, True, False, False]):
-        size = len(shown)
-        score = _score_groups(np.arange(size)[None], np.ones((1, size)), np.array([shown]))
-        assert score.tolist() == [0.0]
+        assert score_groups(range(len(shown)), shown).tolist() == [0.0]
