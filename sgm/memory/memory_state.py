@@ -52,6 +52,7 @@ from sgm.store.home_file import HomeFile
 from sgm.store.past import Past
 
 _HOME = np.zeros(1, dtype=np.int64)  # the number of the only home of the batch
+_MOST_INDEXES = 16  # of names to choose from that are kept
 MOST_NEW = 1000  # events until all that the memory holds is written, too
 # What an event says only where there is any.
 _LEFT_OUT = ("by", "box", "open_cost", "hidden", "viewpoint", "is_named")
@@ -149,6 +150,7 @@ class MemoryState:
         self.prior = prior
         labels = (object_type.label for object_type in prior.objects)
         self._names = NameIndex(labels, self._table, self._encoder)
+        self._indexes: dict[tuple[tuple[str, ...], bool], NameIndex] = {}  # of names to choose from
         self._snapshot: dict[object, MemoryBatch] = {}  # of one version at most
         self.take(content)
 
@@ -166,6 +168,7 @@ class MemoryState:
         with self.lock:
             copied, batch = clone(self), self.batch.copy()
             copied.lock, copied._naming, copied._names = RLock(), Lock(), names
+            copied._indexes = {}
             copied.file = copied.reader = None
             copied.layout, copied._furniture, copied._called = self.layout.copy(), None, None
             copied.things, copied.step = self.things.copy(), self.step.copy()
@@ -264,7 +267,8 @@ class MemoryState:
     ) -> Resolution:
         """Say which things a question means; see `SceneGraphMemory.resolve`."""
         if among is not None:
-            return self._index(among, self._encoder).resolve(question, similarity)
+            with self._naming:
+                return self._index(among, self._encoder).resolve(question, similarity)
         with self.lock:
             names, is_id = self.things.names, self.things.has_id(question)
         if is_id:
@@ -286,7 +290,8 @@ class MemoryState:
     def resolve_exact(self, name: str, among: Sequence[str] | None = None) -> Resolution:
         """Say which things are exactly of a name; see `SceneGraphMemory.resolve_exact`."""
         if among is not None:
-            return self._index(among).resolve_exact(name)
+            with self._naming:
+                return self._index(among).resolve_exact(name)
         with self.lock:
             names, is_id = self.things.names, self.things.has_id(name)
         if is_id:
@@ -303,8 +308,15 @@ class MemoryState:
         return self.resolve_exact(thing)
 
     def _index(self, names: Sequence[str], encoder: NameEncoder | None = None) -> NameIndex:
-        index = NameIndex((), self._table, encoder)
-        index.update(list(names))
+        """Return the index of names to choose from, which is kept: rooms and places are few."""
+        key = tuple(names), encoder is not None
+        index = self._indexes.get(key)
+        if index is None:
+            index = NameIndex((), self._table, encoder)
+            index.update(key[0])
+            if len(self._indexes) >= _MOST_INDEXES:
+                self._indexes.clear()
+            self._indexes[key] = index
         return index
 
     def take(self, content: MemoryContent) -> None:

@@ -58,7 +58,8 @@ class NameIndex:
         self._contexts = make_context_reader(self._aliases.language)
         self._phrases = make_phrase_reader(self._aliases.language)
         self._nobodys = self._sentences.language.list_words("nobody's")
-        self._resolved: dict[str, Resolution] = {}
+        # By question alone where words said what it means, else by the way to compare names, too.
+        self._resolved: dict[str | tuple[str, Similarity | None], Resolution] = {}
         self._described: tuple[str, ...] = ()
         # A table says more of what is meant than the vectors that ship, which then only propose.
         self._is_by_meaning = encoder is not None or table is None
@@ -242,13 +243,14 @@ class NameIndex:
 
     def resolve(self, question: str, similarity: Similarity | None = None) -> Resolution:
         """Say what a question means, such as "the red mugs"; see `SceneGraphMemory.resolve`."""
-        if isinstance(question, str) and question in self._resolved:
-            return self._resolved[question]
+        if isinstance(question, str):
+            for key in (question, (question, similarity)):
+                if key in self._resolved:
+                    return self._resolved[key]
         resolution, is_by_words = self._resolve(question, similarity)
-        if is_by_words:  # for any way to compare names: it says the same until there are others
-            if len(self._resolved) >= _MOST_RESOLVED:
-                self._resolved.clear()
-            self._resolved[question] = resolution
+        if len(self._resolved) >= _MOST_RESOLVED:
+            self._resolved.clear()
+        self._resolved[question if is_by_words else (question, similarity)] = resolution
         return resolution
 
     def _resolve(self, question: str, similarity: Similarity | None) -> tuple[Resolution, bool]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
+from functools import lru_cache, partial
 
 from sgm.names.aliases import AliasTable
 from sgm.names.comparison import (
@@ -24,7 +24,7 @@ from sgm.names.name import Name
 from sgm.names.name_encoder import NameEncoder
 from sgm.names.name_grammar import NameReader, Reading
 from sgm.names.resolution import MOST_ALTERNATIVES
-from sgm.names.spelling import find_slip, is_near, is_typo
+from sgm.names.spelling import TypoIndex, find_slip, is_near, is_typo
 from sgm.names.words import unify
 
 # How alike two labels are, -1 to 1: cosine of their text vectors.
@@ -341,15 +341,13 @@ class NameMatcher:
         spelled = spell(word)
         if len(word) < _LEAST_MENDED or not self._is_unknown(word):
             return word
-        for known in (self._tables.words, PROPERTIES, self._aliases.words):
-            near = [
-                other
-                for other in known
-                if other[:1] == spelled[0]
-                and other.isalpha()
-                and is_word(other)
-                and is_typo(spelled, other)
-            ]
+        said = (other for other in self._tables.words if other and is_typo(spelled, other))
+        for found in (
+            said,
+            _index_typos(PROPERTIES).find(spelled),
+            _index_table(self._aliases).find(spelled),
+        ):
+            near = [other for other in found if other.isalpha() and is_word(other)]
             if near:
                 return near[0] if len(near) == 1 else word
         return word
@@ -430,6 +428,18 @@ class NameMatcher:
             close += group
         others = [number for number in dict.fromkeys(close) if number not in found]
         return others[:MOST_ALTERNATIVES]
+
+
+@lru_cache(maxsize=8)
+def _index_typos(words: frozenset[str]) -> TypoIndex:
+    """Return the index of words that do not change."""
+    return TypoIndex(words)
+
+
+@lru_cache(maxsize=8)
+def _index_table(table: AliasTable) -> TypoIndex:
+    """Return the index of the words of a table, which is never changed."""
+    return TypoIndex(table.words)
 
 
 def _drop_repeated(groups: Iterable[Iterable[int]]) -> list[list[int]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 from sgm.names.name import Name
 
 _LEAST_COMPOUNDED = 3  # letters of a word that is mended where the other words are right
@@ -43,11 +45,28 @@ def is_typo(word: str, meant: str) -> bool:
     Two letters in the wrong order, or a letter missing or too many; from eight letters on a wrong
     one, too. The first letter is right, and so is the last one but for their order.
     """
-    if word[0] != meant[0] or count_mistakes(word, meant, 1) != 1:
+    if word[0] != meant[0] or abs(len(word) - len(meant)) > 1:
         return False
-    if sorted(word) == sorted(meant):
-        return True
-    return word[-1] == meant[-1] and (len(word) != len(meant) or len(word) >= _LONG_NAME)
+    is_long = len(word) != len(meant) or len(word) >= _LONG_NAME
+    may_be = (is_long and word[-1] == meant[-1]) or sorted(word) == sorted(meant)
+    return may_be and count_mistakes(word, meant, 1) == 1
+
+
+class TypoIndex:
+    """Words by their first letter and length, to find what a word may be a typo of."""
+
+    def __init__(self, words: Iterable[str]) -> None:
+        """Hold words."""
+        self._words: dict[tuple[str, int], list[str]] = {}
+        for word in words:
+            self._words.setdefault((word[:1], len(word)), []).append(word)
+
+    def find(self, word: str) -> Iterator[str]:
+        """Find the words that a word may be a typo of (`is_typo`)."""
+        for length in range(len(word) - 1, len(word) + 2):
+            for other in self._words.get((word[:1], length), ()):
+                if is_typo(word, other):
+                    yield other
 
 
 def count_mistakes(word: str, other: str, most: int | None = None) -> int:

@@ -1,12 +1,17 @@
 """An index of names that follows the names of a memory."""
 
+import unittest.mock
+
 import numpy as np
 
+from sgm.finder.said_places import find_said_places
+from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names import name_matching
 from sgm.names.aliases import AliasTable
 from sgm.names.comparison import ALL_SAID, compare
 from sgm.names.name_index import NameIndex
 from sgm.names.name_matching import RELATED, SYNONYM
+from sgm.names.spelling import TypoIndex, is_typo
 
 WORDS = "red blue mug cup box of soap bottle piano bench dad's phone glasses keys zorb 1 2".split()
 TABLES = "descriptions readings written words things contents endings same spelled texts".split()
@@ -93,3 +98,34 @@ def test_names_that_differ_in_their_number_are_compared_with_a_question_once(mon
     index.update([f"gizmo {number}" for number in range(50)])
     assert not index.resolve("brzk", rate).matches
     assert len(compared) < 5
+
+
+def test_an_index_of_names_to_choose_from_is_kept_and_renewed_with_them():
+    memory = SceneGraphMemory()
+    kitchen = memory.add_room("kitchen")
+    desk = memory.add_furniture("desk", kitchen)
+    assert find_said_places(memory, "on the work desk") == [desk]
+    with unittest.mock.patch.object(NameIndex, "update") as update:
+        assert find_said_places(memory, "on the wooden desk") == [desk]
+    assert len(update.call_args_list) == 0
+    sofa = memory.add_furniture("couch", kitchen)
+    assert find_said_places(memory, "on the big sofa") == [sofa]
+    memory.remove_furniture(desk)
+    assert find_said_places(memory, "on the wooden desk") == []
+
+
+def test_what_no_words_said_is_kept_for_each_way_to_compare_names():
+    index = NameIndex()
+    index.update(["zorb"])
+    assert index.resolve("quux").matches == ()
+    assert index.resolve("quux", lambda name, others: [0.99 for _ in others]).matches == ("zorb",)
+    assert index.resolve("quux").matches == ()
+    index.update(["zorb", "quux"])
+    assert index.resolve("quux").matches == ("quux",)
+
+
+def test_an_index_of_typing_errors_finds_what_each_comparison_finds():
+    words = sorted({"kettle", "kettles", "cattle", "ketle", "remote", "promote", "tablecloth"})
+    for word in ("kettel", "kettl", "remot", "remoet", "tablecloht", "tablecluth", "k", ""):
+        found = sorted(TypoIndex(words).find(word))
+        assert found == [other for other in words if word and is_typo(word, other)]
