@@ -136,6 +136,18 @@ class SimilarMoments:
     amount: np.ndarray
     gain: np.ndarray
 
+    def join(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Join the kinds, each as likely as it has made the moments of the past.
+
+        Returns:
+            Shares (Q, F + 1), amount (Q,) and gain (Q,).
+        """
+        score = self.gain * self.amount[:, -1:]
+        chance = np.exp(score - score.max(axis=1, keepdims=True))
+        chance /= chance.sum(axis=1, keepdims=True)
+        shares = (chance[:, :, None] * self.shares).sum(axis=1)
+        return shares, (chance * self.amount).sum(axis=1), (chance * self.gain).sum(axis=1)
+
 
 @dataclass(frozen=True, slots=True)
 class _KnownMoments:

@@ -12,6 +12,7 @@ import numpy as np
 from sgm.belief import Belief, Detector, Posterior, compute_posterior
 from sgm.checks import check_kind, check_shares
 from sgm.finder.judged import JudgedBeliefs
+from sgm.finder.learnt import Learnt, tell_learnt
 from sgm.finder.ranking import (
     Ranking,
     count_known,
@@ -151,11 +152,7 @@ class Finder:
             ValueError: if the description is no name (`read_words`), there is no furniture yet,
                 `k` is below 1, or the time has passed or is more than a year ahead.
         """
-        if k is not None and (not isinstance(k, (int, np.integer)) or k < 1):
-            raise ValueError(
-                f"k must be at least 1, got {shorten(k)}. Give a whole number, or leave it out for "
-                "all places."
-            )
+        _check_most(k, "places")
         check_ids(exclude)
         resolution = self.resolve(memory, description)
         if exactly and description in resolution.matches:
@@ -191,6 +188,28 @@ class Finder:
             num_known=count_known(asked),
             left_out=len(order) - len(shown),
         )
+
+    def learnt(self, memory: SceneGraphMemory, k: int | None = None) -> Learnt:
+        """Say what a memory with a clock has learnt of how its home goes, in English.
+
+        Of each thing where it is at which hours, or where it goes next. And of the latest looks at
+        the place where similar moments before each held a thing for the likeliest, how likely
+        that was, and how many showed it. Neither the policy nor what people said has a part in it.
+
+        Example:
+            >>> print(finder.learnt(memory, k=1))
+            car keys: out on workdays from 11 to 15; shelf in living room in 72% of the looks
+            sure to 0.97, right 1.00 in the last 200 looks
+
+        Args:
+            memory: what was seen so far; it needs furniture.
+            k: most things to tell of, those with the clearest rhythm; None for all.
+
+        Raises:
+            ValueError: if there is no furniture yet, or `k` is below 1.
+        """
+        _check_most(k, "things")
+        return tell_learnt(memory, k)
 
     def search_plan(
         self,
@@ -324,6 +343,14 @@ class Finder:
             if labels != self._cosines[0]:  # a memory in use learns new labels now and then
                 self._cosines = list(labels), self._text.cosines(labels)
             return self._cosines[1]
+
+
+def _check_most(k: int | None, what: str) -> None:
+    if k is not None and (not isinstance(k, (int, np.integer)) or k < 1):
+        raise ValueError(
+            f"k must be at least 1, got {shorten(k)}. Give a whole number, or leave it out for "
+            f"all {what}."
+        )
 
 
 def check_ids(exclude: Collection[int]) -> None:

@@ -68,12 +68,7 @@ class RhythmTerms:
         """
         question, last = np.arange(len(past.last)), np.maximum(past.last, 0)
         is_some = (past.last >= 0) & (similar.amount[:, -1] > 0)
-        # The kinds together, each as likely as it has made the moments of the past.
-        score = similar.gain * similar.amount[:, -1:]
-        chance = np.exp(score - score.max(axis=1, keepdims=True))
-        chance /= chance.sum(axis=1, keepdims=True)
-        share = (chance[:, :, None] * similar.shares).sum(axis=1)  # (Q, F + 1)
-        amount, gain = ((chance * of).sum(axis=1) for of in (similar.amount, similar.gain))
+        share, amount, gain = similar.join()  # share (Q, F + 1)
         some = amount / (amount + _FEW)
         gain = np.clip(gain, 0.0, None)
         many = np.maximum(similar.amount[:, -1] - _FIRST, 0.0)
