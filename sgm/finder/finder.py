@@ -11,6 +11,7 @@ import numpy as np
 
 from sgm.belief import Belief, Detector, Posterior, compute_posterior
 from sgm.checks import check_kind, check_shares
+from sgm.finder.expected_things import ExpectedThing, list_expected
 from sgm.finder.judged import JudgedBeliefs
 from sgm.finder.learnt import Learnt, tell_learnt
 from sgm.finder.ranking import (
@@ -188,6 +189,31 @@ class Finder:
             num_known=count_known(asked),
             left_out=len(order) - len(shown),
         )
+
+    def expect(
+        self, memory: SceneGraphMemory, furniture: int, at: datetime | int | None = None
+    ) -> list[ExpectedThing]:
+        """List what may be at a place, of all that was ever seen or said to be there.
+
+        Args:
+            memory: what was seen so far.
+            furniture: id of the place.
+            at: as in `rank`.
+
+        Returns:
+            Things with the probability that `rank` gives this place, the likeliest first, each with
+            what it rests on: on how many such days looks at that hour showed it there.
+
+        Raises:
+            KeyError: if there is no such furniture.
+            ValueError: if the time has passed or is more than a year ahead.
+        """
+
+        def compute_probability(thing: str) -> float:
+            ranking = self.rank(memory, thing, at=at, exactly=True)
+            return next(place.probability for place in ranking if place.furniture == furniture)
+
+        return list_expected(memory, furniture, at, compute_probability)
 
     def learnt(self, memory: SceneGraphMemory, k: int | None = None) -> Learnt:
         """Say what a memory with a clock has learnt of how its home goes, in English.

@@ -1,0 +1,109 @@
+"""What is expected at a place at a time."""
+
+from datetime import datetime, timedelta
+
+import pytest
+
+from sgm.finder.finder import Finder
+from sgm.memory.clock import Clock
+from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.memory.sighting import Sighting
+from sgm.policies import Adaptive
+
+MONDAY = datetime(2026, 1, 5)
+
+
+@pytest.fixture(scope="module")
+def finder():
+    return Finder(Adaptive())
+
+
+@pytest.fixture(scope="module")
+def home():
+    """Two weeks: the tablet is on the table at noon of workdays but one, else on the shelf."""
+    memory = SceneGraphMemory(clock=Clock(MONDAY, 1800))
+    room = memory.add_room("kitchen")
+    table, shelf = (memory.add_furniture(place, room) for place in ("table", "shelf"))
+    for day in range(14):
+        for hour in (7, 12, 20):
+            memory.step_to(MONDAY + timedelta(days=day, hours=hour))
+            is_out = hour == 12 and day % 7 < 5 and day != 3
+            memory.observe(table, [Sighting("lamp"), *([Sighting("tablet")] if is_out else [])])
+            memory.observe(shelf, [] if is_out else [Sighting("tablet")])
+    return memory, table, shelf
+
+
+def get(expected, name):
+    return next(thing for thing in expected if thing.thing == name)
+
+
+def test_it_says_what_it_rests_on(finder, home):
+    memory, table, _ = home
+    noon = MONDAY + timedelta(days=14, hours=12)
+    tablet = get(finder.expect(memory, table, at=noon), "tablet")
+    # Before Monday noon of the first week it had not been seen there: of that day the look that
+    # showed it counts. Ten workdays, nine with it.
+    assert (tablet.days_seen, tablet.days_looked, tablet.is_workday) == (9, 10, True)
+    assert str(tablet).endswith("%, at this hour on 9 of 10 workdays")
+    sunday = get(finder.expect(memory, table, at=noon + timedelta(days=6)), "tablet")
+    assert (sunday.days_seen, sunday.days_looked, sunday.is_workday) == (0, 4, False)
+    assert sunday.probability < tablet.probability
+    assert str(sunday).endswith("%, at this hour on 0 of 4 days of the weekend")
+
+
+def test_an_hour_apart_is_this_hour_and_two_are_not(finder, home):
+    memory, table, _ = home
+    for hour, days in ((13, 10), (14, 0)):
+        at = MONDAY + timedelta(days=14, hours=hour)
+        assert get(finder.expect(memory, table, at=at), "tablet").days_looked == days
+
+
+def test_probabilities_are_those_of_rank_and_ordered(finder, home):
+    memory, table, shelf = home
+    for place in (table, shelf):
+        expected = finder.expect(memory, place)
+        for thing in expected:
+            ranking = finder.rank(memory, thing.thing, exactly=True)
+            (found,) = [each for each in ranking if each.furniture == place]
+            assert thing.probability == found.probability
+        probabilities = [thing.probability for thing in expected]
+        assert probabilities == sorted(probabilities, reverse=True)
+    assert {thing.thing for thing in finder.expect(memory, table)} == {"lamp", "tablet"}
+    assert [thing.thing for thing in finder.expect(memory, shelf)] == ["tablet"]
+
+
+def test_things_with_ids_are_each_expected(finder):
+    memory = SceneGraphMemory()
+    room = memory.add_room("kitchen")
+    table, shelf = (memory.add_furniture(place, room) for place in ("table", "shelf"))
+    memory.observe(table, [Sighting("mug", id="a")])
+    memory.observe(shelf, [Sighting("mug", id="b")])
+    (mug,) = finder.expect(memory, table)
+    assert (mug.thing, mug.days_looked, mug.is_workday) == ("a", 0, None)
+    assert str(mug) == f"a: {mug.probability:.0%}"
+
+
+def test_what_a_person_says_is_there_is_expected(finder):
+    memory = SceneGraphMemory()
+    room = memory.add_room("kitchen")
+    table, shelf = (memory.add_furniture(place, room) for place in ("table", "shelf"))
+    memory.observe(shelf, [Sighting("keys")])
+    memory.step()
+    memory.note_moved("keys", table, by="anna")
+    (keys,) = finder.expect(memory, table)
+    assert keys.thing == "keys"
+    assert keys.probability > 0.5
+
+
+def test_an_unknown_place_and_a_past_time_are_refused(finder, home):
+    memory, table, _ = home
+    with pytest.raises(KeyError, match="furniture"):
+        finder.expect(memory, 99)
+    with pytest.raises(ValueError, match="at must"):
+        finder.expect(memory, table, at=MONDAY)
+
+
+def test_of_an_empty_place_nothing_is_expected(finder):
+    memory = SceneGraphMemory()
+    table = memory.add_furniture("table", memory.add_room("kitchen"))
+    assert finder.expect(memory, table) == []
