@@ -68,8 +68,7 @@ def find_place(
             memory.describe(place)
         except KeyError:  # names functions of Python, which other clients do not have
             raise KeyError(
-                f"place must be the id of one, or a name, got {shorten(place)}. list_places has "
-                "the ids and names."
+                f"furniture must be an id or a name, got {shorten(place)}. list_places has both."
             ) from None
         return int(place)
     words, layout = read_words("place", place), memory.layout

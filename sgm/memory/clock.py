@@ -144,8 +144,8 @@ def count_steps(time: datetime | int, now: int, clock: Clock | None, name: str =
     if isinstance(time, datetime):
         if clock is None:
             raise ValueError(
-                "memory must have a clock for a date and time, got none. Make it with "
-                "SceneGraphMemory(clock=Clock(datetime.now(), step_seconds=600))."
+                "memory must have a clock for a date and time, got none. Give a time step, or make "
+                "the memory with a clock."
             )
         if time.tzinfo is not None:
             raise ValueError(

@@ -86,9 +86,10 @@ def read_since(since: datetime | int, clock: Clock | None) -> int:
     if isinstance(since, (int, np.integer)) and not isinstance(since, bool):
         return int(since)
     if not isinstance(since, datetime) or clock is None or since.tzinfo is not None:
+        got = str(since) if isinstance(since, datetime) else shorten(since)
         raise ValueError(
-            f"since must be a time step or, with a clock, a local date and time, got "
-            f"{shorten(since)}. Give for example memory.time - 24."
+            f"since must be a time step or, with a clock, a local date and time, got {got}. Give "
+            "for example the present step less 24."
         )
     return int((since - clock.start).total_seconds() // clock.step_seconds)
 

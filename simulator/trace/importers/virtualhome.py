@@ -29,6 +29,11 @@ _FLOORS = ("floor", "floors")
 _NO_PLACES = ("walls", "ceiling", "doors", "windows", "characters", *_FLOORS)
 _WRAPPED = ("init_graph", "graph", "environment_graph")  # of data sets with programs
 _RELATIONS = {"INSIDE": "in", "ON": "onTop"}
+_GRABBABLE = "GRABBABLE"  # of clothes, too, whose category is Furniture
+# Words of its names that no table of a household has.
+_WORDS = (
+    "buns", "chinese", "condiment", "cpu", "minced", "pancake", "pile", "pound", "whipped",
+)  # fmt: skip
 
 
 def read_virtualhome(
@@ -37,8 +42,9 @@ def read_virtualhome(
     """Read a graph; "coffeetable" becomes "coffee table".
 
     Furniture is what is called so in the household's table, what is of the category Furniture or
-    Appliances and lies on nothing, and what holds something and lies on nothing. What lies on the
-    floor is at a place "floor" of its room. A box of Unity (y is up) becomes one of the map, z up.
+    Appliances, cannot be grabbed and lies on nothing, and what holds something and lies on nothing.
+    What lies on the floor is at a place "floor" of its room. A box of Unity (y is up) becomes one
+    of the map, z up.
 
     Args:
         path: a JSON file.
@@ -133,7 +139,9 @@ class _VirtualHomeReader:
             return True
         if self._list_holders(number):  # it lies on or in something
             return False
-        return number in self._holders or _find_category(node) in _FURNITURE
+        if number in self._holders:
+            return True
+        return _find_category(node) in _FURNITURE and _GRABBABLE not in _list_properties(node)
 
     def _list_holders(self, number: Any) -> list[Any]:
         """List what a thing lies on or in, other than rooms and parts of the building."""
@@ -242,12 +250,16 @@ def _read_box(node: Mapping[str, Any]) -> Box | None:
     center, size = _read_vector(node, "center"), _read_vector(node, "size")
     if center is None or size is None or min(size) < LEAST_METRES:
         return None
-    properties = node.get("properties")
-    known = set(map(str, properties)) if isinstance(properties, list) else set()
+    known = _list_properties(node)
     interior = "none"
     if "CONTAINERS" in known:
         interior = "door" if "CAN_OPEN" in known else "open"
     return Box(center, size, interior=interior)
+
+
+def _list_properties(node: Mapping[str, Any]) -> set[str]:
+    properties = node.get("properties")
+    return set(map(str, properties)) if isinstance(properties, list) else set()
 
 
 def split_name(class_name: str) -> str:
@@ -280,4 +292,4 @@ def _load_words() -> tuple[dict[str, str], set[str]]:
     for row in read_table("sgm.prior", "household_furniture.csv"):
         names.update((row["label"], *row["also"].split("|")))
     known = {name.replace(" ", ""): name for name in sorted(names)}
-    return known, {word for name in names for word in name.split()}
+    return known, {*_WORDS, *(word for name in names for word in name.split())}

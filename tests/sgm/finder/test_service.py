@@ -160,7 +160,7 @@ def test_places_of_one_name_are_told_apart(service):
     for number, name in zip((3, 4, 5), answer.candidates, strict=True):
         assert service.observe(name, []).place == number
     assert service.observe("hammock", []).status == "unknown"
-    with pytest.raises(KeyError, match="place must be the id of one"):
+    with pytest.raises(KeyError, match="furniture must be an id"):
         service.observe(99, [])
 
 

@@ -120,7 +120,7 @@ BAD = [
     ("POST", "/v1/where_is", b'{"thing":"mug","at":"2001-01-01"}', {}, 400, "at must not be"),
     ("POST", "/v1/where_is", b"{}", {"Content-Type": "text/plain"}, 415, "Content-Type must be"),
     ("POST", "/v1/where_is", b"x" * 300_000, {}, 413, "body must have at most"),
-    ("POST", "/v1/observe", b'{"place":77,"seen":[]}', {}, 404, "place must be the id of one"),
+    ("POST", "/v1/observe", b'{"place":77,"seen":[]}', {}, 404, "furniture must be an id"),
     ("GET", "/v1/observe?place=desk", None, {}, 405, "must be POST, got GET. Use POST."),
     ("PUT", "/v1/where_is", b"{}", {}, 405, "Use GET or POST."),
     ("GET", "/v1/where_is?thing=a&thing=b", None, {}, 400, "query must name an argument once"),

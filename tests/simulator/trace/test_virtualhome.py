@@ -105,6 +105,37 @@ def test_what_is_left_out_is_counted_once(tmp_path):
     assert dict(builder.left_out)["in no room"] == ["coffee table"]
 
 
+def test_clothes_are_things_though_their_category_is_furniture(tmp_path):
+    """As in the published scenes: shirts hang in a closet, trousers lie on the floor."""
+    clothes = ["GRABBABLE", "HANGABLE", "CLOTHES"]
+    graph = {
+        "nodes": [
+            node(1, "bedroom", "Rooms"),
+            node(2, "floor", "Floors", ["SURFACES"]),
+            node(3, "closet", "Furniture", ["CAN_OPEN", "CONTAINERS"]),
+            node(4, "hanger", "Furniture"),
+            node(5, "clothesshirt", "Furniture", clothes),
+            node(6, "clothespants", "Furniture", clothes),
+            node(7, "clothespile", "Furniture", clothes),
+            node(8, "wallshelf", "Furniture", ["SURFACES"]),
+        ],
+        "edges": [
+            *(edge(number, "INSIDE", 1) for number in range(2, 9)), edge(4, "INSIDE", 3),
+            edge(5, "INSIDE", 3), edge(5, "ON", 4), edge(6, "ON", 2),
+        ],
+    }  # fmt: skip
+    path = tmp_path / "graph.json"
+    path.write_text(json.dumps(graph))
+    trace, builder = read_virtualhome(path)
+    furniture = [piece.description for piece in trace.layout.furniture.values()]
+    assert furniture == ["closet", "wall shelf", "floor"]
+    placed = [(event.object, furniture[event.furniture]) for event in trace.events]
+    assert placed == [
+        ("hanger", "closet"), ("clothes shirt", "closet"), ("clothes pants", "floor"),
+    ]  # fmt: skip
+    assert dict(builder.left_out) == {"on no furniture and no floor": ["clothes pile"]}
+
+
 @pytest.mark.parametrize("name", ["init_graph", "environment_graph"])
 def test_a_graph_may_be_wrapped(graph_file, name):
     whole, _ = read_virtualhome(graph_file)
@@ -116,7 +147,9 @@ def test_names_are_split_into_words():
     names = {
         "coffeetable": "coffee table", "home_office": "home office", "toiletpaper": "toilet paper",
         "wallpictureframe": "wall picture frame", "sofa": "sofa", "cupcake": "cupcake",
-        "Xyzzy": "xyzzy", "hairproduct": "hairproduct",
+        "Xyzzy": "xyzzy", "hairproduct": "hairproduct", "coffeepot": "coffeepot",
+        "clothespile": "clothes pile", "cpuscreen": "cpu screen", "pancake": "pancake",
+        "condimentshaker": "condiment shaker",
     }  # fmt: skip
     assert {name: split_name(name) for name in names} == names
 
