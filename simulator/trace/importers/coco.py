@@ -176,6 +176,9 @@ def _read_pictures(
     }
     detections = defaultdict(list)
     for row in results:
+        if isinstance(row, Mapping) and row.get("iscrowd") in (1, True):
+            counts["annotations of crowds"] += 1  # many things in one box, at no single place
+            continue
         try:
             detections[row["image_id"]].append(_read_detection(row, names))
         except (KeyError, TypeError, ValueError, OverflowError):

@@ -9,6 +9,7 @@ from dataclasses import replace
 from sgm.layout.box import Box
 from sgm.layout.furniture import Furniture, Room
 from sgm.layout.layout import Layout
+from sgm.mapping.furniture_labels import FurnitureLabels
 from sgm.memory.sighting import Point
 from sgm.names.words import read_words
 from sgm.schema import RELATIONS
@@ -32,6 +33,7 @@ class HomeBuilder:
     def __init__(self, furniture_labels: Collection[str] = ()) -> None:
         """Start with an empty home; some labels are furniture besides those of the type table."""
         self._own = {read_words("furniture label", label) for label in furniture_labels}
+        self._household = FurnitureLabels()
         self._rooms: list[str] = []
         self._furniture: list[Furniture] = []  # without names
         # Label, description, place, relation, position in the map.
@@ -44,6 +46,13 @@ class HomeBuilder:
         """Whether a label is that of furniture."""
         words = read_words("label", label)
         return words in self._own or words in load_types().furniture
+
+    def find_furniture(self, name: str) -> str | None:
+        """Return the label of furniture of a name, by the household's names, too; None for things.
+
+        A "refrigerator" is a "fridge".
+        """
+        return name if self.is_furniture(name) else self._household.find_label(name)
 
     def get_relation(self, label: str) -> str:
         """Return how things usually lie at furniture of a label; "" where that is not known."""
@@ -148,7 +157,7 @@ class HomeBuilder:
         if self.taken_for:
             numbers = ", ".join(
                 f"{number} {name} x {count} "
-                f"({'furniture' if self.is_furniture(name) else 'object'})"
+                f"({'object' if self.find_furniture(name) is None else 'furniture'})"
                 for (number, name), count in sorted(self.taken_for.items())
             )
             lines.append(f"labels taken for: {numbers}")

@@ -13,6 +13,7 @@ from simulator.yaml_text import load_yaml
 
 _MOST_CELLS = 1 << 26
 _UNKNOWN = 205  # shade that map savers give to what was never seen, whatever the threshold is
+_MODES = ("trinary", "scale", "raw")  # what a shade says
 _LEAST_AREA = 2.0  # square metres of a room
 
 
@@ -51,9 +52,18 @@ def load_grid(path: Path) -> OccupancyGrid:
             f"{resolution:g} m and {yaw:g} in {path}. Turn the map first."
         )
     free = float(read_numbers(f"free_thresh in {path}", about.get("free_thresh", 0.196), ()))
+    mode = about.get("mode", "trinary")
+    if mode not in _MODES:
+        raise ValueError(
+            f"mode of a map must be one of {', '.join(_MODES)}, got {shorten(mode)} in {path}. "
+            "Leave it out for trinary."
+        )
     shade = _read_image(path.parent / str(about["image"] or ""), path)
-    occupied = (shade if about.get("negate", 0) in (1, True) else 255 - shade) / 255
-    is_free = (occupied < free) & (shade != _UNKNOWN)
+    if mode == "raw":  # a shade is the occupancy in percent; more than 100 is unknown
+        is_free = shade < 100 * free
+    else:
+        occupied = (shade if about.get("negate", 0) in (1, True) else 255 - shade) / 255
+        is_free = (occupied < free) & (shade != _UNKNOWN)
     return OccupancyGrid(np.flipud(is_free), resolution, (x, y))
 
 

@@ -25,6 +25,7 @@ from sgm.memory.spark_graph import (
     read_box,
 )
 from sgm.messages import shorten
+from sgm.names.words import read_words
 from sgm.schema import MOST_METRES
 from simulator.priors.types import load_names
 from simulator.trace.importers.home_builder import HomeBuilder
@@ -47,7 +48,8 @@ def read_scene_graph(
 ) -> tuple[Trace, HomeBuilder]:
     """Read rooms and objects of a scene graph; objects are assigned to the nearest parent.
 
-    A node of the object layer is furniture if the type table, or `furniture_labels`, has its label.
+    A node of the object layer is furniture if the type table, the names of the household, or
+    `furniture_labels` have its label: a "refrigerator" is a fridge.
     Its room is the nearest one above it in the graph, else the one whose box holds it, else that of
     the nearest place of a room within `MAX_PLACE_DISTANCE`. Any other object belongs to the
     furniture that it is linked to, over places and objects, by the fewest links; else to the
@@ -139,22 +141,25 @@ class _GraphReader:
                 else:
                     reason = "no name for the number of its label (give --labels)"
                     self.builder.leave_out(reason, str(number))
-            elif self.builder.is_furniture(label) if says_furniture is None else says_furniture:
-                self._add_furniture(node, label)
-            else:
+                continue
+            known = self.builder.find_furniture(label) if says_furniture is None else label
+            if known is None or says_furniture is False:
                 objects.append((node, label))
+            else:
+                self._add_furniture(node, known, label)
         for node, label in objects:
             self._add_object(node, label)
 
-    def _add_furniture(self, node: Any, label: str) -> None:
+    def _add_furniture(self, node: Any, label: str, called: str) -> None:
         room = self._find_room(node)
         if room is None:
-            self.builder.leave_out(f"in no room{_HINT}", label)
+            self.builder.leave_out(f"in no room{_HINT}", called)
             return
         x, y, _ = (float(value) for value in node.attributes.position)
         position = (x, y) if node.attributes.metadata.get().get(HAS_POSITION, True) else None
         box, cost = self._find_extents(node, label)
-        index = self.builder.add_furniture(label, room, find_name(node), position, box, cost)
+        name = find_name(node) or read_words("furniture label", called)
+        index = self.builder.add_furniture(label, room, name, position, box, cost)
         self._furniture[node.id.value] = index
         self._room_of_furniture[index] = room
 

@@ -15,7 +15,6 @@ from typing import Any
 
 from sgm.files import make_read_error, read_json, read_table
 from sgm.layout.box import LEAST_METRES, Box
-from sgm.mapping.furniture_labels import FurnitureLabels
 from sgm.memory.sighting import Point
 from sgm.messages import shorten
 from sgm.schema import MOST_METRES
@@ -85,7 +84,6 @@ class _VirtualHomeReader:
 
     def __init__(self, builder: HomeBuilder) -> None:
         self.builder = builder
-        self._labels = FurnitureLabels()
         self._nodes: dict[Any, Mapping[str, Any]] = {}
         self._parents: dict[Any, dict[Any, str]] = defaultdict(dict)  # relation by id of the parent
         self._holders: set[Any] = set()
@@ -135,7 +133,7 @@ class _VirtualHomeReader:
     def _is_furniture(self, number: Any) -> bool:
         node = self._nodes[number]
         name = split_name(node["class_name"])
-        if self.builder.is_furniture(name) or self._labels.find_label(name) is not None:
+        if self.builder.find_furniture(name) is not None:
             return True
         if self._list_holders(number):  # it lies on or in something
             return False
@@ -186,7 +184,7 @@ class _VirtualHomeReader:
         if room is None:
             self.builder.leave_out("in no room", name)
             return
-        label = name if self.builder.is_furniture(name) else self._labels.find_label(name) or name
+        label = self.builder.find_furniture(name) or name
         self._places[number] = self.builder.add_furniture(label, room, name, box=_read_box(node))
 
     def _add_object(self, number: Any) -> None:

@@ -229,6 +229,17 @@ def test_an_import_that_fails_leaves_no_memory(files, capsys):
     assert not (files / "home.sgm").exists()
 
 
+def test_a_crowd_is_no_thing_at_a_place(files):
+    """Annotations of COCO with iscrowd are one box around many things."""
+    whole = json.loads((files / "coco.json").read_text())
+    for row in whole["annotations"]:
+        row["iscrowd"] = int(row["category_id"] == 47)
+    (files / "coco.json").write_text(json.dumps(whole))
+    looks = read(files)
+    assert looks.counts["annotations of crowds"] == 6
+    assert looks.memory.descriptions == ()
+
+
 def test_detections_in_images_that_are_not_there_are_counted(files):
     """They would be looks that saw nothing, without a word: ids as texts, for example."""
     whole = json.loads((files / "coco.json").read_text())

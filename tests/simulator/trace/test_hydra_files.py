@@ -134,6 +134,29 @@ def test_numbers_are_named_by_a_label_space(apartment, capfd):
     assert memory.last_seen("cushion").furniture == 1
 
 
+def test_furniture_may_be_called_otherwise_than_in_the_type_table(tmp_path, capfd):
+    """Labels as detectors have them: nothing of a kitchen is left lying on its floor."""
+    names = {1: "refrigerator", 2: "oven", 3: "bathtub", 4: "bookcase", 5: "cup"}
+    rows = "".join(f"  - {{label: {number}, name: {name}}}\n" for number, name in names.items())
+    (tmp_path / "labels.yaml").write_text(f"label_names:\n{rows}")
+    nodes = [make_node("R", 0, [0.0, 0.0, 1.0], size=[20.0, 20.0, 3.0])]
+    nodes += [make_node("O", n, [2.0 * n, 0.0, 0.5], n, [0.9, 0.9, 1.0]) for n in (1, 2, 3, 4)]
+    nodes.append(make_node("O", 9, [2.0, 0.0, 0.6], 5, [0.1] * 3))
+    write_graph(tmp_path / "graph.json", nodes)
+    arguments = ["--memory", str(tmp_path / "home.sgm"), "--labels", str(tmp_path / "labels.yaml")]
+    assert main(["import", "spark-dsg", str(tmp_path / "graph.json"), *arguments]) == 0
+    said = capfd.readouterr().out.splitlines()
+    assert said[0].startswith("placed: 1 rooms, 4 furniture nodes, 1 objects")
+    assert "1 refrigerator x 1 (furniture)" in said[1]
+    memory = SceneGraphMemory.load(tmp_path / "home.sgm")
+    found = [(piece.label, piece.description) for piece in memory.layout.furniture.values()]
+    assert found == [
+        ("fridge", "refrigerator"), ("oven", "oven"), ("bathtub", "bathtub"),
+        ("bookshelf", "bookcase"),
+    ]  # fmt: skip
+    assert memory.last_seen("cup").furniture == 0
+
+
 def test_graphs_without_rooms_or_furniture_are_put_into_one_room(tmp_path, capfd):
     """As of Khronos and Clio: nothing above the objects, and perhaps no furniture at all."""
     labels = tmp_path / "labels.yaml"

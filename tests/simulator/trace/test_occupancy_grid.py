@@ -46,6 +46,18 @@ def test_rooms_are_split_at_doorways(grid_file, tmp_path, capsys):
     assert Areas(wide).find((6.0, 0.0)) == "room 1"
 
 
+@pytest.mark.parametrize("mode", ["trinary", "scale", "raw"])
+def test_a_shade_means_what_the_mode_says(grid_file, mode):
+    """A map server writes occupancy in percent with "raw", and 255 for what is not known."""
+    wanted = load_grid(grid_file).is_free
+    if mode == "raw":
+        shade = np.asarray(Image.open(grid_file.with_name("map.pgm")))
+        percent = np.select([shade == 254, shade == 0], [0, 100], 255).astype(np.uint8)
+        Image.fromarray(percent).save(grid_file.with_name("map.pgm"))
+    grid_file.write_text(f"{ABOUT}mode: {mode}\noccupied_thresh: 0.65\nfree_thresh: 0.25\n")
+    np.testing.assert_array_equal(load_grid(grid_file).is_free, wanted)
+
+
 def test_what_is_no_grid_is_one_line(grid_file, tmp_path, capsys, monkeypatch):
     for text, message in (
         ("a: 1", "map must have image, resolution and origin"),
@@ -55,6 +67,7 @@ def test_what_is_no_grid_is_one_line(grid_file, tmp_path, capsys, monkeypatch):
             ABOUT.replace("map.pgm", "none.pgm"),
             "image of a map must be a file that exists, got none",
         ),
+        (f"{ABOUT}mode: grey\n", "mode of a map must be one of trinary, scale, raw, got 'grey'"),
         (ABOUT.replace("map.pgm", ""), "image of a map must be a file that exists, got none"),
         (ABOUT.replace("map.pgm", "map.yaml"), "image of a map must be PGM or PNG"),
     ):
