@@ -262,6 +262,8 @@ def test_the_files_beside_the_node_fit_it(load_node):
     topics = {"depth", "detections", "camera_info", "pose"}
     assert {one.get("from") for one in launch.iter("remap")} == topics <= {*node.subscribed}
     assert {one.get("name") for one in launch.iter("param")} - {None} == {"use_sim_time"}
+    for one in launch.iter("node"):  # RViz, too: else it waits for transforms of another time
+        assert one.find("param[@name='use_sim_time']") is not None, one.get("name")
     rviz = yaml.safe_load((PACKAGE / "rviz" / "memory.rviz").read_text("utf-8"))
     displays = rviz["Visualization Manager"]["Displays"]
     shown = {one["Topic"]["Value"] for one in displays if "Topic" in one}
