@@ -68,8 +68,9 @@ def find_call(name: str, arguments: Mapping[str, Any]) -> tuple[Call, Mapping[st
     change = arguments.get(_CHANGE)
     names = [call.name for call in _MAP_CALLS]
     if change not in names:
+        got = "none" if change is None else shorten(change)
         raise ValueError(
-            f"{_CHANGE} must be one of {', '.join(names)}, got {shorten(change)}. Name the change."
+            f"{_CHANGE} must be one of {', '.join(names)}, got {got}. Name the change."
         )
     # A model gives null to what another change needs.
     given = {key: value for key, value in arguments.items() if value is not None}
