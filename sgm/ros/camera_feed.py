@@ -101,7 +101,36 @@ class CameraFeed:
         self._lost, self._was_located = "", False
 
     def find_gap(self) -> str:
-        """Say what the transforms lack, where no picture could be located; "" for nothing."""
+        """Say what is missing of all pictures that came: camera, place or depth; "" for nothing."""
+        return self._find_camera_gap() or self._find_transform_gap() or self._find_depth_gap()
+
+    def _find_camera_gap(self) -> str:
+        if self._intrinsics is not None or not self.counts["frames before any camera info"]:
+            return ""
+        unread = self.counts["camera infos that cannot be read"]
+        return (
+            "detections must come after a CameraInfo, got "
+            f"{f'{unread} that cannot be read' if unread else 'none'}. Publish it, or name its "
+            "topic."
+        )
+
+    def _find_depth_gap(self) -> str:
+        without = self.counts["frames without depth"]
+        if not without or without < self.counts["frames"]:
+            return ""
+        if self.counts["depth images of another size than the camera"]:
+            got = "some of another size"
+        elif self.counts["depth images"]:
+            got = f"none within {self._slack:g} s of the detections"
+        else:
+            unread = self.counts["depth images that cannot be read"]
+            got = f"{unread} that cannot be read" if unread else "none"
+        return (
+            f"detections must have depth images of the camera's size and their time, got {got}. "
+            "Name the topic of registered depth, or set uses_depth to false."
+        )
+
+    def _find_transform_gap(self) -> str:
         if self._was_located or not self._lost:
             return ""
         known = ", ".join(self.transforms.list_frames())

@@ -41,6 +41,11 @@ class Blank:
         return made
 
 
+def make_kind(package, name):
+    """Make a type of message that tells its package, as those of rclpy do."""
+    return type(name, (Blank,), {"__module__": f"{package}.msg._module_of_it"})
+
+
 class Marker(Blank):
     CUBE, TEXT_VIEW_FACING, DELETEALL = 1, 9, 3
 
@@ -49,16 +54,27 @@ class StandIn:
     """What `rclpy.node.Node` offers and the node uses."""
 
     parameters: ClassVar[dict] = {}
+    types: ClassVar[dict] = {  # that are published, by topic
+        "/camera_info": ["sensor_msgs/msg/CameraInfo"],
+        "/depth": ["sensor_msgs/msg/Image"],
+        "/detections": ["vision_msgs/msg/Detection2DArray"],
+    }
 
     def __init__(self, name):
         self.name = name
+        self.declared = {"use_sim_time"}
         self.subscribed, self.services, self.published, self.timers = {}, {}, {}, []
-        self.warnings = []
+        self.warnings, self.told = [], []
+        self._parameter_overrides = self.parameters
+
+    def has_parameter(self, name):
+        return name in self.declared
 
     def declare_parameter(self, name, usual, descriptor):
         assert descriptor.description
+        self.declared.add(name)
         value = self.parameters.get(name, usual)
-        assert type(value) is type(usual), name
+        assert value is None or type(value) is type(usual), name
         return Message(value=value)
 
     def get_parameter(self, name):
@@ -66,6 +82,10 @@ class StandIn:
 
     def create_subscription(self, kind, topic, callback, quality):
         self.subscribed[topic] = callback
+        return Message(topic_name=f"/{topic}", msg_type=kind)
+
+    def get_publishers_info_by_topic(self, topic):
+        return [Message(topic_type=name) for name in self.types.get(topic, ())]
 
     def create_publisher(self, kind, topic, quality):
         sent = self.published[topic] = []
@@ -78,7 +98,7 @@ class StandIn:
         self.timers.append((seconds, callback))
 
     def get_logger(self):
-        return Message(info=lambda text: None, warning=self.warnings.append)
+        return Message(info=self.told.append, warning=self.warnings.append)
 
     def get_clock(self):
         stamp = Message(sec=102, nanosec=0)
@@ -97,10 +117,14 @@ MODULES = {
     },
     "rcl_interfaces.msg": {"ParameterDescriptor": Blank},
     "geometry_msgs.msg": {"PoseStamped": Blank, "PoseWithCovarianceStamped": Blank},
-    "sensor_msgs.msg": {"CameraInfo": Blank, "CompressedImage": Blank, "Image": Blank},
+    "sensor_msgs.msg": {
+        name: make_kind("sensor_msgs", name) for name in ("CameraInfo", "CompressedImage", "Image")
+    },
     "std_msgs.msg": {"String": Blank, "UInt32": Blank},
     "tf2_msgs.msg": {"TFMessage": Blank},
-    "vision_msgs.msg": {"Detection2DArray": Blank, "Detection3DArray": Blank},
+    "vision_msgs.msg": {
+        name: make_kind("vision_msgs", name) for name in ("Detection2DArray", "Detection3DArray")
+    },
     "yolo_msgs.msg": {"DetectionArray": Blank},
     "hydra_msgs.msg": {"DsgUpdate": Blank},
     "visualization_msgs.msg": {"Marker": Marker, "MarkerArray": Blank},
@@ -119,7 +143,13 @@ def load_node(monkeypatch, tmp_path):
                 monkeypatch.setitem(sys.modules, path, ModuleType(path))
         vars(sys.modules[name]).update(content)
     monkeypatch.syspath_prepend(str(PACKAGE))
-    for name in ("", ".belief_markers", ".parameters", ".node"):  # made anew, with the stand-in
+    for name in (
+        "",
+        ".belief_markers",
+        ".gap_watch",
+        ".parameters",
+        ".node",
+    ):  # made anew, with the stand-in
         monkeypatch.delitem(sys.modules, f"scene_graph_memory_ros{name}", raising=False)
     module = importlib.import_module("scene_graph_memory_ros.node")
     (tmp_path / "map.yaml").write_text(yaml.safe_dump(MAP))
@@ -249,6 +279,50 @@ def test_missing_transforms_are_said_once(load_node):
         node.timers[0][1]()
     (warning,) = node.warnings
     assert "transforms must connect the camera's frame 'camera' with 'map'" in warning
+
+
+def test_topics_that_nobody_publishes_are_said(load_node, monkeypatch):
+    node = load_node()
+    assert node.told == ["ready, and listens to /camera_info, /depth, /detections"]
+    report = node.timers[0][1]
+    report()
+    assert node.warnings == []
+    types = {"/camera_info": ["sensor_msgs/msg/CameraInfo"], "/detections": ["yolo_msgs/msg/Other"]}
+    monkeypatch.setattr(StandIn, "types", types)
+    for _ in range(2):
+        report()
+    assert node.warnings == [
+        "/depth must have a publisher of sensor_msgs/msg/Image, got none. Start it, or name its "
+        "topic. /detections must have a publisher of vision_msgs/msg/Detection2DArray, got "
+        "yolo_msgs/msg/Other. Start it, or name its topic."
+    ]
+    node = load_node(uses_depth=False, detections_type="Detection3DArray")
+    node.timers[0][1]()
+    (warning,) = node.warnings
+    assert warning.startswith("/detections must have a publisher of vision_msgs/msg/Detection3D")
+
+
+def test_parameters_that_are_none_of_it_are_said(load_node):
+    node = load_node(memoryfile="home.sgm", speed_of_wheels=1.0, use_sim_time=False)
+    assert node.warnings == [
+        "parameters must be of this node, got 'memoryfile', which is ignored. Did you mean "
+        "memory_file?",
+        "parameters must be of this node, got 'speed_of_wheels', which is ignored. See "
+        "config/memory.yaml.",
+    ]
+
+
+def test_values_of_parameters_are_checked(load_node, tmp_path):
+    assert load_node(ignore=None).warnings == []  # what rclpy makes of `ignore: []`
+    for name in ("save_seconds", "step_seconds"):
+        with pytest.raises(ValueError, match=f"{name} must be at least 1, got 0.0"):
+            load_node(**{name: 0.0})
+    (tmp_path / "bad.yaml").write_text("rooms: [")
+    (tmp_path / "bytes.yaml").write_bytes(b"\xff\xfe\xfa")
+    for name in ("map_file", "areas_file", "furniture_names_file"):
+        for file in ("bad.yaml", "bytes.yaml"):
+            with pytest.raises(ValueError, match=f"must be YAML, got .* in .*{file}"):
+                load_node(**{name: str(tmp_path / file)})
 
 
 def test_the_files_beside_the_node_fit_it(load_node):

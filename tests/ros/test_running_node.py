@@ -360,6 +360,34 @@ def test_a_night_off_is_a_night(start, tmp_path, number):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_visit_that_goes_on(start, tmp_path, number):
+    """The end of the visit is a line of the log like any other, and no error of ROS."""
+    node = start(memory_file=str(tmp_path / "home.sgm"), memoryfile="home.sgm")
+    node.robot.connect()
+    for pose in POSES:
+        node.robot.show(pose)
+    assert "in view now" in node.robot.rank().text
+    status, said = node.end(number)
+    assert (status, "Traceback" in said, "Failed" in said) == (0, False, False), said
+    assert "looked at table 1 in kitchen: 1 things" in said
+    assert "ready, and listens to /eye/camera_info, /eye/depth, /detector/found" in said
+    assert "got 'memoryfile', which is ignored. Did you mean memory_file?" in said
+    assert SceneGraphMemory.load(tmp_path / "home.sgm").last_seen("mug").is_there
+
+
+def test_what_nobody_publishes_is_said(start):
+    node = start(compressed_depth=True, ignore=[])
+    node.robot.wait(node.robot.clients[Rank].service_is_ready)
+    for _ in range(30):
+        node.robot.tick(1.0)
+    status, said = node.end()
+    assert (status, "Traceback" in said) == (0, False), said
+    wanted = "/eye/depth must have a publisher of sensor_msgs/msg/CompressedImage, got "
+    assert said.count(f"{wanted}sensor_msgs/msg/Image. Start it, or name its topic.") == 1, said
+    assert "/eye/camera_info must" not in said
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("seconds", [0.3, 1.0, 2.0, 3.0])
 def test_a_signal_while_it_starts_is_no_error(start, number, seconds):
     node = start()
@@ -462,6 +490,8 @@ def test_the_readme_leads_from_the_clone_to_an_answer(tmp_path):
         ({"detections_type": "PointCloud2"}, "detections_type must be one of Detection2DArray"),
         ({"memory_file": __file__}, "memory file must be one that SceneGraphMemory wrote"),
         ({"step_seconds": 0.1}, "step_seconds must be at least 1"),
+        ({"save_seconds": 0.0}, "save_seconds must be at least 1"),
+        ({"map_file": __file__}, "file of a parameter must be YAML"),
         ({"step_seconds": 600}, "'step_seconds'"),  # a whole number where rclpy wants 600.0
     ],
 )
@@ -472,3 +502,14 @@ def test_a_wrong_parameter_is_one_line(start, parameters, message):
     errors = [line for line in said.splitlines() if line.startswith("error: ")]
     assert len(errors) == 1
     assert message in errors[0]
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--params-file", "/nowhere/memory.yaml"], ["-r", "__node:=a-b"]]
+)
+def test_arguments_that_ros_cannot_read_are_one_error(ros, arguments):
+    command = [*read_launch()[:2], *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+    assert (done.returncode, "Traceback" in done.stderr) == (1, False), done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
+    assert arguments[1] in line

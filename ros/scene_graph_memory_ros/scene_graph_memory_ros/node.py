@@ -21,14 +21,13 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from scene_graph_memory_ros.belief_markers import make_markers, make_pose
+from scene_graph_memory_ros.gap_watch import GapWatch
 from scene_graph_memory_ros.parameters import find_path, find_type, read_parameters, read_yaml
 from sgm import Adaptive, Finder, ObjectFinder, SceneGraphMemory
 from sgm.eyes import FurnitureLabels, FurnitureMapper
 from sgm.layout.areas import Areas
 from sgm.memory.steady_clock import read_even_seconds
 from sgm.ros import GraphFurniture, HomeMap, LiveMemory
-
-_REPORT_SECONDS = 10.0
 
 
 class MemoryNode(Node):
@@ -70,6 +69,7 @@ class MemoryNode(Node):
         # Detectors publish as sensors do, or reliably: this hears both.
         found = QoSProfile(depth=50, reliability=ReliabilityPolicy.BEST_EFFORT)
         depth = CompressedImage if read["compressed_depth"] else Image
+        heard = {}
         for kind, topic, take, quality in (
             (TFMessage, "/tf", feed.take_transforms, 100),
             (TFMessage, "/tf_static", lambda m: feed.take_transforms(m, is_still=True), still),
@@ -81,7 +81,7 @@ class MemoryNode(Node):
             (UInt32, "~/shut", lambda m: builder.set_open(m.data, is_open=False), 10),
             (String, "~/show", lambda m: self._show(m.data), 10),
         ):
-            self.create_subscription(kind, topic, self._guard(take), quality)
+            heard[topic] = self.create_subscription(kind, topic, self._guard(take), quality)
         if graph is not None:
             update = import_module("hydra_msgs.msg").DsgUpdate
             self.create_subscription(update, "scene_graph", self._guard(self._live.take_graph), 1)
@@ -89,8 +89,8 @@ class MemoryNode(Node):
         self._belief = self.create_publisher(MarkerArray, "~/belief", 10)
         self.create_service(Rank, "~/rank", self._rank)
         self.create_service(Search, "~/search", self._search)
-        self._gap = ""
-        self.create_timer(_REPORT_SECONDS, self._report_gap)
+        needed = ["camera_info", *(["depth"] if read["uses_depth"] else []), "detections"]
+        GapWatch(self, feed, [heard[topic] for topic in needed])
         if self._file is not None:
             self.create_timer(read["save_seconds"], self.save)
 
@@ -103,13 +103,6 @@ class MemoryNode(Node):
         """End the visit that goes on, and save."""
         self._live.finish()
         self.save()
-
-    def _report_gap(self) -> None:
-        """Warn once of transforms that are missing."""
-        gap = self._live.feed.find_gap()
-        if gap and gap != self._gap:
-            self.get_logger().warning(gap)
-        self._gap = gap
 
     def _make_memory(self, map_file: str) -> SceneGraphMemory:
         if self._file is not None and self._file.exists():

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import yaml
 from rcl_interfaces.msg import ParameterDescriptor
+
+from sgm.checks import check_at_least
+from sgm.messages import shorten
 
 # Messages of detections, and the packages that define them.
 DETECTIONS = {
@@ -56,13 +60,27 @@ PARAMETERS = {
 
 
 def read_parameters(node: Any) -> dict[str, Any]:
-    """Declare all parameters of a node, which are set once, and return their values."""
-    return {
-        name: node.declare_parameter(
-            name, parameter.usual, ParameterDescriptor(description=parameter.about, read_only=True)
-        ).value
-        for name, parameter in PARAMETERS.items()
-    }
+    """Declare all parameters of a node, which are set once, and return their values.
+
+    Others that are given are warned of: a file for all nodes of a robot may have them.
+
+    Raises:
+        ValueError: if a number is out of range.
+    """
+    read = {}
+    for name, parameter in PARAMETERS.items():
+        about = ParameterDescriptor(description=parameter.about, read_only=True)
+        value = node.declare_parameter(name, parameter.usual, about).value
+        read[name] = parameter.usual if value is None else value  # a list without a value is None
+    check_at_least(1, save_seconds=read["save_seconds"], step_seconds=read["step_seconds"])
+    for name in getattr(node, "_parameter_overrides", ()):  # rclpy gives them in no other way
+        if not node.has_parameter(name) and not name.startswith("qos_overrides."):
+            near = get_close_matches(name, PARAMETERS, 1)
+            node.get_logger().warning(
+                f"parameters must be of this node, got {shorten(name)}, which is ignored. "
+                + (f"Did you mean {near[0]}?" if near else "See config/memory.yaml.")
+            )
+    return read
 
 
 def find_path(name: str) -> Path | None:
@@ -71,8 +89,14 @@ def find_path(name: str) -> Path | None:
 
 
 def read_yaml(name: str) -> Any:
-    """Return what a YAML file holds."""
-    return yaml.safe_load(Path(name).expanduser().read_text("utf-8"))
+    """Return what a YAML file holds; raises ValueError that names it if it is none."""
+    try:
+        return yaml.safe_load(Path(name).expanduser().read_text("utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        said = " ".join(str(error).split())
+        raise ValueError(
+            f"file of a parameter must be YAML, got {shorten(said)} in {name}. Correct it."
+        ) from error
 
 
 def find_type(name: str) -> Any:

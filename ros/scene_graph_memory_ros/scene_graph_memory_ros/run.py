@@ -5,30 +5,38 @@ from __future__ import annotations
 import signal
 import sys
 
+_PAUSE = 0.2  # seconds from a signal to the end, at most, while nothing comes
+
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until it is stopped by SIGINT, SIGTERM or a shutdown; return its status."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # while all is imported, nothing has to be saved
     import rclpy
-    import yaml
     from rclpy.exceptions import ParameterException
-    from rclpy.executors import ExternalShutdownException
-    from rclpy.signals import SignalHandlerOptions, install_signal_handlers
+    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+    from rclpy.signals import SignalHandlerOptions
 
     from scene_graph_memory_ros.node import MemoryNode
 
     ended = KeyboardInterrupt, ExternalShutdownException
-    wrong = ValueError, KeyError, OSError, ModuleNotFoundError, ParameterException, yaml.YAMLError
+    wrong = ValueError, KeyError, OSError, ModuleNotFoundError, ParameterException
     try:
-        # While the node is made a signal interrupts Python. Handlers of rclpy would make ROS itself
-        # invalid, and each call of it an error of its own.
+        # While the node is made a signal interrupts Python, later it ends the loop. Handlers of
+        # rclpy would make ROS itself invalid, and each call and each line of the log an error.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.default_int_handler)
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        node = MemoryNode()
         try:
-            install_signal_handlers(SignalHandlerOptions.ALL)
-            rclpy.spin(node)
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        except RuntimeError as error:  # rcl's, of arguments that it cannot read
+            raise ValueError(error) from error
+        node, signals = MemoryNode(), []
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda number, frame: signals.append(number))
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        try:
+            while rclpy.ok() and not signals:
+                executor.spin_once(timeout_sec=_PAUSE)
         except ended:
             pass
         node.finish()

@@ -182,6 +182,36 @@ def test_a_map_frame_that_is_not_there_is_said():
     assert feed.find_gap() == ""
 
 
+def test_a_camera_or_depth_that_is_not_there_is_said():
+    feed = CameraFeed(LookBuilder({0: TABLE}))
+    feed.take_transforms(Message(transforms=[make_transform(90, "map", "camera", (0, 0, 1))]))
+
+    def show(time, size=None, late=0.0):
+        feed.take_detections(make_detections(time, []))
+        if size is not None:
+            feed.take_depth(make_depth(time + late, np.ones(size)))
+        feed.finish()
+
+    show(91)
+    assert "must come after a CameraInfo, got none." in feed.find_gap()
+    feed.take_camera(Message(k=None))
+    assert "must come after a CameraInfo, got 1 that cannot be read." in feed.find_gap()
+    feed.take_camera(make_camera_info(CAMERA))
+    assert feed.find_gap() == ""
+    show(92)
+    assert "must have depth images of the camera's size and their time, got none." in (
+        feed.find_gap()
+    )
+    show(93, (CAMERA.height, CAMERA.width), late=0.3)
+    assert "got none within 0.05 s of the detections." in feed.find_gap()
+    show(95, (4, 3))
+    assert "got some of another size." in feed.find_gap()
+    show(97, (CAMERA.height, CAMERA.width))
+    assert feed.find_gap() == ""
+    show(99)
+    assert feed.find_gap() == ""
+
+
 def test_depth_images_by_hand():
     depth = np.array([[1.0, 2.5], [0.0, 4.0]])
     for encoding in ("16UC1", "32FC1"):
