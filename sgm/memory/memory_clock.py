@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from sgm.memory.clock import MAX_JUMP, MOST_AHEAD, Clock, check_ahead, count_steps
 from sgm.memory.memory_state import MemoryState
 from sgm.messages import shorten
-from sgm.schema import MAX_TIME
+from sgm.schema import HOME_LABELS, MAX_TIME
 
 
 class MemoryClock:
@@ -53,6 +54,7 @@ class MemoryClock:
                 clock.get_time(now + num_steps)
             if num_steps:
                 self._state.write("step", now + num_steps, num_steps=num_steps)
+                _forget_questions(self._state)
                 self._state.let_pass(num_steps)
 
     def step_to(self, time: datetime, *, accept_jump: bool = False) -> None:
@@ -65,3 +67,21 @@ class MemoryClock:
                 remedy = "Check the clock of the robot; if it is right, say accept_jump=True."
                 check_ahead(num_steps, now, clock, "time", MAX_JUMP, remedy)
             self.step(num_steps, accept_jump=True)
+
+
+def _forget_questions(state: MemoryState) -> None:
+    """Leave out objects that were asked for in this step and neither seen nor looked for.
+
+    Nothing of them stays, nor of what they are called.
+    """
+    is_there = state.batch.objects["num_observed"] > 0  # or was said to be
+    is_there[state.batch.edges["object"]] = True
+    is_there[state.batch.lone_looks["object"]] = True
+    never = np.flatnonzero(~is_there)
+    if len(never):
+        batch, label = state.batch, state.batch.objects["label"]
+        used = np.concatenate([label[is_there], batch.room_label[0], batch.furniture_label[0]])
+        gone = {batch.labels[index] for index in np.setdiff1d(label[never], used)}
+        content = state.get_content().remove(objects=never.tolist())
+        kept = (text for text in content.labels[len(HOME_LABELS) :] if text not in gone)
+        state.take(replace(content, labels=(*HOME_LABELS, *kept)))

@@ -8,10 +8,12 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
 from sgm.checks import read_optional
 from sgm.layout.layout import read_map_id
 from sgm.memory.clock import Clock
+from sgm.memory.home_rows import write_clock
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_state import MemoryState, add_snapshot, write_file
 from sgm.memory.score_calibration import ScoreCalibration
@@ -214,7 +216,7 @@ class MemoryFiles:
                     "it with SceneGraphMemory.load(path, clock=...)."
                 )
             clock.get_time(content.time)  # or it is refused
-            self._state.configure(replace(content, clock=clock), self._state.prior)
+            _configure(self._state, replace(content, clock=clock), self._state.prior)
 
     def go_on_in(
         self,
@@ -231,9 +233,41 @@ class MemoryFiles:
             content, prior = take_given(content, file.path, prior, None, score_calibration, map_id)
             if clock is not None and content.clock is None:
                 content = replace(content, clock=begin_before(clock, content.time))
-            self._state.configure(replace(content, prior=prior.checksum), prior, before)
+            _configure(self._state, replace(content, prior=prior.checksum), prior, before)
 
 
 def begin_before(clock: Clock, time: int) -> Clock:
     """Return the clock of step 0 by one of a later step."""
     return clock.shift(-time * clock.step_seconds)
+
+
+def _configure(
+    state: MemoryState,
+    content: MemoryContent,
+    prior: PriorGraph,
+    before: MemoryContent | None = None,
+) -> None:
+    """Go on with a content of another clock, prior, map or calibration, and write that."""
+    before = state.get_content_to_save() if before is None else before
+    changed: dict[str, Any] = {}
+    if content.clock != before.clock:
+        changed["clock"] = content.clock
+    if content.prior != before.prior:
+        changed["prior"] = content.prior
+    if content.layout.map_id != before.layout.map_id:
+        changed["map"] = content.layout.map_id
+    if content.score_calibration != before.score_calibration:
+        changed["score_calibration"] = content.score_calibration
+    if not changed:
+        return
+    file = state.renew_lost_file()
+    if file is not None:
+        with file.transaction():
+            state.write("configure", **changed)
+            columns: dict[str, Any] = {
+                name: changed[name] for name in ("prior", "map") if name in changed
+            }
+            if "clock" in changed:
+                columns |= write_clock(content.clock)
+            file.configure(columns)
+    state.begin(content.copy(), prior)

@@ -9,9 +9,11 @@ from sgm.arrays.read_numbers import read_numbers
 from sgm.layout.box import Box, read_box
 from sgm.layout.furniture import Furniture, Room, read_open_cost, read_position
 from sgm.layout.layout import Layout, RoomId, read_map_id
+from sgm.memory.look import StepLook
 from sgm.memory.memory_state import MemoryState
 from sgm.memory.seen_positions import is_beside, keep_positions_at, turn_positions
 from sgm.memory.sighting import Point, read_point
+from sgm.memory.thing import SaidOf
 from sgm.names.name import Name
 from sgm.names.words import read_words
 
@@ -147,7 +149,7 @@ class MemoryLayout:
 
                 keep_positions_at(self._state.open_looks().positions, index, new_box)
                 self._state.close_looks(
-                    lambda look: look.keep_at(is_there) if look.furniture == number else look
+                    lambda look: look.keep_at(is_there) if look.furniture == number else look,
                 )
             self._state.note_new()
 
@@ -175,7 +177,7 @@ class MemoryLayout:
                     f"furniture to merge must be two, got {furniture} twice. Give another id."
                 )
             self._state.write("merge_furniture", furniture=int(furniture), other=int(other))
-            self._state.merge_furniture(int(furniture), int(other))
+            _merge(self._state, int(furniture), int(other))
 
     def transform(
         self,
@@ -250,3 +252,31 @@ class MemoryLayout:
         """Return the description and room of a furniture node, "white fridge in kitchen"."""
         with self._state.lock:
             return self._state.layout.describe(furniture)
+
+
+def _merge(state: MemoryState, kept: int, other: int) -> None:
+    """Let furniture be one with another, by id, and looks at this be looks at that one.
+
+    A look at either one had not in view what the other one showed.
+    """
+    shown: dict[int, dict[str, Name]] = {kept: {}, other: {}}
+    for look in state.step.looks:
+        for seen in look.seen if look.furniture in shown else ():
+            name = Name.read(seen.id) if seen.id else seen.name
+            shown[look.furniture][name.text] = name
+    state.open_looks()
+
+    def change(look: StepLook) -> StepLook:
+        if look.furniture not in shown or look.sought:
+            return replace(look, furniture=kept) if look.furniture == other else look
+        hidden = shown[other if look.furniture == kept else kept]
+        names = {**{name.text: name for name in look.hidden}, **hidden}
+        return replace(look, furniture=kept, hidden=tuple(names.values()))
+
+    def redirect(said: SaidOf) -> SaidOf:
+        if said.statement is None:
+            return said
+        was_at = kept if said.was_at == other else said.was_at
+        return replace(said, statement=said.statement.redirect(other, kept), was_at=was_at)
+
+    state.close_looks(change, lambda content: content.merge_furniture(kept, other), redirect)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from sgm.checks import check_kind
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
+from sgm.memory.given_names import name_hidden, name_seen
 from sgm.memory.look import (
     MOST_LOOKS,
     StepLook,
@@ -22,6 +23,7 @@ from sgm.memory.score_calibration import ScoreCalibration
 from sgm.memory.sighting import Sighting
 from sgm.memory.thing import ThingName
 from sgm.messages import warn_caller
+from sgm.names.name import Name
 from sgm.names.words import read_words
 from sgm.schema import USUAL_RELATION
 
@@ -156,7 +158,7 @@ class MemoryLooks:
                 ]
                 look = replace(look, seen=tuple(sure))
             if not is_named:
-                look = state.name_look(look)
+                look = _name_look(state, look)
             if state.file is not None:
                 self._state.write(
                     "look",
@@ -174,7 +176,7 @@ class MemoryLooks:
         """Return sightings by the names that people have given to what is there."""
         with self._state.lock:
             place = self._state.layout.describe(furniture)
-            return self._state.name_seen(furniture, read_sightings(seen, place))
+            return _name_seen(self._state, furniture, read_sightings(seen, place))
 
     def note_found(
         self,
@@ -209,3 +211,26 @@ class MemoryLooks:
             look = StepLook(int(furniture), (), coverage, sought=name)
             state.write("absent", furniture=look.furniture, description=name, coverage=coverage)
             state.look(look)
+
+
+def _name_look(state: MemoryState, look: StepLook) -> StepLook:
+    """Return a look of a detector by the names that people have given to what is there."""
+    if not state.renamed:
+        return look
+    seen = _name_seen(state, look.furniture, look.seen)
+    hidden = name_hidden(state.renamed, look.furniture, look.hidden)
+    return replace(look, seen=seen, hidden=hidden)
+
+
+def _name_seen(
+    state: MemoryState, furniture: int, seen: Iterable[Sighting]
+) -> tuple[Sighting, ...]:
+    """Return sightings of a detector by the names that people have given to what is there."""
+    place, edges = state.find_place(furniture), state.batch.edges
+
+    def is_there(name: Name) -> bool:
+        object_row = state.things.get_row(name)
+        is_edge = (edges["object"] == object_row) & (edges["furniture"] == place)
+        return object_row >= 0 and bool((is_edge & edges["is_true"]).any())
+
+    return name_seen(state.renamed, furniture, seen, is_there)

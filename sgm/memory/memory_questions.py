@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from sgm.arrays.grouped import join_groups
+from sgm.arrays.table import clone
 from sgm.layout.furniture import Furniture
 from sgm.memory.clock import MOST_AHEAD, Clock, check_ahead, count_steps
 from sgm.memory.look import average_coverage
@@ -206,7 +207,7 @@ class MemoryQuestions:
                 later = count_steps(at, now, clock, "at")
                 remedy = "Ask about a time in the next year."
                 check_ahead(later, now, clock, "at", MOST_AHEAD, remedy)
-            shared = state.share(before_looks, later)
+            shared = _share(state, before_looks, later)
             return _ask(state, shared, descriptions, question, miss_rate)
 
     def rank(self, policy: Scorer, description: str) -> list[tuple[int, float]]:
@@ -233,6 +234,26 @@ def _check_furniture(state: MemoryState) -> None:
         )
 
 
+def _share(
+    state: MemoryState, before_looks: bool, later: int
+) -> tuple[MemoryBatch, MemoryBatch, object]:
+    """Return what questions read, some time steps `later`; what was merged is one.
+
+    Returns:
+        The memory as it is now. The memory of which policies are asked, if it is to be that
+        `before_looks` of this step, and what stands for its state: see `Asked`.
+    """
+    shared = snapshot = state.get_snapshot()  # takes over a new layout
+    before, origin = state.before, state.version
+    if before_looks and before is not None and not later:
+        shared, origin = before.batch, before.origin
+    batch = shared.fuse() if state.has_merged else shared.share()
+    current = state.fuse(snapshot) if state.has_merged else clone(snapshot)
+    current.time += later
+    batch.time += later
+    return current, batch, origin
+
+
 def _ask(
     state: MemoryState,
     shared: tuple[MemoryBatch, MemoryBatch, object],
@@ -240,7 +261,7 @@ def _ask(
     question: str | None,
     miss_rate: float | None,
 ) -> Asked:
-    """Ask for objects by names or ids, of what `MemoryState.share` gave."""
+    """Ask for objects by names or ids, of what `_share` gave."""
     places = state.furniture
     current, batch, origin = shared
     positions, known, names = _find_asked(state, descriptions)

@@ -1,9 +1,9 @@
-"""The state that all parts of a memory share, and how looks, time and questions change it."""
+"""The state that all parts of a memory share, and how it takes looks, statements and questions."""
 
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Lock, RLock
@@ -15,13 +15,11 @@ from sgm.arrays.table import clone
 from sgm.layout.called import CalledFurniture
 from sgm.layout.layout import FurnitureNames
 from sgm.memory.clock import make_clock_rows
-from sgm.memory.given_names import GivenNames, name_hidden, name_seen, rename_given
+from sgm.memory.given_names import GivenNames
 from sgm.memory.home_rows import (
     find_keys,
     list_said_rows,
     list_seen_rows,
-    make_key,
-    write_clock,
     write_home_file,
 )
 from sgm.memory.lone_looks import SoughtLooks, add_sought, note_lone_look
@@ -45,9 +43,8 @@ from sgm.names.resolution import Resolution
 from sgm.names.sentence import Sentence
 from sgm.names.vocabulary import Vocabulary
 from sgm.names.words import read_words
-from sgm.prior.copies import get_copies
 from sgm.prior.prior_graph import PriorGraph
-from sgm.schema import HOME_LABELS, NEVER, RELATIONS
+from sgm.schema import NEVER, RELATIONS
 from sgm.store.home_file import HomeFile
 from sgm.store.past import Past
 
@@ -184,7 +181,11 @@ class MemoryState:
         return copied
 
     def write(
-        self, kind: str, time: int | None = None, look: StepLook | None = None, **values: Any
+        self,
+        kind: str,
+        time: int | None = None,
+        look: StepLook | None = None,
+        **values: Any,
     ) -> None:
         """Write a change (`MemoryEvent`) into the file, if there is one, before it is made.
 
@@ -216,34 +217,6 @@ class MemoryState:
         else:
             rows = list_said_rows(kind, said)
         file.append(kind, self.time if time is None else time, said, find_keys(kind, values), rows)
-
-    def configure(
-        self, content: MemoryContent, prior: PriorGraph, before: MemoryContent | None = None
-    ) -> None:
-        """Go on with a content of another clock, prior, map or calibration, and write that."""
-        before = self.get_content_to_save() if before is None else before
-        changed: dict[str, Any] = {}
-        if content.clock != before.clock:
-            changed["clock"] = content.clock
-        if content.prior != before.prior:
-            changed["prior"] = content.prior
-        if content.layout.map_id != before.layout.map_id:
-            changed["map"] = content.layout.map_id
-        if content.score_calibration != before.score_calibration:
-            changed["score_calibration"] = content.score_calibration
-        if not changed:
-            return
-        file = self.renew_lost_file()
-        if file is not None:
-            with file.transaction():
-                self.write("configure", **changed)
-                columns: dict[str, Any] = {
-                    name: changed[name] for name in ("prior", "map") if name in changed
-                }
-                if "clock" in changed:
-                    columns |= write_clock(content.clock)
-                file.configure(columns)
-        self.begin(content.copy(), prior)
 
     def renew_lost_file(self) -> HomeFile | None:
         """Begin the file anew if it was moved or removed, and warn who called the memory.
@@ -397,15 +370,6 @@ class MemoryState:
         )
 
     @property
-    def past(self) -> Past | None:
-        """What knows where things were before; None where that is this memory alone."""
-        return self.file if self.file is not None and self.file.is_held else self.reader
-
-    def list_keys(self, object_row: int) -> list[str]:
-        """Return by what a file tells a thing, and what was merged with it, from others."""
-        return [make_key(self.things[row].name) for row in self.list_members(object_row)]
-
-    @property
     def batch(self) -> MemoryBatch:
         """The memory as a batch of one home; see `SceneGraphMemory.batch`."""
         if self._is_layout_new:
@@ -505,25 +469,6 @@ class MemoryState:
         self.version = object()
         return self.step
 
-    def name_look(self, look: StepLook) -> StepLook:
-        """Return a look of a detector by the names that people have given to what is there."""
-        if not self.renamed:
-            return look
-        seen = self.name_seen(look.furniture, look.seen)
-        hidden = name_hidden(self.renamed, look.furniture, look.hidden)
-        return replace(look, seen=seen, hidden=hidden)
-
-    def name_seen(self, furniture: int, seen: Iterable[Sighting]) -> tuple[Sighting, ...]:
-        """Return sightings of a detector by the names that people have given to what is there."""
-        place, edges = self.find_place(furniture), self.batch.edges
-
-        def is_there(name: Name) -> bool:
-            object_row = self.things.get_row(name)
-            is_edge = (edges["object"] == object_row) & (edges["furniture"] == place)
-            return object_row >= 0 and bool((is_edge & edges["is_true"]).any())
-
-        return name_seen(self.renamed, furniture, seen, is_there)
-
     def _has_come_back(self, furniture: int, seen: Sequence[Sighting]) -> bool:
         """Tell whether a look shows a thing that another place has shown since this one."""
         rows = (self.things.get_row(sighting.name, sighting.id or "") for sighting in seen)
@@ -568,13 +513,9 @@ class MemoryState:
         return bool(is_soon.any() and (edges["furniture"][seen] == other).any())
 
     def _is_single(self, object_row: int) -> bool:
-        """Tell whether a thing is one alone: it has an id or a number, or homes have one such."""
-        thing = self.things[object_row]
-        if thing.id:
-            return True
-        name = self.things.read(thing.description)
+        """Tell whether a thing is one alone; see `ThingRows.is_single`."""
         label = self.vocabulary.labels[self.batch.objects["label"][object_row]]
-        return bool(name.instance) or get_copies(label)[0] == 1
+        return self.things.is_single(object_row, label)
 
     def _look_for(self, look: StepLook) -> None:
         """Fold in a look for one thing alone, by its name or id, which did not find it.
@@ -665,42 +606,12 @@ class MemoryState:
             self.batch.objects["num_at_once"][object_row] = number
             self.step.at_once[object_row] = number
 
-    def let_pass(self, num_steps: int) -> None:
-        """Let time steps pass; questions end with the first of them."""
-        self.forget_questions()
-        snapshot = self._snapshot.get(self.version)
-        self.batch.step()
-        self.batch.time += num_steps - 1
-        self.asked = None
-        self.begin_anew()
-        if snapshot is not None:  # only the time is another one
-            snapshot = snapshot.share()
-            snapshot.time = self.batch.time
-            self._snapshot = {self.version: snapshot}
-
     def get_snapshot(self) -> MemoryBatch:
         """Return a copy of the batch as it is, made once for all who only read it."""
         batch = self.batch
         if self.version not in self._snapshot:
             self._snapshot = {self.version: batch.copy()}
         return self._snapshot[self.version]
-
-    def share(self, before_looks: bool, later: int) -> tuple[MemoryBatch, MemoryBatch, object]:
-        """Return what questions read, some time steps `later`; what was merged is one.
-
-        Returns:
-            The memory as it is now. The memory of which policies are asked, if it is to be that
-            `before_looks` of this step, and what stands for its state: see `Asked`.
-        """
-        shared = snapshot = self.get_snapshot()  # takes over a new layout
-        before, origin = self.before, self.version
-        if before_looks and before is not None and not later:
-            shared, origin = before.batch, before.origin
-        batch = shared.fuse() if self.has_merged else shared.share()
-        current = self._fuse(snapshot) if self.has_merged else clone(snapshot)
-        current.time += later
-        batch.time += later
-        return current, batch, origin
 
     def ensure_object(self, name: Name, id: str = "") -> int:
         """Return the row of an object node, adding the node if it is new; see `ThingRows.add`."""
@@ -712,101 +623,29 @@ class MemoryState:
     def _ensure_rows(self, first: int) -> None:
         """Let the batch have the nodes of all things from a row on."""
         rows = np.arange(first, len(self.things))
-        self.batch.ensure_objects(np.zeros_like(rows), rows, *self._find_kinds(rows.tolist()))
+        self.batch.ensure_objects(np.zeros_like(rows), rows, *self.find_kinds(rows.tolist()))
         if self.sought:
-            self._take_sought(rows.tolist())
+            self.take_sought(rows.tolist())
 
-    def _find_kinds(self, rows: Sequence[int]) -> np.ndarray:
+    def find_kinds(self, rows: Sequence[int]) -> np.ndarray:
         """Return the labels and types of objects, int64 (2, n)."""
         kinds = [self.vocabulary.find_type(self.things[row].description) for row in rows]
         return np.array(kinds, dtype=np.int64).reshape(-1, 2).T
 
-    def _take_sought(self, rows: Sequence[int]) -> None:
+    def take_sought(self, rows: Sequence[int]) -> None:
         """Let objects that are new have the looks for what had their names."""
-        self._move_sought(self.sought, self.batch, rows)
+        self.move_sought(self.sought, self.batch, rows)
 
-    def _move_sought(
+    def move_sought(
         self, sought: dict[tuple[str, int], SoughtLooks], batch: MemoryBatch, rows: Sequence[int]
     ) -> None:
+        """Let objects of a batch have the looks for their names, taken out of `sought`."""
         for object_row in rows:
             words = set(self.things.list_words([object_row]))
             for key in [key for key in sought if key[0] in words]:
                 place = self.furniture.position[key[1]]
                 for time, coverage in sought.pop(key):
                     note_lone_look(batch.lone_looks, object_row, place, time, coverage)
-
-    def rename(self, object_row: int, name: str) -> None:
-        """Call an object otherwise, in looks of this step, too; of the others nothing changes."""
-        kind, looks = self.vocabulary.find_type(name), tuple(self.step.looks)
-        called = [self._list_called(look) for look in looks]
-        before_name = self.things[object_row].name
-        batches = self.list_changed()
-        self._note_renamed(object_row, name)
-        self.things.rename(object_row, name)
-        for batch in batches:
-            if object_row < batch.objects.num_rows:  # or it comes up in a look
-                batch.set_type(object_row, *kind)
-        self._take_sought([object_row])
-        if self.before is not None:
-            if object_row < self.before.batch.objects.num_rows:
-                self._move_sought(self.before.sought, self.before.batch, [object_row])
-            called_by = dict(zip(looks, called, strict=True))
-            self.rename_said(before_name, self.things[object_row].name)
-            self.close_looks(lambda look: self._rename_in(look, called_by[look], object_row, name))
-
-    def rename_said(
-        self, before: ThingName, after: ThingName, furniture: int | None = None
-    ) -> None:
-        """Let what was said of a node be of another name: of all, or that it is at furniture."""
-        between = self.step.between
-        for index, (number, event) in enumerate(between):
-            if not isinstance(event, SaidOf) or not event.name.is_same(before):
-                continue
-            said_at = None if event.statement is None else event.statement.furniture
-            if furniture in (None, said_at):
-                between[index] = number, replace(event, name=after)
-
-    def list_seen_rows(self, look: StepLook) -> list[int]:
-        """Return the rows of what a look of this step shows."""
-        return self._list_called(look)[0]
-
-    def _list_called(self, look: StepLook) -> tuple[list[int], list[list[int]]]:
-        """Return the rows of what a look shows, and of each that it had hidden, or was for."""
-        seen = (self.things.get_row(seen.name, seen.id or "") for seen in look.seen)
-        names: list[str | Name] = [*look.hidden, look.sought] if look.sought else [*look.hidden]
-        return list(seen), [self.things.find_rows(name) for name in names]
-
-    def _rename_in(
-        self, look: StepLook, called: tuple[list[int], list[list[int]]], object_row: int, name: str
-    ) -> StepLook:
-        """Return a look in which an object is called otherwise, of what `_list_called` said."""
-        rows, others = called
-        seen = [
-            replace(sighting, description=name, owner=None) if row == object_row else sighting
-            for sighting, row in zip(look.seen, rows, strict=True)
-        ]
-        is_meant = [rows == [object_row] for rows in others]
-        hidden = [
-            Name.read(name) if is_one else before
-            for before, is_one in zip(look.hidden, is_meant, strict=False)
-        ]
-        is_sought = bool(look.sought) and is_meant[-1] and not self.things.has_id(look.sought)
-        sought = name if is_sought else look.sought
-        return replace(look, seen=tuple(seen), hidden=tuple(hidden), sought=sought)
-
-    def _note_renamed(self, object_row: int, name: str) -> None:
-        """Note that what detectors call an object, where it was seen, is called otherwise.
-
-        Not of several things of one name: ids alone tell which of them that is.
-        """
-        batch, thing = self.batch, self.things[object_row]
-        if thing.id:
-            return
-        edges, places = batch.edges, set[int]()
-        if batch.objects["num_at_once"][object_row] <= 1:
-            is_seen = (edges["object"] == object_row) & (edges["num_true"] > 0)
-            places = {self.furniture.ids[place] for place in edges["furniture"][is_seen].tolist()}
-        self.renamed = rename_given(self.renamed, thing.description, name, places)
 
     def list_members(self, object_row: int) -> list[int]:
         """Return the rows of all nodes that were merged with one, itself first."""
@@ -856,20 +695,9 @@ class MemoryState:
         is_last = is_last and (objects["last_observed"][others] <= last.time).all()
         return Said(things.join(members), members, last if is_last else None)
 
-    def list_pictured(self) -> dict[int, Thing]:
-        """Return by row the things of which there are pictures; what was merged is one."""
-        rows = [row for row, thing in enumerate(self.things) if thing.pictures]
-        if rows and self.has_merged:
-            rows = np.unique(find_roots(self.batch.objects["same_as"])[rows]).tolist()
-        return {row: self.get_thing(row) for row in rows}
-
     def get_thing(self, object_row: int) -> Thing:
         """Return an object with all that was said of it, and of what was merged with it."""
         return self.things.join(self.list_members(object_row))
-
-    def list_carried(self) -> list[int]:
-        """Return the rows of what the robot carries."""
-        return np.flatnonzero(self.batch.objects["carried_since"] >= 0).tolist()
 
     def list_spoken_of(self) -> list[int]:
         """Return the rows of the objects of which something was said, or of what they are now."""
@@ -880,9 +708,9 @@ class MemoryState:
 
     def fuse_batch(self) -> MemoryBatch:
         """Return the memory with what was merged as one; a copy, where anything was."""
-        return self._fuse(self.batch) if self.has_merged else self.batch
+        return self.fuse(self.batch) if self.has_merged else self.batch
 
-    def _fuse(self, batch: MemoryBatch) -> MemoryBatch:
+    def fuse(self, batch: MemoryBatch) -> MemoryBatch:
         """Return a copy in which what was merged is one, and is where this step has shown it last.
 
         It is of this step; of what the robot carries that says nothing.
@@ -894,38 +722,6 @@ class MemoryState:
             if fused.objects["last_furniture"][roots[object_row]] != NEVER:
                 fused.objects["last_furniture"][roots[object_row]] = position
         return fused
-
-    def link(self, rows: Collection[int], root: int) -> None:
-        """Let objects be one with another from now on, or, with -1, things of their own."""
-        # Of what was one until now, each was looked for when one of them was.
-        parted = {*rows, *find_roots(self.batch.objects["same_as"])[list(rows)].tolist()}
-        names = [self.things[row].id or self.things[row].description for row in sorted(parted)]
-        of_all = {
-            look: [look, *(replace(look, sought=name) for name in names if name != look.sought)]
-            for look in self.step.looks
-            if root < 0 and look.sought and not parted.isdisjoint(self.find_rows(look.sought))
-        }
-        for batch in self.list_changed([*rows, root]):
-            batch.objects["same_as"][list(rows)] = root
-        self.has_merged = bool((self.batch.objects["same_as"] >= 0).any())
-        self.close_looks(lambda look: of_all.get(look, [look]))
-
-    def forget_questions(self) -> None:
-        """Leave out objects that were asked for in this step and neither seen nor looked for.
-
-        Nothing of them stays, nor of what they are called.
-        """
-        is_there = self.batch.objects["num_observed"] > 0  # or was said to be
-        is_there[self.batch.edges["object"]] = True
-        is_there[self.batch.lone_looks["object"]] = True
-        never = np.flatnonzero(~is_there)
-        if len(never):
-            batch, label = self.batch, self.batch.objects["label"]
-            used = np.concatenate([label[is_there], batch.room_label[0], batch.furniture_label[0]])
-            gone = {batch.labels[index] for index in np.setdiff1d(label[never], used)}
-            content = self.get_content().remove(objects=never.tolist())
-            kept = (text for text in content.labels[len(HOME_LABELS) :] if text not in gone)
-            self.take(replace(content, labels=(*HOME_LABELS, *kept)))
 
     def query(self, description: str) -> Queries:
         """Open the hypothetical edges of an object until the next step."""
@@ -945,28 +741,55 @@ class MemoryState:
             objects["type"][[object_row]],
         )
 
+    def begin_anew(self) -> None:
+        """Let what the memory holds now be what the further looks of this step are held against."""
+        self.version = object()
+        self.step, self.before = StepLog(), None
+
+    def update_layout(self) -> None:
+        """Let the batch take over rooms and furniture, and look up the prior again."""
+        arrays = self.layout.make_arrays(self.vocabulary, self.prior)
+        self._batch.set_layout(arrays)
+        if self.before is not None:
+            self.copy_before().set_layout(arrays)
+        self._is_layout_new = False
+
     def note_new(self, label: str | None = None) -> None:
         """Note that the layout has changed, perhaps by something with a label."""
         if label is not None:
             self.vocabulary.number(label)  # now: labels are numbered in the order they come up
         self._is_layout_new = True
         self._furniture = self._called = None
-        self._keep_looks()
+        self.keep_looks()
 
-    def list_changed(self, rows: Collection[int] = ()) -> list[MemoryBatch]:
-        """Return the batches in which to make a change that is no look: now and before the looks.
+    def keep_looks(self) -> bool:
+        """Tell whether there are looks of this step that stay apart from a change; see above."""
+        before, is_asked = self.before, self.asked is not None
+        is_asked |= any(isinstance(event, str) for _, event in self.step.between)
+        self.version, self.asked = object(), None
+        if before is not None and (is_asked or before.asked is not None):
+            self.begin_anew()
+        return self.before is not None
 
-        Of that before the looks of this step it is a copy, which knows objects of these `rows`. It
-        is left out where an object was asked for, which further looks are about: then the looks
-        so far are of what was known before.
-        """
-        batch = self.batch
-        if not self._keep_looks():
-            return [batch]
-        before = self._copy_before()
-        if max(rows, default=-1) >= before.objects.num_rows:
-            self._add_to(before)
-        return [batch, before]
+    def copy_before(self) -> MemoryBatch:
+        """Return the memory before the looks of this step, to be changed."""
+        assert self.before is not None
+        batch = self.before.batch.copy()
+        batch.labels = list(self.vocabulary.labels)
+        self.before = replace(self.before, batch=batch, origin=object())
+        return batch
+
+    def let_pass(self, num_steps: int) -> None:
+        """Let time steps pass; what was asked for is open no longer."""
+        snapshot = self._snapshot.get(self.version)
+        self.batch.step()
+        self.batch.time += num_steps - 1
+        self.asked = None
+        self.begin_anew()
+        if snapshot is not None:  # only the time is another one
+            snapshot = snapshot.share()
+            snapshot.time = self.batch.time
+            self._snapshot = {self.version: snapshot}
 
     def open_looks(self, *, knows_all: bool = False) -> MemoryBatch:
         """Return the batch in which to make a change before `close_looks` sees these looks again.
@@ -975,11 +798,11 @@ class MemoryState:
         said; or the memory itself, where there are none, or as `list_changed` says.
         """
         present = self.batch  # takes over the layout, which makes another memory before the looks
-        if not self._keep_looks():
+        if not self.keep_looks():
             return present
-        before = self._copy_before()
+        before = self.copy_before()
         if knows_all:
-            self._add_to(before)
+            self.add_to(before)
         return before
 
     def close_looks(
@@ -1030,7 +853,7 @@ class MemoryState:
         gone = {*furniture, *(number for number, node in nodes.items() if node.room in rooms)}
         names = {self.things[row].description for row in objects if not self.things[row].id}
         forgotten = {self.things[row].name for row in objects}
-        rows_of = {look: self._list_called(look) for look in self.step.looks}
+        rows_of = {look: self.list_called(look) for look in self.step.looks}
         seen_there = {row for look in rows_of if look.furniture in gone for row in rows_of[look][0]}
         batch = self.open_looks(knows_all=bool(seen_there))
         if batch is not self.batch:
@@ -1067,70 +890,19 @@ class MemoryState:
 
         self.close_looks(leave_out, change, leave_out_said)
 
-    def merge_furniture(self, kept: int, other: int) -> None:
-        """Let furniture be one with another, by id, and looks at this be looks at that one.
+    def list_called(self, look: StepLook) -> tuple[list[int], list[list[int]]]:
+        """Return the rows of what a look shows, and of each that it had hidden, or was for."""
+        seen = (self.things.get_row(seen.name, seen.id or "") for seen in look.seen)
+        names: list[str | Name] = [*look.hidden, look.sought] if look.sought else [*look.hidden]
+        return list(seen), [self.things.find_rows(name) for name in names]
 
-        A look at either one had not in view what the other one showed.
-        """
-        shown: dict[int, dict[str, Name]] = {kept: {}, other: {}}
-        for look in self.step.looks:
-            for seen in look.seen if look.furniture in shown else ():
-                name = Name.read(seen.id) if seen.id else seen.name
-                shown[look.furniture][name.text] = name
-        self.open_looks()
-
-        def change(look: StepLook) -> StepLook:
-            if look.furniture not in shown or look.sought:
-                return replace(look, furniture=kept) if look.furniture == other else look
-            hidden = shown[other if look.furniture == kept else kept]
-            names = {**{name.text: name for name in look.hidden}, **hidden}
-            return replace(look, furniture=kept, hidden=tuple(names.values()))
-
-        def redirect(said: SaidOf) -> SaidOf:
-            if said.statement is None:
-                return said
-            was_at = kept if said.was_at == other else said.was_at
-            return replace(said, statement=said.statement.redirect(other, kept), was_at=was_at)
-
-        self.close_looks(change, lambda content: content.merge_furniture(kept, other), redirect)
-
-    def _keep_looks(self) -> bool:
-        """Tell whether there are looks of this step that stay apart from a change; see above."""
-        before, is_asked = self.before, self.asked is not None
-        is_asked |= any(isinstance(event, str) for _, event in self.step.between)
-        self.version, self.asked = object(), None
-        if before is not None and (is_asked or before.asked is not None):
-            self.begin_anew()
-        return self.before is not None
-
-    def _add_to(self, before: MemoryBatch) -> None:
+    def add_to(self, before: MemoryBatch) -> None:
         """Let the memory before the looks of this step know all objects; it has not seen them."""
         assert self.before is not None
         rows = np.arange(before.objects.num_rows, len(self.things))
         if not len(rows):
             return
-        before.ensure_objects(np.zeros_like(rows), rows, *self._find_kinds(rows.tolist()))
+        before.ensure_objects(np.zeros_like(rows), rows, *self.find_kinds(rows.tolist()))
         sought = dict(self.before.sought)
-        self._move_sought(sought, before, rows.tolist())
+        self.move_sought(sought, before, rows.tolist())
         self.before = replace(self.before, sought=sought)
-
-    def _copy_before(self) -> MemoryBatch:
-        """Return the memory before the looks of this step, to be changed."""
-        assert self.before is not None
-        batch = self.before.batch.copy()
-        batch.labels = list(self.vocabulary.labels)
-        self.before = replace(self.before, batch=batch, origin=object())
-        return batch
-
-    def begin_anew(self) -> None:
-        """Let what the memory holds now be what the further looks of this step are held against."""
-        self.version = object()
-        self.step, self.before = StepLog(), None
-
-    def update_layout(self) -> None:
-        """Let the batch take over rooms and furniture, and look up the prior again."""
-        arrays = self.layout.make_arrays(self.vocabulary, self.prior)
-        self._batch.set_layout(arrays)
-        if self.before is not None:
-            self._copy_before().set_layout(arrays)
-        self._is_layout_new = False

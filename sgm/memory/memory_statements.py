@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from sgm.memory.given_names import rename_given
 from sgm.memory.look import StepLook
+from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
-from sgm.memory.merged_things import split_counts
+from sgm.memory.merged_things import find_roots, split_counts
 from sgm.memory.sighting import read_relation
 from sgm.memory.thing import ROBOT, SaidOf, Statement, ThingName, read_confidence
 from sgm.messages import shorten
@@ -42,7 +44,7 @@ class MemoryStatements:
         with self._state.lock:
             return tuple(
                 self._state.things[object_row].description
-                for object_row in self._state.list_carried()
+                for object_row in _list_carried(self._state)
             )
 
     def list_statements(self) -> list[tuple[ThingName, Statement]]:
@@ -104,7 +106,7 @@ class MemoryStatements:
                     f"{shorten(node.description)}. Merge the two, if they are one."
                 )
             self._state.write("rename", **node.to_json(), name=name, by=by)
-            self._state.rename(object_row, name)
+            _rename(self._state, object_row, name)
 
     def merge(self, thing: str | ThingName, other: str | ThingName, by: str = ROBOT) -> None:
         """Note that two things are one: "this is the same mug"; `split` undoes it."""
@@ -114,7 +116,7 @@ class MemoryStatements:
             (node, object_row), (other_node, other_row) = (
                 self._get_named(*pair) for pair in matches
             )
-            carried = self._state.list_carried()
+            carried = _list_carried(self._state)
             members = [*self._state.list_members(object_row), *self._state.list_members(other_row)]
             if object_row == other_row or any(member in carried for member in members):
                 raise ValueError(
@@ -123,7 +125,7 @@ class MemoryStatements:
                     "Put them down first, or leave it out."
                 )
             self._state.write("merge", **node.to_json(), other=other_node.to_json(), by=by)
-            self._state.link([other_row], object_row)
+            _link(self._state, [other_row], object_row)
 
     def split(
         self, thing: str | ThingName, place: int | None = None, name: str = "", by: str = ROBOT
@@ -140,7 +142,7 @@ class MemoryStatements:
             else:
                 node, object_row = self._get_named(thing, matches)
             if place is not None:
-                self._split_off(node, object_row, place, name, by)
+                self._split_seen(node, object_row, place, name, by)
                 return
             same_as = self._state.batch.objects["same_as"]
             rows = (
@@ -154,7 +156,7 @@ class MemoryStatements:
                     "Say place and name, to tell apart what was seen at several places."
                 )
             self._state.write("split", **node.to_json(), by=by)
-            self._state.link(rows, -1)
+            _link(self._state, rows, -1)
 
     def forget(self, thing: str, by: str = ROBOT) -> None:
         """Forget a thing that is not there at all: "there is no vase"."""
@@ -185,7 +187,7 @@ class MemoryStatements:
                 self._state.layout.check_furniture(put[0])
             if was_at is not None:
                 self._state.layout.check_furniture(was_at)
-            only = self._state.list_carried() if kind == "put_down" else None
+            only = _list_carried(self._state) if kind == "put_down" else None
             known = self._choose(thing, found.matches, only)
             if known is None and (only or kind == "picked_up"):
                 _check_no_doubt(found)
@@ -225,14 +227,14 @@ class MemoryStatements:
             self._state.write("remove_object", **name.to_json(), by=by)
             state.remove(objects=state.list_members(object_row))
 
-    def _split_off(
+    def _split_seen(
         self, node: ThingName, object_row: int, place: int, name: str, speaker: str
     ) -> None:
         """Let what was seen of an object at a place be another thing, of a new name."""
         state = self._state
         state.layout.check_furniture(place)
-        place, batch, position = int(place), state.batch, state.furniture.ids.index(place)
-        edges = batch.edges
+        place, edges = int(place), state.batch.edges
+        position = state.furniture.ids.index(place)
         is_there = (
             edges["furniture"][(edges["object"] == object_row) & (edges["num_true"] > 0)]
             == position
@@ -248,39 +250,7 @@ class MemoryStatements:
                 f"name must be of no other thing, got {shorten(name)}. Choose another one."
             )
         self._state.write("split_off", **node.to_json(), furniture=place, name=name, by=speaker)
-        before = {look: state.list_seen_rows(look) for look in state.step.looks}
-        other = state.ensure_object(Name.read(name))
-        thing = state.things[object_row]
-        for row, is_split in ((other, True), (object_row, False)):
-            state.things[row] = replace(
-                state.things[row],
-                statements=tuple(
-                    said for said in thing.statements if (said.furniture == place) == is_split
-                ),
-                pictures=tuple(
-                    shown for shown in thing.pictures if (shown.furniture == place) == is_split
-                ),
-            )
-        batch = state.open_looks(knows_all=True)
-        for table in (batch.edges, batch.positions):
-            is_split_off = (table["object"] == object_row) & (table["furniture"] == position)
-            table["object"][is_split_off] = other
-        split_counts(batch.objects, batch.edges, object_row, other)
-        batch.look_up_prior()  # of the new thing
-
-        def rename_in(look: StepLook) -> StepLook:
-            if look.furniture != place:
-                return look
-            seen = tuple(
-                replace(sighting, description=name, owner=None, id=None)
-                if row == object_row
-                else sighting
-                for sighting, row in zip(look.seen, before[look], strict=True)
-            )
-            return replace(look, seen=seen)
-
-        state.rename_said(node, ThingName(name), place)
-        state.close_looks(rename_in)
+        _split_off(state, object_row, place, name)
 
     def _choose(
         self, thing: str, matches: Sequence[str], only: Sequence[int] | None = None
@@ -326,4 +296,151 @@ def _check_no_doubt(found: Resolution) -> None:
         raise ValueError(
             f"thing must be named exactly, got {shorten(found.question)}, which may be {names}. "
             "Say its whole name, or give its id."
+        )
+
+
+def _list_carried(state: MemoryState) -> list[int]:
+    """Return the rows of what the robot carries."""
+    return np.flatnonzero(state.batch.objects["carried_since"] >= 0).tolist()
+
+
+def _rename(state: MemoryState, object_row: int, name: str) -> None:
+    """Call an object otherwise, in looks of this step, too; of the others nothing changes."""
+    kind, looks = state.vocabulary.find_type(name), tuple(state.step.looks)
+    called = [state.list_called(look) for look in looks]
+    before_name = state.things[object_row].name
+    batches = _list_changed(state)
+    _note_renamed(state, object_row, name)
+    state.things.rename(object_row, name)
+    for batch in batches:
+        if object_row < batch.objects.num_rows:  # or it comes up in a look
+            batch.set_type(object_row, *kind)
+    state.take_sought([object_row])
+    if state.before is not None:
+        if object_row < state.before.batch.objects.num_rows:
+            state.move_sought(state.before.sought, state.before.batch, [object_row])
+        called_by = dict(zip(looks, called, strict=True))
+        _rename_said(state, before_name, state.things[object_row].name)
+        state.close_looks(lambda look: _rename_in(state, look, called_by[look], object_row, name))
+
+
+def _rename_said(
+    state: MemoryState, before: ThingName, after: ThingName, furniture: int | None = None
+) -> None:
+    """Let what was said of a node be of another name: of all, or that it is at furniture."""
+    between = state.step.between
+    for index, (number, event) in enumerate(between):
+        if not isinstance(event, SaidOf) or not event.name.is_same(before):
+            continue
+        said_at = None if event.statement is None else event.statement.furniture
+        if furniture in (None, said_at):
+            between[index] = number, replace(event, name=after)
+
+
+def _rename_in(
+    state: MemoryState,
+    look: StepLook,
+    called: tuple[list[int], list[list[int]]],
+    object_row: int,
+    name: str,
+) -> StepLook:
+    """Return a look in which an object is called otherwise, of what `list_called` said."""
+    rows, others = called
+    seen = [
+        replace(sighting, description=name, owner=None) if row == object_row else sighting
+        for sighting, row in zip(look.seen, rows, strict=True)
+    ]
+    is_meant = [rows == [object_row] for rows in others]
+    hidden = [
+        Name.read(name) if is_one else before
+        for before, is_one in zip(look.hidden, is_meant, strict=False)
+    ]
+    is_sought = bool(look.sought) and is_meant[-1] and not state.things.has_id(look.sought)
+    sought = name if is_sought else look.sought
+    return replace(look, seen=tuple(seen), hidden=tuple(hidden), sought=sought)
+
+
+def _note_renamed(state: MemoryState, object_row: int, name: str) -> None:
+    """Note that what detectors call an object, where it was seen, is called otherwise.
+
+    Not of several things of one name: ids alone tell which of them that is.
+    """
+    batch, thing = state.batch, state.things[object_row]
+    if thing.id:
+        return
+    edges, places = batch.edges, set[int]()
+    if batch.objects["num_at_once"][object_row] <= 1:
+        is_seen = (edges["object"] == object_row) & (edges["num_true"] > 0)
+        places = {state.furniture.ids[place] for place in edges["furniture"][is_seen].tolist()}
+    state.renamed = rename_given(state.renamed, thing.description, name, places)
+
+
+def _link(state: MemoryState, rows: Collection[int], root: int) -> None:
+    """Let objects be one with another from now on, or, with -1, things of their own."""
+    # Of what was one until now, each was looked for when one of them was.
+    parted = {*rows, *find_roots(state.batch.objects["same_as"])[list(rows)].tolist()}
+    names = [state.things[row].id or state.things[row].description for row in sorted(parted)]
+    of_all = {
+        look: [look, *(replace(look, sought=name) for name in names if name != look.sought)]
+        for look in state.step.looks
+        if root < 0 and look.sought and not parted.isdisjoint(state.find_rows(look.sought))
+    }
+    for batch in _list_changed(state, [*rows, root]):
+        batch.objects["same_as"][list(rows)] = root
+    state.has_merged = bool((state.batch.objects["same_as"] >= 0).any())
+    state.close_looks(lambda look: of_all.get(look, [look]))
+
+
+def _list_changed(state: MemoryState, rows: Collection[int] = ()) -> list[MemoryBatch]:
+    """Return the batches in which to make a change that is no look: now and before the looks.
+
+    Of that before the looks of this step it is a copy, which knows objects of these `rows`. It
+    is left out where an object was asked for, which further looks are about: then the looks
+    so far are of what was known before.
+    """
+    batch = state.batch
+    if not state.keep_looks():
+        return [batch]
+    before = state.copy_before()
+    if max(rows, default=-1) >= before.objects.num_rows:
+        state.add_to(before)
+    return [batch, before]
+
+
+def _split_off(state: MemoryState, object_row: int, place: int, name: str) -> None:
+    """Let what was seen of an object at furniture, by its id, be another thing, of a new name."""
+    position, node = state.furniture.ids.index(place), state.things[object_row].name
+    rows_of = {look: state.list_called(look)[0] for look in state.step.looks}
+    other = state.ensure_object(Name.read(name))
+    _part_said(state, object_row, other, place)
+    batch = state.open_looks(knows_all=True)
+    for table in (batch.edges, batch.positions):
+        is_split_off = (table["object"] == object_row) & (table["furniture"] == position)
+        table["object"][is_split_off] = other
+    split_counts(batch.objects, batch.edges, object_row, other)
+    batch.look_up_prior()  # of the new thing
+
+    def rename_in(look: StepLook) -> StepLook:
+        if look.furniture != place:
+            return look
+        seen = tuple(
+            replace(sighting, description=name, owner=None, id=None)
+            if row == object_row
+            else sighting
+            for sighting, row in zip(look.seen, rows_of[look], strict=True)
+        )
+        return replace(look, seen=seen)
+
+    _rename_said(state, node, ThingName(name), place)
+    state.close_looks(rename_in)
+
+
+def _part_said(state: MemoryState, object_row: int, other: int, place: int) -> None:
+    """Let another thing have what was said of one at furniture, and its pictures there."""
+    thing = state.things[object_row]
+    for row, is_split in ((other, True), (object_row, False)):
+        said = (said for said in thing.statements if (said.furniture == place) == is_split)
+        shown = (shown for shown in thing.pictures if (shown.furniture == place) == is_split)
+        state.things[row] = replace(
+            state.things[row], statements=tuple(said), pictures=tuple(shown)
         )

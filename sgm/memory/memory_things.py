@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sgm.memory.home_rows import make_key
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.memory_state import MemoryState
+from sgm.memory.merged_things import find_roots
 from sgm.memory.noticed_changes import (
     ThingChange,
     ThingEvent,
@@ -31,9 +33,10 @@ from sgm.memory.seen_places import (
 )
 from sgm.memory.sighting import SeenAt, read_embedding
 from sgm.memory.spark_graph import make_spark_graph
-from sgm.memory.thing import ThingName
+from sgm.memory.thing import Thing, ThingName
 from sgm.messages import needed_to, shorten
 from sgm.schema import NEVER
+from sgm.store.past import Past
 
 if TYPE_CHECKING:  # pandas is an extra
     from pandas import DataFrame
@@ -127,10 +130,10 @@ class MemoryThings:
             for object_row in state.find_rows(thing) or state.find_rows(*matches):
                 said, ids = state.get_said(object_row), state.furniture.ids
                 places = list_places(fused, object_row, said, ids)
-                past = None
-                if state.past is not None:
+                past, kept = None, _get_past(state)
+                if kept is not None:
                     is_single = bool(fused.objects["num_at_once"][object_row] <= 1)
-                    runs = state.past.list_runs(state.list_keys(object_row), is_single=is_single)
+                    runs = kept.list_runs(_list_keys(state, object_row), is_single=is_single)
                     past = read_past(runs, state.layout.furniture)
                 found += list_events(fused, said.thing, object_row, places, ids, past)
         return sorted(found, key=lambda event: -event.time)
@@ -139,11 +142,12 @@ class MemoryThings:
         """Return where a thing is known to have been around a time, the earliest first."""
         state = self._state
         with state.lock:
-            if state.past is not None:
+            kept = _get_past(state)
+            if kept is not None:
                 near = [
                     row
                     for object_row in state.find_rows(thing)
-                    for row in state.past.list_near(state.list_keys(object_row), begin, end)
+                    for row in kept.list_near(_list_keys(state, object_row), begin, end)
                 ]
                 return list_sighted(read_past(near, state.layout.furniture))
             return list_arrivals(self.history(thing), self.changes(0), thing)
@@ -171,7 +175,7 @@ class MemoryThings:
                 object_row: list_said_by(fused, object_row, state.get_said(object_row), ids)
                 for object_row in state.list_spoken_of()
             }
-            pictured = state.list_pictured()
+            pictured = _list_pictured(state)
             return list_home(fused, state.layout, state.things.descriptions, said_by, pictured)
 
     def list_seen(
@@ -195,7 +199,7 @@ class MemoryThings:
                 place = state.furniture.position.get(furniture, -2)
                 seen = seen.take((seen.furniture == place) & seen.is_there)
             num_all, seen = len(seen.time), seen.take(seen.choose_latest(most))
-            pictured = state.list_pictured()
+            pictured = _list_pictured(state)
             told = [
                 (
                     state.things[thing].description,
@@ -237,3 +241,21 @@ class MemoryThings:
             labels = dict(zip(self._state.things.descriptions, kinds, strict=True))
             home, layout = self.to_dict(), self._state.layout.copy()
         return make_spark_graph(home, layout, labels)
+
+
+def _list_pictured(state: MemoryState) -> dict[int, Thing]:
+    """Return by row the things of which there are pictures; what was merged is one."""
+    rows = [row for row, thing in enumerate(state.things) if thing.pictures]
+    if rows and state.has_merged:
+        rows = np.unique(find_roots(state.batch.objects["same_as"])[rows]).tolist()
+    return {row: state.get_thing(row) for row in rows}
+
+
+def _get_past(state: MemoryState) -> Past | None:
+    """What knows where things were before; None where that is this memory alone."""
+    return state.file if state.file is not None and state.file.is_held else state.reader
+
+
+def _list_keys(state: MemoryState, object_row: int) -> list[str]:
+    """Return by what a file tells a thing, and what was merged with it, from others."""
+    return [make_key(state.things[row].name) for row in state.list_members(object_row)]

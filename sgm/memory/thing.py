@@ -14,6 +14,7 @@ from sgm.memory.sighting import read_embedding, read_id, read_picture
 from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import read_words
+from sgm.prior.copies import get_copies
 from sgm.schema import RELATIONS
 
 ROBOT = "robot"  # who says what the robot itself did
@@ -407,6 +408,11 @@ class ThingRows:
         key = name.key
         row = self._rows.get(key, -1)
         return ([row] if row >= 0 else []) + self._rows_with_id.get(key, [])
+
+    def is_single(self, row: int, label: str) -> bool:
+        """Tell whether a thing is one alone: it has an id or a number, or homes have one such."""
+        thing = self._things[row]
+        return bool(thing.id or self.read(thing.description).instance) or get_copies(label)[0] == 1
 
     def join(self, members: Sequence[int]) -> Thing:
         """Return the first of some things with what was said of any of them."""
