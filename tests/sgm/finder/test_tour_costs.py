@@ -17,16 +17,17 @@ def solve(prob, first, legs):
     Forwards, by what has been spent: a set of places that was visited, and the last one of them.
     """
     num_cases, num_places = prob.shape
-    spent = np.full((num_cases, 1 << num_places, num_places), np.inf)
+    prob, first, legs = prob.T.copy(), first.T.copy(), legs.transpose(1, 2, 0).copy()
+    spent = np.full((1 << num_places, num_places, num_cases), np.inf)
     for place in range(num_places):
-        spent[:, 1 << place, place] = first[:, place]
-    for been in range(1, 1 << num_places):
+        spent[1 << place, place] = first[place]
+    for been in range(1, (1 << num_places) - 1):
         is_in = [place for place in range(num_places) if been >> place & 1]
-        missing = 1 - prob[:, is_in].sum(axis=1)
-        for place in set(range(num_places)) - set(is_in):
-            further = spent[:, been, is_in] + missing[:, None] * legs[:, is_in, place]
-            spent[:, been | 1 << place, place] = further.min(axis=1)
-    return spent[:, -1].min(axis=1)
+        out = [place for place in range(num_places) if not been >> place & 1]
+        missing = 1 - prob[is_in].sum(axis=0)
+        further = spent[been, is_in][:, None] + missing * legs[np.ix_(is_in, out)]
+        spent[[been | 1 << place for place in out], out] = further.min(axis=0)
+    return spent[-1].min(axis=0)
 
 
 def sample_case(rng, kind, num_places):
