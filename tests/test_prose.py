@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -143,20 +144,24 @@ def test_the_glossary_has_some_twenty_words_in_one_sense():
     assert [word for word in words if word.lower() not in pages] == []
 
 
-def list_modules(folder: str) -> list[Path]:
-    return sorted((ROOT / folder).rglob("*.py"))
+@cache
+def list_texts(folder: str) -> list[tuple[str, str, bool]]:
+    """Docstrings, comments and messages: where, the text, and whether it is a docstring."""
+    return [
+        (f"{path.relative_to(ROOT)}:{line}", text, texts is list_docstrings)
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        for source in [path.read_text("utf-8")]
+        for texts in (list_docstrings, list_comments, list_messages)
+        for line, text in texts(source)
+    ]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", CODE)
 def test_words_that_are_out_are_in_no_docstring_comment_or_message(folder):
     found = []
-    for path in list_modules(folder):
-        source = path.read_text("utf-8")
-        for texts in (list_docstrings, list_comments, list_messages):
-            for line, text in texts(source):
-                words = IS_OUT.findall(re.sub(r"`[^`]*`", "", text))
-                found += [f"{path.relative_to(ROOT)}:{line}: {word}" for word in words]
+    for where, text, _ in list_texts(folder):
+        found += [f"{where}: {word}" for word in IS_OUT.findall(re.sub(r"`[^`]*`", "", text))]
     assert found == []
 
 
@@ -164,18 +169,11 @@ def test_words_that_are_out_are_in_no_docstring_comment_or_message(folder):
 @pytest.mark.parametrize("folder", CODE)
 def test_sentences_of_the_code_are_short(folder):
     counts, long = [], []
-    for path in list_modules(folder):
-        source = path.read_text("utf-8")
-        for texts, split in (
-            (list_docstrings, list_docstring_sentences),
-            (list_comments, list_thoughts),
-            (list_messages, list_thoughts),
-        ):
-            for line, text in texts(source):
-                for sentence in split(text):
-                    counts.append(count_words(drop_formulas(sentence)))
-                    if counts[-1] > MOST_WORDS:
-                        long.append(f"{path.relative_to(ROOT)}:{line}: {sentence}")
+    for where, text, is_docstring in list_texts(folder):
+        for sentence in (list_docstring_sentences if is_docstring else list_thoughts)(text):
+            counts.append(count_words(drop_formulas(sentence)))
+            if counts[-1] > MOST_WORDS:
+                long.append(f"{where}: {sentence}")
     assert long == []
     assert sum(counts) / len(counts) <= MEAN_WORDS
 
