@@ -70,6 +70,9 @@ def read_sentences(
         if sentence.kind not in WHERE_KINDS or not sentence.things:
             unclear = Unclear("ambiguous", asking.say("another question"), (), text)
         for name in sentence.things or (text,):
+            is_part = len(sentence.things) > 1  # "did the phone move, the green one"
+            if is_part and memory.read_sentence(name).kind not in WHERE_KINDS:
+                unclear = Unclear("ambiguous", asking.say("another question"), (), name)
             meant, several = list_all(memory, finder, name, asking)
             things += meant
             unclear = unclear or several

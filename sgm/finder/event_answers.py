@@ -9,11 +9,13 @@ from typing import Any
 from sgm.finder.answers import Answered, ChangeRow, EventRow, WhereIs, WhereOne
 from sgm.finder.asked_things import count_step, count_steps, is_present
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear, doubt, tell_doubt
+from sgm.finder.said_places import find_said_places
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.asking import Asking, make_asking
-from sgm.names.phrase import make_phrase_reader
+from sgm.names.phrase import BEYOND, make_phrase_reader
 from sgm.names.resolution import Resolution
 from sgm.names.sentence import Sentence
+from sgm.names.words import POSSESSIVE
 
 _MOST_ROWS = 20
 
@@ -55,6 +57,22 @@ class EventAnswers:
             raise Unclear("ambiguous", self._asking.ask_which(near), near, thing)
         return resolution
 
+    def _find_places(self, where: str) -> list[int]:
+        if self._phrases.find_relation(where) == BEYOND:
+            raise Unclear("ambiguous", self._say("no relation", where=where), ())
+        places = find_said_places(self._memory, where)
+        unread = self._phrases.find_negations(where)
+        if unread and places:  # "on the desk and not on the desk"
+            raise Unclear("ambiguous", self._asking.tell_unused(unread), ())
+        if not places:
+            self._refuse_place(where)
+        return places
+
+    def _refuse_place(self, where: str) -> None:
+        """Raise Unclear for a place that there is not."""
+        _, name = self._phrases.split_where(where)
+        raise Unclear("ambiguous", self._say("no place", name=name), ())
+
     def _get_only(self) -> str:
         """Return the one thing that is asked for."""
         things = self._sentence.things
@@ -94,6 +112,44 @@ class EventAnswers:
         where = self._asking.say_the(seen.name)
         said = self._say("last seen", name, where=where, when=seen.at.words)
         return self._make(said, where=(drop_also(found),))
+
+    def _tell_when_at(self) -> Answered:
+        """Say when a thing was last seen at a place."""
+        thing = self._get_only()
+        phrase = self._phrases.read(thing)
+        if not phrase.where or not phrase.name or phrase.excluded:
+            raise Unclear("unknown", self._say("no question"), ())
+        resolution = self._resolve_one(phrase.name)
+        places = self._find_places(phrase.where)
+        begin, end = self._find_span()
+        listed = self._calls.history(phrase.name, self._calls.most_rows)
+        rows = [
+            row
+            for row in listed.rows
+            if row.what in ("seen", "put_down")
+            and row.place in places
+            and begin <= row.at.step <= end
+        ]
+        name = self._name(phrase.name, resolution.matches)
+        if not rows:
+            return self._make(self._say("never seen there", name, where=phrase.where))
+        last = max(rows, key=lambda row: row.at.step)
+        return self._make(self._tell_event(last), events=(last,))
+
+    def _tell_whose(self) -> Answered:
+        """Say whose a thing is, where its name says so."""
+        self._refuse_time()
+        resolution = self._resolve(self._get_only())
+        return self._make(self._tell_owners(resolution))
+
+    def _tell_owners(self, resolution: Resolution) -> str:
+        """Say whose the things are that a name means."""
+        told = []
+        for name in resolution.matches[:MOST_CANDIDATES]:
+            owner, is_owned, _ = name.partition(f"{POSSESSIVE} ")
+            owner = owner.split()[-1].capitalize()
+            told.append(self._say("owner" if is_owned else "no owner", name, owner=owner))
+        return " ".join(told)
 
     def _tell_when_moved(self) -> Answered:
         """Say when a thing was moved last; with a place, to where it is."""

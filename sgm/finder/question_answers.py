@@ -6,31 +6,29 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 
-from sgm.finder.answers import Answered, ThingRow, WhereIs, WhereOne
+from sgm.finder.answers import Answered, WhereOne
 from sgm.finder.asked_things import (
     MOST_THINGS,
     WHERE_KINDS,
     AskedThings,
-    count_steps,
     read_sentences,
 )
-from sgm.finder.event_answers import EventAnswers, drop_also
+from sgm.finder.event_answers import drop_also
 from sgm.finder.meanings import MOST_CANDIDATES, Unclear
 from sgm.finder.past_places import find_past_places
-from sgm.finder.ranking import count_present
+from sgm.finder.place_answers import LIKELY, PlaceAnswers, list_answers
 from sgm.finder.said_places import find_said_places
+from sgm.names.clauses import Known
 from sgm.names.free_reading import make_free_reader
-from sgm.names.phrase import BEYOND
+from sgm.names.modifiers import COLOURS, spell
 from sgm.names.resolution import Resolution
 from sgm.names.sentence import Sentence
 from sgm.names.words import POSSESSIVE, normalize
 
-_SURE, _LIKELY = 0.9, 0.5  # probabilities from which on it "is" there, and "is probably"
-_MOST_ROWS = 20
-_MOST_TOLD = 10  # things at a place that are named
+_SURE = 0.9  # probability from which on it "is" there
 
 
-class QuestionAnswers(EventAnswers):
+class QuestionAnswers(PlaceAnswers):
     """Answers sentences by the calls of a service that only read.
 
     The kinds are those of the table of questions (`sentences.txt`), the answers are written by that
@@ -56,12 +54,15 @@ class QuestionAnswers(EventAnswers):
         names = map(normalize, self._memory.descriptions)
         owned = (name.partition(f"{POSSESSIVE} ") for name in names)
         owners = frozenset(owner for owner, is_owned, _ in owned if is_owned)
-        known = (self._text, cache(self._find_surely), cache(self._find_place_names), owners)
-        for text in reader.find_only(*known):
+        layout = self._memory.layout
+        places = map(layout.describe, layout.furniture)
+        words = frozenset(" ".join((*self._memory.descriptions, *places)).casefold().split())
+        known = Known(cache(self._find_surely), cache(self._find_place_names), owners, words)
+        for text in reader.find_only(self._text, known):
             sentence = self._read_sentence(text)
             if sentence.kind not in ("thing", "command"):
                 yield sentence
-        read = reader.read(*known)
+        read = reader.read(self._text, known)
         if read is not None:
             things = [self._read_sentence(thing).things for thing in read.things]
             yield read._replace(things=tuple(name for named in things for name in named))
@@ -86,6 +87,7 @@ class QuestionAnswers(EventAnswers):
         """Answer the sentence as it was read."""
         kind = self._sentence.kind
         try:
+            self._refuse_colour()
             if kind in (
                 "is_at",
                 "is_there",
@@ -94,8 +96,10 @@ class QuestionAnswers(EventAnswers):
                 "which",
                 "room",
                 "when",
+                "when_at",
                 "when_moved",
                 "who",
+                "whose",
                 "moved",
                 "history",
             ):
@@ -119,13 +123,13 @@ class QuestionAnswers(EventAnswers):
         answer = self._calls.tell_asked(asked)
         meant = [
             (name, self._list_meant(found))
-            for name, found in zip(asked.things, _list_answers(answer), strict=True)
+            for name, found in zip(asked.things, list_answers(answer), strict=True)
         ]
         if any(names for _, names in meant):
             things = dict.fromkeys(thing for name, names in meant for thing in names or (name,))
             is_exact = all(names for _, names in meant)
             answer = self._calls.tell_asked(asked._replace(things=tuple(things), is_exact=is_exact))
-        answers = _list_answers(answer)
+        answers = list_answers(answer)
         if answer.status != "ok":
             unclear = Unclear(answer.status, answer.ask, answer.candidates)
             return self._make(answer.ask, unclear, where=tuple(answers), at=answer.at)
@@ -146,6 +150,19 @@ class QuestionAnswers(EventAnswers):
         found = self._calls.where_is(meant.matches[0])
         chance = found.places[0].probability if found.places else 0.0
         return self._make(meant.contradiction, where=(drop_also(found),), probability=chance)
+
+    def _refuse_colour(self) -> None:
+        """Raise Unclear where a colour is said that is not known of the thing."""
+        for thing in self._sentence.things:
+            found: Resolution = self._calls.finder.resolve(self._memory, thing)
+            if not found.says_less or found.is_ambiguous:
+                continue
+            said = {spell(word) for name in found.matches for word in name.split()}
+            words = [word for word in thing.split() if spell(word) in COLOURS - said]
+            if words:
+                near = found.matches[:MOST_CANDIDATES]
+                ask = f"{self._say('no such', name=self._asking.strip_article(thing))} "
+                raise Unclear("ambiguous", ask + self._asking.ask_which(near), near, thing)
 
     def _list_meant(self, found: WhereOne) -> tuple[str, ...]:
         """List the things that a name means, where they are few and have names of their own."""
@@ -169,7 +186,7 @@ class QuestionAnswers(EventAnswers):
         if best is None or found.elsewhere > best.probability:
             return self._say("elsewhere", name, percent=_percent(found.elsewhere))
         sure = "sure" if best.probability >= _SURE else "likely"
-        sure = sure if best.probability >= _LIKELY else "perhaps"
+        sure = sure if best.probability >= LIKELY else "perhaps"
         where, percent = self._asking.say_the(best.name), _percent(best.probability)
         said = self._say(f"{tense} {sure}", name, where=where, percent=percent)
         return f"{said}{self._tell_number(found)}"
@@ -178,7 +195,7 @@ class QuestionAnswers(EventAnswers):
         """Say that more than one thing of that name is known, and where they may be."""
         if found.num_known is None:
             return ""
-        likely = [place for place in found.places if place.probability >= _LIKELY]
+        likely = [place for place in found.places if place.probability >= LIKELY]
         if len(likely) < 2:
             return f" {self._say('all', number=found.num_known)}"
         told = [
@@ -196,7 +213,8 @@ class QuestionAnswers(EventAnswers):
             return self._tell_is_at_either(first, others)
         phrases = [self._phrases.read(thing) for thing in self._sentence.things]
         said_where = phrases[-1].where if phrases else ""
-        if not said_where or any(not phrase.name or phrase.excluded for phrase in phrases):
+        twice = any(p.is_not_there and self._phrases.read(p.name).where for p in phrases)
+        if not said_where or twice or any(not p.name or p.excluded for p in phrases):
             raise Unclear("unknown", self._say("no question"), ())
         told = [
             self._tell_thing_at(phrase.name, phrase.where or said_where, past) for phrase in phrases
@@ -225,7 +243,7 @@ class QuestionAnswers(EventAnswers):
         found = self._calls.where_is(phrase.name, speaker=self._speaker)
         chance = self._compute_chance(phrase.name, places)
         told = self._tell_place(found, "is")
-        if chance < _LIKELY:
+        if chance < LIKELY:
             where = self._asking.join([phrase.where, *others])
             told = f"{self._say('no', where=where, percent=_percent(chance))} {told}"
         return self._make(told, where=(drop_also(found),), probability=chance)
@@ -240,7 +258,7 @@ class QuestionAnswers(EventAnswers):
         chance = self._compute_chance(thing, places)
         found = self._calls.where_is(thing, speaker=self._speaker)
         name = self._name(found.thing, found.taken_for)
-        if chance < _LIKELY:
+        if chance < LIKELY:
             best = self._tell_place(found, "is")
             no = f"{self._say('no', where=where, percent=_percent(chance))} {best}"
             return self._make(no, where=(drop_also(found),), probability=chance)
@@ -251,7 +269,7 @@ class QuestionAnswers(EventAnswers):
             )
             return self._make(told, where=(drop_also(found),), probability=chance)
         chances = {match: self._compute_chance(match, places) for match in found.taken_for}
-        likely = [match for match in found.taken_for if chances[match] >= _LIKELY]
+        likely = [match for match in found.taken_for if chances[match] >= LIKELY]
         if len(found.taken_for) == 1 or not likely:
             likely, chances = [name], {name: chance}
         yes = [
@@ -259,9 +277,9 @@ class QuestionAnswers(EventAnswers):
             for match in likely
         ]
         if resolution.quantity and len(resolution.matches) <= MOST_THINGS:  # "are all mugs there?"
-            away = [match for match in resolution.matches if chances.get(match, 0.0) < _LIKELY]
+            away = [match for match in resolution.matches if chances.get(match, 0.0) < LIKELY]
             asked = AskedThings(things=tuple(away), is_exact=True)
-            others = _list_answers(self._calls.tell_asked(asked)) if away else []
+            others = list_answers(self._calls.tell_asked(asked)) if away else []
             yes += [self._tell_place(other, "is") for other in others]
         return self._make(" ".join(yes), where=(drop_also(found),), probability=chance)
 
@@ -272,18 +290,6 @@ class QuestionAnswers(EventAnswers):
             if place.furniture in places:
                 missing *= 1 - place.probability
         return 1 - missing
-
-    def _find_past(self) -> tuple[int, int] | None:
-        """Return the time steps of a time that has passed; None where the present is meant."""
-        said, clock, now = self._sentence.time, self._memory.clock, self._memory.time
-        if said is None or clock is None or said.link != "at":
-            self._refuse_time()
-            return None
-        begin, end = said.find(clock.get_time(now), "past")
-        if end >= clock.get_time(now):
-            self._refuse_time()
-            return None
-        return count_steps(self._memory, begin, end)
 
     def _tell_was_at(
         self, resolution: Resolution, past: tuple[int, int], where: str, places: Sequence[int]
@@ -300,7 +306,7 @@ class QuestionAnswers(EventAnswers):
         at = self._calls.tell_time(past[1], self._memory.time)
         chance = min(sum(found.probability for found in was if found.furniture in places), 1.0)
         percent = _percent(chance)
-        if chance >= _LIKELY:
+        if chance >= LIKELY:
             said = self._say("yes then", name, where=where, percent=percent)
             return self._make(said, probability=chance, at=at)
         said = self._say("no", where=where, percent=percent)
@@ -314,117 +320,14 @@ class QuestionAnswers(EventAnswers):
 
     def _tell_is_there(self) -> Answered:
         """Say whether there is a thing, and where."""
-        if self._phrases.read(self._get_only()).where:
+        things = self._sentence.things
+        if things and self._phrases.read(things[-1]).where:
             return self._tell_is_at()
         self._refuse_time()
         answered = self._tell_where()
-        if answered.status == "ok" and (answered.probability or 0.0) >= _LIKELY:
+        if answered.status == "ok" and (answered.probability or 0.0) >= LIKELY:
             return replace(answered, said=f"{self._say('yes alone')} {answered.said}")
         return answered
-
-    def _say_places(self, where: str, places: Sequence[int]) -> str:
-        """Return the words of a place, as they were said, or as the language calls that place."""
-        if not self._asking.is_translated:
-            return where
-        layout = self._memory.layout
-        rooms = {str(layout.rooms[layout.furniture[place].room]) for place in places}
-        name = layout.describe(places[0]) if len(places) == 1 else next(iter(rooms))
-        return self._asking.translate(name)
-
-    def _tell_count(self) -> Answered:
-        """Say how many things of a kind there are, here or at a place."""
-        self._refuse_time()
-        places = self._find_places(self._sentence.where) if self._sentence.where else None
-        if self._sentence.things:
-            rows = [row for row in self._list_rows(self._get_only()) if row.is_there]
-            rows = [row for row in rows if places is None or row.place in places]
-        else:
-            rows = self._list_at(places or ())
-        names = [row.thing for row in rows]
-        if not rows:
-            return self._make(self._say("none"))
-        told = self._asking.list_names(names, "and")
-        number = count_present(self._memory.ask(list(dict.fromkeys(names))), places)
-        return self._make(self._say("count", number=number, names=told), things=tuple(rows))
-
-    def _list_rows(self, thing: str) -> Sequence[ThingRow]:
-        resolution = self._resolve(thing)
-        found = [
-            self._calls.list_things(kind=name, k=_MOST_ROWS).rows for name in resolution.matches
-        ]
-        rows = {(row.thing, row.place): row for listed in found for row in listed}
-        return [row for row in rows.values() if row.thing in resolution.matches]
-
-    def _find_places(self, where: str) -> list[int]:
-        if self._phrases.find_relation(where) == BEYOND:
-            raise Unclear("ambiguous", self._say("no relation", where=where), ())
-        places = find_said_places(self._memory, where)
-        if not places:
-            self._refuse_place(where)
-        return places
-
-    def _refuse_place(self, where: str) -> None:
-        """Raise Unclear for a place that there is not."""
-        _, name = self._phrases.split_where(where)
-        raise Unclear("ambiguous", self._say("no place", name=name), ())
-
-    def _tell_what_at(self) -> Answered:
-        """Say what is or was at a place, or in a room: "what is on the desk but the lamp?"."""
-        past = self._find_past()
-        where = self._sentence.where
-        phrase = self._phrases.read(where)
-        if phrase.excluded or phrase.is_not_there:
-            where = phrase.name or where
-        left_out = {name for thing in phrase.excluded for name in self._resolve(thing).matches}
-        places = self._find_places(where)
-        if phrase.is_not_there:  # "in the garage but not on the workbench"
-            away = self._find_places(phrase.where)
-            places = [place for place in places if place not in away]
-        if past is not None:
-            return self._tell_what_was_at(where, places, past, left_out)
-        rows = [row for row in self._list_at(places) if row.thing not in left_out]
-        return self._tell_rows(where, places, rows)
-
-    def _tell_what_was_at(
-        self, where: str, places: Sequence[int], past: tuple[int, int], left_out: set[str]
-    ) -> Answered:
-        """Say what is known to have been at a place in a time that has passed."""
-        names = [name for name in self._memory.descriptions if name not in left_out]
-        was = [
-            name
-            for name in names
-            for found in find_past_places(self._memory, name, *past)
-            if found.furniture in places and found.probability >= _LIKELY
-        ]
-        at, where = (
-            self._calls.tell_time(past[1], self._memory.time),
-            self._say_places(where, places),
-        )
-        if not was:
-            return self._make(self._say("nothing then", where=where), at=at)
-        told = self._asking.list_names(was, "and", plain=True, most=_MOST_TOLD)
-        named = tuple(was[:MOST_THINGS])
-        asked = AskedThings(things=named, span=past, is_past=True, is_exact=True)
-        answers = _list_answers(self._calls.tell_asked(asked))
-        return self._make(
-            self._say("things then", where=where, names=told), where=tuple(answers), at=at
-        )
-
-    def _tell_rows(self, where: str, places: Sequence[int], rows: Sequence[ThingRow]) -> Answered:
-        asked_on = self._phrases.find_relation(where) == "onTop" and not self._asking.is_translated
-        inside = [row for row in rows if asked_on and row.relation == "in"]
-        others = [row for row in rows if row not in inside]
-        told = [self._tell_names(self._say_places(where, places), others)]
-        if inside:  # "what is on the fridge?"
-            told.append(self._tell_names(self._phrases.say_inside(where), inside))
-        return self._make(" ".join(told), things=(*others, *inside))
-
-    def _tell_names(self, where: str, rows: Sequence[ThingRow]) -> str:
-        """Say what is at a place, by its words."""
-        if not rows:
-            return self._say("nothing there", where=where)
-        told = self._asking.list_names([row.thing for row in rows], "and", True, _MOST_TOLD)
-        return self._say("things there", where=where, names=told)
 
     def _is_inside(self, thing: str, said: str, places: Sequence[int]) -> bool:
         """Tell whether a thing is in what it is asked to be on, as far as is known."""
@@ -432,22 +335,6 @@ class QuestionAnswers(EventAnswers):
             return False
         ranked = self._calls.finder.rank(self._memory, thing)
         return all(place.relation == "in" for place in ranked if place.furniture in places)
-
-    def _list_at(self, places: Sequence[int]) -> list[ThingRow]:
-        """List what is at places."""
-        return [
-            row for place in places for row in self._calls.list_things(place, k=_MOST_ROWS).rows
-        ]
-
-    def _tell_which(self) -> Answered:
-        """Say which of the things of a kind are at a place: "what food is in the fridge?"."""
-        self._refuse_time()
-        phrase = self._phrases.read(self._get_only())
-        if not phrase.where or not phrase.name or phrase.excluded:
-            raise Unclear("unknown", self._say("no question"), ())
-        places = self._find_places(phrase.where)
-        found = [row for row in self._list_rows(phrase.name) if row.is_there]
-        return self._tell_rows(phrase.where, places, [row for row in found if row.place in places])
 
     def _tell_room(self) -> Answered:
         """Say in which room things are; of several that a name means, each."""
@@ -487,8 +374,3 @@ class QuestionAnswers(EventAnswers):
 
 def _percent(probability: float) -> str:
     return f"{probability:.0%}"
-
-
-def _list_answers(answer: WhereIs) -> list[WhereOne]:
-    """List the answers of a call about one thing or several."""
-    return [answer, *(answer.also or ())]

@@ -61,7 +61,9 @@ def _find_likely(memory: SceneGraphMemory, words: str) -> list[int]:
     furniture = memory.layout.furniture
     meant = memory.resolve(words, among=[node.description for node in furniture.values()])
     last = words.split()[-1]
-    if meant.unused or (meant.says_less and is_property(spell(last))):
+    if meant.how == "part of the name":  # "sofa like"
+        return []
+    if meant.unused or meant.where or (meant.says_less and is_property(spell(last))):
         return []
     if not meant.matches and words == last:  # "the drawer", where a desk drawer is the only one
         key = make_key([last])

@@ -45,6 +45,7 @@ class ContextReader:
         self._sentences = sentences
         language = sentences.language
         self._joins = language.list_words("and") | language.list_words("clause joins") | {","}
+        self._parts = language.list_words("and") - {","}
         self._finite = language.list_words("finite")
         self._asked = re.compile(rf"^{language.compile_section('asked')}(?= |$)")
         without = {phrase for phrase in language.list_phrases("but") if " " not in phrase}
@@ -104,6 +105,9 @@ class ContextReader:
     def is_all(self, said: PartedQuestion, name: str) -> bool:
         """Tell whether a name is all that was said of a thing: no "mug on the desk"."""
         before, _, after = said.words.partition(f" {name}")
+        beside = {*before.split()[-1:], *after.split()[:1]}
+        if not self._parts.isdisjoint(beside):  # "the pliers and a zorb"
+            return False
         return not (self._links.match(after) or self._tells((before + after).split()))
 
     def _tells(self, words: Sequence[str]) -> bool:

@@ -161,13 +161,19 @@ class NameIndex:
         sentence = self._read_context(question) or self._sentences.read(question)
         named = self._find_named(question)
         things = [
-            self._name_speaker(self._phrases.name_person(part, named), speaker)
+            self._name_speaker(self._name_person(part, named), speaker)
             for thing in sentence.things
             for part in self._sentences.part(thing, self._is_name, self._is_property)
         ]
         if sentence.is_corrected:
             things = things[-1:]
         return sentence._replace(things=tuple(things))
+
+    def _name_person(self, thing: str, person: str) -> str:
+        """Say whose "her phone" is, where it is known of one that it is of that person."""
+        named = self._phrases.name_person(thing, person)
+        is_known = named == thing or bool(self.resolve(named).matches)
+        return named if is_known else thing
 
     def _find_named(self, question: str) -> str:
         """Find the one owner of things whom a question names; empty without one, or with more."""

@@ -77,6 +77,7 @@ class PhraseReader:
             (name, re.compile(f"^{compiled(name)}(?= )")) for name in ("both", "every")
         ]
         self._numbers = language.read_pairs("numbers")
+        self._negations = language.list_words("not")
         that_is, negation, but = compiled("that is"), compiled("not"), compiled("but")
         articles = compiled("articles")
         x, y = "(?P<x>(?: [^ ]+)+?)", "(?P<y>(?: [^ ]+)+)"
@@ -214,7 +215,8 @@ class PhraseReader:
         phrase = self._read_words(x) if x else Phrase(name="")
         place = self._where.match(y)
         if place is not None:  # "the mug that is not on the desk"
-            return phrase._replace(where=y.strip(), is_not_there=True)
+            name = f"{phrase.name} {phrase.where}".strip()  # two places are no name
+            return phrase._replace(name=name, where=y.strip(), is_not_there=True)
         head = phrase.name
         others = tuple(self._list_excluded(y))
         is_any = phrase.pronoun in self._any and not phrase.where
@@ -294,6 +296,10 @@ class PhraseReader:
     def list_unused(self, name: str) -> tuple[str, ...]:
         """List the words of a name that no name has, "and", "is", "who"."""
         return tuple(word for word in self._split_words(name) if word in self._function_words)
+
+    def find_negations(self, where: str) -> tuple[str, ...]:
+        """Find the words of a place that say that something is not there."""
+        return tuple(word for word in where.split() if word in self._negations)
 
     def split_any(self, name: str) -> list[str]:
         """Return what "anything red" says of a thing that it does not name; else nothing."""

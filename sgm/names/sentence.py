@@ -18,7 +18,12 @@ _ENDS = '?!.;:\u2026"\u201c\u201d'
 _LABEL = re.compile(r"\b[^\W_]+(?:_[^\W_]+)*_\d+\b")  # of a tracker, which is one word: "mug_3"
 _LINE = "\u23af"  # in place of its "_", which is a space in any other name
 _DASHES = frozenset("-\u2013\u2014")  # between clauses
-_IN_PLACE = frozenset(("where", "is_at", "which", "who", "when_moved"))  # a place is of the thing
+_IN_PLACE = frozenset(
+    ("where", "is_at", "which", "who", "when_at", "when_moved")
+)  # a place is of the thing
+_SMILEY = re.compile(r"[()<>^;:*'_\-|\[\]]+|[:;=x]-?[()dp]+")
+# Kinds that say nothing of where something is.
+_EVENTS = frozenset(("who", "when", "when_at", "when_moved", "moved", "count", "whose", "history"))
 _LONGEST_SHORTENED = 3  # letters and a point: "no. 4"
 _APOSTROPHE = "\u2019"
 _SLASH = re.compile(r"(?<=[^\W\d_]{2})/(?=[^\W\d_]{2})")
@@ -29,7 +34,8 @@ class Sentence(NamedTuple):
 
     Attributes:
         kind: "thing" of a name alone; else of the table of questions: "where", "past", "future",
-            "when", "when_moved", "who", "moved", "history", "changes", "count", "what_at", "which",
+            "when", "when_at", "when_moved", "who", "whose", "moved", "history", "changes", "count",
+            "what_at", "which",
             "is_at", "is_there", "room", "place"; "command" of what is no question.
         things: what is asked for, each in words of its own ("red mug", "blue mug").
         where: of `what_at` and `count`, "in the fridge".
@@ -62,6 +68,12 @@ class SentenceReader:
         self.language = language
         self._times = TimeReader(language)
         self._short = language.read_pairs("short forms")
+        self._relatives = {phrase.split()[0] for phrase in language.list_phrases("that is")}
+        self._after_participle = language.list_words("after a participle")
+        self._participles = tuple(language.list_phrases("participle endings"))
+        self._where_words = language.list_words("where words")
+        self._contracted = language.list_words("after a contraction")
+        self._is = next(iter(language.list_phrases("contraction")), "")
         self._fillers = language.list_words("fillers")
         prefixes = "|".join(map(re.escape, language.list_words("not"))) or "(?!)"
         self._prefixes = re.compile(rf"\b({prefixes})-(?=\w)")  # "non-red"
@@ -117,6 +129,7 @@ class SentenceReader:
             return Sentence(kind="thing", things=(text,), text=text)
         words = [word for word in words if word not in self._fillers] or words
         words, is_corrected = self._correct(words)
+        whole = set(words)
         tense = self._find_tense(words)
         padded = self.strip_chat(pad_words(words))
         words, time = self._times.split(padded.split())
@@ -124,6 +137,9 @@ class SentenceReader:
             return Sentence(kind="thing", things=(text,), text=text)
         padded = self.strip_chat(pad_words(words))
         kind, asked, where = self._match(padded)
+        stripped = whole - set(padded.split())
+        if kind in _EVENTS and not self._where_words.isdisjoint(stripped):  # "and where is it"
+            return Sentence(kind="command", things=(), time=time, tense=tense, text=padded.strip())
         if kind == "thing" and self._is_command(padded):
             return Sentence(kind="command", things=(), time=time, tense=tense, text=padded.strip())
         if kind in _IN_PLACE:  # "is the remote still on the sofa?"
@@ -164,11 +180,25 @@ class SentenceReader:
                 words.append(",")
             elif word in self._short:
                 words += self._short[word].split()
-            elif word and word not in _ENDS:
+            elif word in self._contracted and words and words[-1].endswith(POSSESSIVE):
+                words[-1:] = [words[-1].removesuffix(POSSESSIVE), self._is, word]  # "keys's not"
+            elif word and word not in _ENDS and not (words and _SMILEY.fullmatch(word)):
                 words.append(word)
                 if token[-1] in ".;:" and word != token:
                     words.append(",")
-        return words[:-1] if words[-1:] == [","] else words
+        words = words[:-1] if words[-1:] == [","] else words
+        return self._write_out(words)
+
+    def _write_out(self, words: list[str]) -> list[str]:
+        """Write "anna is looking for" of "anna's looking for"; no "anna's reading glasses"."""
+        for place in range(1, len(words)):
+            before, word = words[place - 1], words[place]
+            after = words[place + 1] if place + 1 < len(words) else ""
+            is_verb = word.endswith(self._participles) if self._participles else False
+            if is_verb and before.endswith(POSSESSIVE) and after in self._after_participle:
+                is_said = [before.removesuffix(POSSESSIVE), self._is]
+                return [*words[: place - 1], *is_said, *self._write_out(words[place:])]
+        return words
 
     def is_chat(self, text: str) -> bool:
         """Tell whether a text says nothing: "thanks!"; "where is it?" does."""
@@ -203,11 +233,18 @@ class SentenceReader:
         """Return the kind of a question, what it asks for and where."""
         for kind, pattern in self.language.questions:
             found = pattern.match(padded)
-            if found:
+            said = found.groupdict("").get("thing", "").split() if found else []
+            # No "saw and kettle", no "mug that is not on the desk".
+            is_part = not (
+                self._joins.isdisjoint(said[:1]) and self._relatives.isdisjoint(said[-1:])
+            )
+            if found and not is_part:
                 slots = found.groupdict("")
                 thing, where = slots.get("thing", ""), slots.get("where", "")
                 if "owner" in slots:  # "how many keys does Tom have?"
                     thing = f"{slots['owner']}{POSSESSIVE}{thing or self._belongings}"
+                if "quality" in slots:  # "whose phone is the black one"
+                    thing = f"{slots['quality']}{thing}"
                 if "place" in slots:  # "the contents of the fridge"
                     where = f" {self._in}{slots['place']}"
                 return kind, thing, where

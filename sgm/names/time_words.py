@@ -62,6 +62,10 @@ class TimeSaid(NamedTuple):
         if self.hours is None:
             return (day, min(now, day + _DAY)) if day <= now else (day, day + _DAY)
         begin, end = self._bound_hours(day)
+        half = timedelta(hours=12)
+        if tense == "past" and begin == end and now < begin <= now + half and begin.hour >= 12:
+            if self.day is not None:  # "at six today", said at nine
+                return begin - half, end - half
         if self.day is None and self.weekday is None:  # the hour alone
             if tense == "past" and begin > now:
                 begin, end = begin - _DAY, end - _DAY
@@ -94,6 +98,8 @@ class TimeReader:
         self._units = _make_phrases(language.read_pairs("units"))
         self._numbers = _make_phrases(language.read_pairs("numbers"))
         self._clock = _make_phrases(language.read_pairs("clock"))
+        self._minutes = _make_phrases(language.read_pairs("minutes"))
+        self._fractions = _make_phrases(language.read_pairs("parts of an hour"))
         days = [line.split("|") for line in language.list_lines("days")]
         names = {name.strip(): str(number) for line in days for number, name in enumerate(line)}
         self._days = _make_phrases(names)
@@ -110,6 +116,9 @@ class TimeReader:
         tables = (self._named, self._parts, self._units, self._clock, self._days)
         self._signals = frozenset(phrase[-1] for table in tables for phrase, _ in table)
         self._signals |= {word for _, *sides in self._counted for side in sides for word in side}
+        self._signals |= {
+            phrase[-1] for phrase, _ in (*self._numbers, *self._fractions, *self._minutes)
+        }
 
     def split(self, words: Sequence[str]) -> tuple[list[str], TimeSaid | None]:
         """Split a time from the end or the beginning of words."""
@@ -207,24 +216,32 @@ class TimeReader:
         self, words: Sequence[str], place: int, has_link: bool
     ) -> tuple[int, dict[str, Any]]:
         """Read "5 pm", "17:30", and "5" where a link stands before it."""
+        part, more = _match(self._fractions, words, place)
+        if part and has_link:  # "half past seven"
+            length, told = self._read_clock(words, place + part, has_link)
+            if not length:
+                return 0, {}
+            hour = told["hours"][0] + float(more)
+            return part + length, {"hours": (hour, hour)}
         said = words[place] if place < len(words) else ""
         spoken = dict(_join(self._numbers)).get(said, "") if has_link else ""  # "at nine"
         found = _CLOCK.fullmatch(spoken or said)
         if found is None:
             return 0, {}
-        length, value = _match(self._clock, words, place + 1)
+        minutes, spoken_minutes = _match(self._minutes, words, place + 1) if spoken else (0, "")
+        length, value = _match(self._clock, words, place + 1 + minutes)
         if found["half"]:
             length, value = 0, dict(_join(self._clock)).get(found["half"], "-1")
         if not (length or found["half"] or found["minutes"] or has_link):
             return 0, {}
-        hour = int(found["hour"]) + int(found["minutes"] or 0) / 60
+        hour = int(found["hour"]) + int(found["minutes"] or spoken_minutes or 0) / 60
         if value == "12" and hour < 12:
             hour += 12
         elif value == "0" and hour >= 12:
             hour -= 12
-        elif not value and not found["minutes"] and hour < _EARLIEST:
+        elif value in ("", "-1") and not found["minutes"] and hour < _EARLIEST:
             hour += 12  # "at five" is in the afternoon
-        return (1 + length, {"hours": (hour, hour)}) if hour <= 24 else (0, {})
+        return (1 + minutes + length, {"hours": (hour, hour)}) if hour <= 24 else (0, {})
 
 
 def _agree(found: dict[str, Any], said: dict[str, Any]) -> bool:
@@ -234,6 +251,12 @@ def _agree(found: dict[str, Any], said: dict[str, Any]) -> bool:
         return not twice
     if said["hours"][0] != said["hours"][1]:
         said["hours"], found["hours"] = found["hours"], said["hours"]
+    first, end = found["hours"]
+    hour = said["hours"][0]
+    # "last night at eight" is 20:00, "five in the morning" 5:00.
+    within = [hour + more for more in (0, 12, -12, 24) if first <= hour + more <= end]
+    if within:
+        said["hours"] = (within[0], within[0])
     return bool(said["hours"][0] == said["hours"][1])
 
 

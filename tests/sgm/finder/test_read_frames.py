@@ -1,0 +1,123 @@
+"""Frames around a question: asides, tags, purposes, times and joined clauses; or asked back."""
+
+from datetime import datetime
+from functools import cache
+
+import pytest
+
+from sgm import Adaptive, Finder, SceneGraphMemory, Sighting
+from sgm.finder.service import MemoryService
+from sgm.memory.clock import Clock
+
+START = datetime(2026, 9, 7)  # a Monday
+HOME = {
+    "living room": ("sofa", "shelf"),
+    "kitchen": ("counter", "fridge"),
+    "hall": ("bench", "key hook"),
+}
+# Hour from the start, place, and what a look showed there.
+LOOKS = (
+    (9, "sofa", ["camera", "blanket"]),
+    (20, "shelf", ["camera", "playing cards"]),
+    (20, "sofa", ["blanket"]),
+    (33, "sofa", ["blanket", "leo's running shoes"]),
+    (33, "shelf", ["playing cards", "atlas", "tortoiseshell comb"]),
+    (33, "counter", ["kettle", "red mug", "corkscrew", "saw"]),
+    (33, "fridge", ["milk", "butter", "soy milk"]),
+    (33, "bench", ["camera", "mia's green phone", "scissors"]),
+    (33, "key hook", ["umbrella", "mia's keys"]),
+)
+
+
+@cache
+def make_service(tmp_path):
+    memory = SceneGraphMemory(path=tmp_path / "home.sqlite", clock=Clock(START))
+    ids = {}
+    for room, places in HOME.items():
+        number = memory.add_room(room)
+        ids |= {place: memory.add_furniture(place, room=number) for place in places}
+    for hour, place, names in LOOKS:
+        if hour > memory.time:
+            memory.step(hour - memory.time)
+        memory.observe(ids[place], [Sighting(name) for name in names])
+    return MemoryService(memory, Finder(Adaptive()), None)
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory):
+    return make_service(tmp_path_factory.mktemp("frames"))
+
+
+@pytest.mark.parametrize(
+    ("asked", "kind", "said"),
+    [
+        # what for, when and why
+        ("to open the bottle I need the corkscrew", "where", ["corkscrew", "counter"]),
+        ("Where's the umbrella? It'll rain before we get back.", "where", ["key hook"]),
+        ("before we leave where is the umbrella", "where", ["key hook"]),
+        ("my boss rang. I can't go without the umbrella.", "where", ["key hook"]),
+        # verbs of wandering, and names that begin with a free word
+        ("any inkling where the kettle has wandered off to", "where", ["counter"]),
+        ("I could do with the playing cards", "where", ["playing cards", "shelf"]),
+        ("has anybody clapped eyes on the umbrella lately?", "where", ["key hook"]),
+        ("the playing cards are in the living room, aren't they", "is_at", ["yes"]),
+        # tags and statements
+        ("the milk isn't in the fridge, is it?", "is_at", ["yes", "fridge"]),
+        ("the camera isn't on the sofa, where is it", "is_at", ["probably not", "bench"]),
+        ("If the camera isn't on the sofa, where is it?", "is_at", ["bench"]),
+        ("Leo's running shoes - still on the sofa?", "is_at", ["yes", "sofa"]),
+        ("the scissors's on the bench, right?", "is_at", ["yes", "bench"]),
+        ("can you check if the butter is in the fridge", "is_at", ["yes", "fridge"]),
+        # several things at a place
+        ("is there milk and butter in the fridge", "is_there", ["milk", "butter"]),
+        ("are the milk and the butter both in the fridge?", "is_at", ["milk", "butter"]),
+        ("Saw and kettle, where are they?", "where", ["saw", "kettle"]),
+        # events
+        ("whose phone is that", "whose", ["mia"]),
+        ("whose phone is the green one", "whose", ["mia"]),
+        ("who owns the umbrella", "whose", ["not known"]),
+        ("when was the camera on the shelf", "when_at", ["shelf", "20:00"]),
+        ("what time did you see the camera on the sofa", "when_at", ["sofa", "9:00"]),
+        ("when was the milk on the sofa", "when_at", ["never"]),
+        ("has the camera been moved from its place since nine", "moved", ["yes"]),
+        ("I wonder if you know how many playing cards there are", "count", ["1"]),
+        # times
+        ("where was the camera yesterday evening at eight", "past", ["shelf"]),
+        ("where was the camera yesterday at half past nine in the morning", "past", ["sofa"]),
+        ("I need the camera at five, where is it?", "where", ["bench"]),
+        ("what was on the shelf yesterday evening", "what_at", ["camera", "playing cards"]),
+    ],
+)
+def test_a_frame_around_a_question_is_read(service, asked, kind, said):
+    answer = service.ask(asked)
+    told = answer.said.casefold()
+    assert (answer.status, answer.kind) == ("ok", kind), told
+    assert [words for words in said if words not in told] == []
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        "the purple umbrella, please",  # a colour that is not known of it
+        "is the kettle hungry?",
+        "should I put the kettle on the shelf?",
+        "I want to sell the kettle",
+        "give the kettle to Bob",
+        "where was the camera before I was born?",
+        "the umbrella and the zorb, I need both, where?",
+        "is the camera on the bench and not on the bench?",
+        "who took the camera and where is it now",  # two questions
+        "did the phone move, the green phone?",
+        "I left the camera on the sofa last night",
+        "is the camera on the shelf on the bench?",
+        "where is the kettle cord",
+    ],
+)
+def test_what_a_frame_may_say_more_is_asked_back(service, asked):
+    answer = service.ask(asked)
+    assert answer.status != "ok", answer.said
+
+
+def test_a_comparison_with_yesterday_asks_of_now(service):
+    answer = service.ask("is the camera still on the shelf like yesterday?")
+    assert (answer.status, answer.said.startswith("Probably not")) == ("ok", True), answer.said
