@@ -35,6 +35,7 @@ class FreeReader:
         self._aims, self._aimed = listed("aims"), listed("aimed")
         self._and, self._or = listed("and") - {","}, listed("or")
         self._moving = listed("moving")
+        self._there = listed("still there")
         self._naming = listed("naming")
         self._any = listed("no more than all")
         self._endings = (POSSESSIVE, *language.list_phrases("verb endings"))
@@ -64,11 +65,32 @@ class FreeReader:
             text: "taxi is here, passports?".
             known: what of the home is called how.
         """
-        asked = self._choose(self._clauses.read(text, known))
+        clauses = self._clauses.read(text, known)
+        still = self._ask_still(clauses)
+        if still is not None:
+            return still
+        asked = self._choose(clauses)
         if not asked:
             return None
         is_question = text.rstrip().endswith("?")
         return self._make(asked, is_question, known)
+
+    def _ask_still(self, clauses: Sequence[Clause]) -> Sentence | None:
+        """Read "I left the bag on the bench, is it still there?"; None for anything else."""
+        named = [clause for clause in clauses if clause.is_named]
+        others = [clause for clause in clauses if not clause.is_named]
+        asks = [clause for clause in others if not self._there.isdisjoint(clause.words)]
+        if len(named) != 1 or len(asks) != 1 or self._asks(named[0]):
+            return None
+        (told,), (ask,) = named, asks
+        is_one = len(told.things) == len(told.places) == 1 and not told.is_broken
+        is_told = is_one and all(word.endswith(self._endings) for word in told.left)
+        is_asked = not (ask.left or self._pronouns.isdisjoint(ask.words) or self._asks(ask))
+        rest = [clause for clause in others if clause is not ask]
+        if not (is_told and is_asked and all(self._is_left_out(c, False) for c in rest)):
+            return None
+        thing = f"{told.things[0]} {told.places[0]}"
+        return Sentence(kind="is_at", things=(thing,), text=thing)
 
     def find_only(self, text: str, known: Known) -> Iterator[str]:
         """Find the one clause that may be a question of its own, each that may be, in words.
@@ -110,7 +132,7 @@ class FreeReader:
         for number, clause in enumerate(clauses):
             if clause in asked:
                 continue
-            if clause.is_named and self._is_opened(clause):
+            if clause.is_named and self._is_opened(clause) and not is_open:
                 return []  # "did the hat move, the blue hat?"
             if clause.is_aside and not is_open and self._is_left_out(clause, number > last):
                 continue  # "to hang the picture"

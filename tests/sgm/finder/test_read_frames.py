@@ -72,7 +72,13 @@ def service(tmp_path_factory):
         ("is there milk and butter in the fridge", "is_there", ["milk", "butter"]),
         ("are the milk and the butter both in the fridge?", "is_at", ["milk", "butter"]),
         ("Saw and kettle, where are they?", "where", ["saw", "kettle"]),
+        ("I left the camera on the sofa last night, is it still there?", "is_at", ["probably not"]),
+        ("Has the corkscrew gone in the wash? Where is it?", "where", ["counter"]),
+        ("check the fridge for the butter", "is_at", ["yes"]),
+        ("I bet the butter is in the fridge", "is_at", ["yes"]),
         # events
+        ("has anything moved since nine", "changes", ["camera"]),
+        ("the camera, has it moved?", "moved", ["yes"]),
         ("whose phone is that", "whose", ["mia"]),
         ("whose phone is the green one", "whose", ["mia"]),
         ("who owns the umbrella", "whose", ["not known"]),
