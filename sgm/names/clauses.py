@@ -132,6 +132,16 @@ class ClauseReader:
         self._plain = self.free - self._articles - self._links - listed("of") - listed("linking")
         self._parted = self._and | where
         self._mended = TypoIndex(word for word in self.free if len(word) >= _LEAST_MENDED)
+        self.dates = (
+            frozenset().union(
+                *(
+                    language.list_words(section)
+                    for section in ("parts of the day", "days", "units")
+                ),
+                *(language.list_words(section) for section in ("numbers", "times", "minutes")),
+            )
+            - self.free
+        )
         self._is_told = bool(listed("free words"))
 
     def read(self, text: str, known: Known) -> list[Clause]:
@@ -153,7 +163,12 @@ class ClauseReader:
         """Mend a slip in a word that says nothing: "plese"."""
         if word in self.free or word in self.around or len(word) < _LEAST_MENDED - 1:
             return word
-        if word in self._sentences.signals or is_word(word) or not word.isalpha():
+        if (
+            word in self._sentences.signals
+            or word in self.dates
+            or is_word(word)
+            or not word.isalpha()
+        ):
             return word
         if known.find_thing(word):
             return word

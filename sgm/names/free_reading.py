@@ -158,7 +158,11 @@ class FreeReader:
             not (clause.is_aside or self._past.isdisjoint(clause.text.split()))
             for clause in clauses
         )
-        return is_past and any(not self._whens.isdisjoint(clause.words) for clause in clauses)
+        said = (self._whens, self._clauses.dates)  # what was read as a time is no word of a clause
+        return is_past and any(
+            not (said[0].isdisjoint(clause.words) and said[1].isdisjoint(clause.left))
+            for clause in clauses
+        )
 
     def _may_be_it(self, clause: Clause) -> bool:
         """Tell whether a clause names the one thing that "it" is: "we are lighting the candle"."""
