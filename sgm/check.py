@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from sgm.memory.home_rows import write_clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import tell_error
 from sgm.store.home_reader import HomeReader
@@ -33,9 +34,14 @@ def _find_fault(path: Path) -> str:
     try:
         with HomeReader(path) as reader:
             found = reader.find_damage()
+            homes = reader.select("SELECT prior, map, clock_start, step_seconds FROM home LIMIT 2")
+        if not found:
+            state = SceneGraphMemory.load(path).parts.state
+            clock = write_clock(state.clock).values()
+            if homes != [(state.prior.checksum, state.layout.map_id, *clock)]:
+                found = ["home is not the one of the last snapshot and event"]
         if found:
             return f"{'; '.join(found[:3])}. It was damaged: use a copy, or a backup"
-        SceneGraphMemory.load(path)
     except (OSError, ValueError) as error:
         return tell_error(error)
     return ""

@@ -91,7 +91,11 @@ class HomeReader:
             self._connection.backup(connection)
 
     def find_damage(self) -> list[str]:
-        """Check every page and reference; return what is wrong, nothing if all is well."""
+        """Check every page and reference; return what is wrong, nothing if all is well.
+
+        Raises:
+            ValueError: if a snapshot or event is not as it was written.
+        """
         with translated(self._named):
             found = self._connection.execute("PRAGMA integrity_check(20)").fetchall()
             faults = [str(line) for (line,) in found if line != "ok"]
@@ -100,6 +104,12 @@ class HomeReader:
                 faults += [
                     f"row {row} of {table} names no {other}" for table, row, other, _ in broken
                 ]
+        if not faults:
+            with self._reading() as connection:
+                events = [event for event, _, _ in list_snapshots(connection)]
+                for event in events:
+                    read_snapshot(connection, event)
+                read_rows(connection, min(events, default=0))
         return faults
 
     @contextmanager

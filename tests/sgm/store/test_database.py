@@ -134,6 +134,31 @@ def test_a_check_says_what_is_wrong(memory, tmp_path, capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ("UPDATE snapshots SET content = ' ' || content WHERE event = 0", "another checksum"),
+        ("UPDATE snapshot_arrays SET numbers = x'01' WHERE event = 0", "another checksum"),
+        ("UPDATE events SET arguments = arguments || ' ' WHERE number = 1", "no event 1 as it was"),
+        ("DELETE FROM events WHERE number = 2", "no event 2 as it was written, but 3"),
+        ("UPDATE home SET clock_start = '2026-11-16T09:00:00'", "home is not the one of the last"),
+        ("UPDATE home SET prior = 'x'", "home is not the one of the last snapshot"),
+    ],
+)
+def test_a_check_reads_what_no_start_needs(memory, capsys, change, line):
+    """All snapshots and events that are kept, also those before the latest snapshot."""
+    path = str(memory.path)
+    memory.close()
+    assert check.main([path]) == 0
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute(change)
+    SceneGraphMemory.load(path)
+    assert check.main([path]) == 1
+    said = capsys.readouterr().err
+    assert line in said
+    assert said.count("\n") == 1
+
+
 def test_a_network_drive_is_refused(tmp_path, monkeypatch):
     mounts = tmp_path / "mountinfo"
     mounts.write_text(
