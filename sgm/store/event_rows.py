@@ -84,9 +84,10 @@ def write_sightings(
     connection.executemany(
         f"INSERT INTO sighting_rows ({columns}) VALUES (?, ?, ?, ?, ?, ?, ?)", seen
     )
-    connection.executemany(
-        "INSERT INTO sighting_rows VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", others
-    )
+    if others:
+        connection.executemany(
+            "INSERT INTO sighting_rows VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", others
+        )
 
 
 def _number_things(
@@ -94,6 +95,8 @@ def _number_things(
 ) -> None:
     """Add the numbers of things to those that are known; all are in the table from now on."""
     keys = list({row.key for row in rows if row.key not in known})
+    if not keys:
+        return
     for first in range(0, len(keys), _MOST_ASKED):
         some = keys[first : first + _MOST_ASKED]
         marks = ",".join("?" * len(some))
