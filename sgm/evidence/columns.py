@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-EVIDENCE_VERSION = 2  # raised with every change of the columns or of what they mean
+EVIDENCE_VERSION = 3  # raised with every change of the columns or of what they mean
 
 
 def _list_names(groups: Mapping[str, str]) -> Mapping[str, tuple[str, ...]]:

@@ -18,6 +18,7 @@ from sgm.text.vectors import compare
 
 _WIDTH = 0.1  # of cosines by which the names of two things are alike
 _LATELY = 10  # times as fast as a sighting of a companion, one out of place loses its weight
+_FEWEST_NOW = 1.0  # companions known to be somewhere: less than one says little
 _ALIKE = 0.3  # cosine of the sightings by place from which an object counts as a companion
 
 
@@ -139,7 +140,7 @@ def compute_others(asked: Question, companions: Companions) -> dict[str, np.ndar
     label = np.where(is_place, label, -1).astype(np.int64)
     num_rooms = int(asked.room.max(initial=0)) + 1
     label_in_room = np.where(is_place, label * num_rooms + asked.room, -1)
-    num_now = np.maximum(add_in_order(companions.fresh * is_place), 0.5)
+    num_now = np.maximum(add_in_order(companions.fresh * is_place), _FEWEST_NOW)
     at_label = sum_equal(label, named)
     return {
         "name_at_label": np.log1p(at_label),

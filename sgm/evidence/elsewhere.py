@@ -34,6 +34,7 @@ CARRIED = frozenset(
 )
 # Filters of `sgm.evidence.adaptive_filter` whose elsewhere is shown.
 SHOWN_FILTERS = ("learnt", "asked", "left", "anywhere")
+_FEWEST_THINGS = 2  # a home of one thing is read as one of two: one more changes less
 _LEAST_BELIEF = 0.02  # of a probability times the number of places, in logarithms
 _NEAR = 0.3  # weight of looks in the hour before and after
 _USUAL = 3.0  # looks that the share at all hours counts as, beside those of an hour
@@ -193,7 +194,7 @@ def compute_absence(
     is_true[edges["object"][edges["is_true"]]] = True
     missing_home = objects["home"][(objects["num_observed"] > 0) & ~is_true]
     num_missing = np.bincount(missing_home, minlength=memory.num_homes)
-    missing = (num_missing + 0.5) / (asked.sums.num_seen + 1)
+    missing = (num_missing + 0.5) / (np.maximum(asked.sums.num_seen, _FEWEST_THINGS) + 1)
     return columns | {
         "looked": looked,
         "places": was_looked_at.sum(axis=1) / asked.num_places,

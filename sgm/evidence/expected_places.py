@@ -41,8 +41,8 @@ class Expected(NamedTuple):
     @classmethod
     def by_prior(cls, asked: Question) -> Expected:
         """Expect what the prior says, and nothing where it is silent."""
-        weight = sum_relations(asked.queries.prior).astype(float)
-        share, has_prior = share_rows(weight, asked.num_places)
+        weight = sum_relations(asked.queries.prior).astype(float) * asked.is_place
+        share, has_prior = share_rows(weight, asked.num_columns)
         nothing = np.zeros(share.shape)
         return cls(
             share=share,
@@ -64,7 +64,8 @@ class Expected(NamedTuple):
         known = np.where((types >= 0)[:, None], prior.weights_by_words[home, types], 0)
         labels = [memory.labels[label] for label in memory.objects["label"][asked.thing]]
         named, cosine = prior.find_by_words(home, labels)
-        shares, is_some = share_rows(np.stack([known.astype(float), named], 1), asked.num_places)
+        weights = np.stack([known.astype(float), named], 1) * asked.is_place[:, None]
+        shares, is_some = share_rows(weights, asked.num_columns)
         is_known, is_called = is_some.T
         return cls(
             share=np.where(is_known[:, None], shares[:, 0], shares[:, 1]),
@@ -91,7 +92,7 @@ def compute_destinations(asked: Question, expected: Expected, hours: float = 0.0
         seen = seen * (1 - hours) + hours * near
     anywhere = (0.3 + (1 - trust)) / num_places[:, None]
     weight = (seen + trust * expected.share + anywhere) * asked.is_place
-    total = sum_rows(weight, num_places)[:, None] + anywhere
+    total = sum_rows(weight, asked.num_columns)[:, None] + anywhere
     return np.append(weight, anywhere, axis=1) / total
 
 

@@ -30,7 +30,7 @@ def compute_size(asked: Question) -> dict[str, np.ndarray]:
     num_known, sightings = asked.sums.num_known[home], asked.sums.sightings[home]
     return {
         "log_num_places": np.log(np.maximum(asked.num_places, _FEWEST_PLACES)),
-        "log_num_rooms": np.log(np.maximum(asked.memory.home_num_rooms[home], _FEWEST_ROOMS)),
+        "log_num_rooms": np.log(np.maximum(asked.num_rooms, _FEWEST_ROOMS)),
         "num_known": np.log1p(num_known),
         "sightings_per_object": np.log1p(sightings / np.maximum(num_known, 1)),
         "age": np.log1p(asked.memory.time * hours),

@@ -204,8 +204,10 @@ class Question:
         home: that is asked, (Q,).
         thing: row of the object that is asked for, (Q,).
         query, edge: for each edge of such an object, which question is about it, and its row, (k,).
-        is_place: which columns are furniture, bool (Q, F).
-        num_places: of the home, (Q,).
+        is_place: which columns are furniture that is asked about, bool (Q, F).
+        num_places: how many are, (Q,).
+        num_columns: furniture of the home, which the first columns are, (Q,).
+        num_rooms: of the home, but for those of which no place is asked about, (Q,).
         room: of each furniture node, -1 beyond, (Q, F).
         looks, last_look: at each furniture node, how many and when the last one was, (Q, F); with
             those for what is asked for alone.
@@ -230,6 +232,8 @@ class Question:
     edge: np.ndarray
     is_place: np.ndarray
     num_places: np.ndarray
+    num_columns: np.ndarray
+    num_rooms: np.ndarray
     room: np.ndarray
     looks: np.ndarray
     last_look: np.ndarray
@@ -249,6 +253,8 @@ class Question:
         """Gather what the memory has counted of the objects asked for; it counts its history."""
         history, (query, edge) = memory.history, memory.edges_of(queries)
         home, is_place = queries.home, memory.is_furniture[queries.home]
+        if queries.left_out is not None:
+            is_place &= ~queries.left_out
         looks = memory.furniture["num_observed"][home]
         last_look = memory.furniture["last_observed"][home]
         lone = memory.find_lone_looks(queries.object)
@@ -257,7 +263,8 @@ class Question:
         counts = ObjectCounts.gather(memory, query, edge, looks)
         look_times, look_row = list_look_times(memory, queries, history)
         step_hours = compute_step_hours(memory)
-        room, last = memory.furniture_room[home], memory.objects["last_furniture"][queries.object]
+        room = np.where(is_place, memory.furniture_room[home], -1)
+        last = memory.objects["last_furniture"][queries.object]
         num_seen = counts.num_true.sum(axis=1)
         last_room = np.where(num_seen > 0, room[np.arange(len(home)), np.maximum(last, 0)], -1)
         return cls(
@@ -270,6 +277,8 @@ class Question:
             edge=edge,
             is_place=is_place,
             num_places=is_place.sum(axis=1),
+            num_columns=memory.home_num_furniture[home],
+            num_rooms=memory.home_num_rooms[home] - _count_left_out(memory, queries),
             room=room,
             looks=looks,
             last_look=last_look,
@@ -284,6 +293,19 @@ class Question:
             counts=counts,
             sums=HomeSums.of(memory, history),
         )
+
+
+def _count_left_out(memory: MemoryBatch, queries: Queries) -> np.ndarray:
+    """Count the rooms that have places, of which none is asked about, (Q,)."""
+    if queries.left_out is None:
+        return np.zeros(len(queries.home), dtype=np.int64)
+    room = memory.furniture_room[queries.home]
+    number = np.arange(memory.room_label.shape[1])
+    has_place, is_asked = (
+        ((room[:, :, None] == number) & mask[:, :, None]).any(axis=1)
+        for mask in (room >= 0, (room >= 0) & ~queries.left_out)
+    )
+    return np.count_nonzero(has_place & ~is_asked, axis=1)
 
 
 def list_look_times(

@@ -92,7 +92,7 @@ class PastMoments:
             lag=np.maximum(since * step_hours, 0.0),
             last=objects["last_furniture"][queries.object].astype(np.int64),
             detection=1 - memory.history.compute_miss_rate(queries.miss_rate)[queries.home],
-            is_place=memory.is_furniture[queries.home],
+            is_place=memory.mark_places(queries),
         )
 
     def compute_since(self) -> np.ndarray:

@@ -1,8 +1,18 @@
-"""Beliefs of a policy about one state of a memory, each computed once, several in one pass."""
+"""Beliefs of a policy about one state of a memory, each computed once, several in one pass.
+
+A policy gives each place that was never looked at a share. In a home of few places that is much,
+and other numbers that it reads change with how many places there are. So what is asked for is
+believed with U places that have nothing to do with it and without them, and for all other answers
+
+    P = P_without + min(1, b U / d) (P_with - P_without),   d = max |P_with - P_without|
+
+A place that is added to the map then changes an answer by about b, `UNRELATED`, at most.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -16,6 +26,8 @@ MOST_TOGETHER = 16  # things in one pass: twice the time of one in a home
 _MOST_PAIRS = 2_000  # of a thing and a place in one pass: with more, each thing takes its own time
 _MOST_BELIEFS = 2000  # that are kept of a state
 _MOST_LATELY = 500  # things of a home, or asked for, among which is chosen what comes along
+UNRELATED = 0.03  # most that a place changes of a probability that has nothing to do with a thing
+_MOST_UNRELATED = 10  # of more such places, none changes as much by itself
 
 _Thing = tuple[int, str, int]  # row, label and type: what a belief depends on
 _Things = tuple[_Thing, ...]  # of one question; how many they are, the evidence shows
@@ -77,7 +89,7 @@ class JudgedBeliefs:
     def _judge(self, asked: Asked, things: _Things, more: list[_Things], judge: Judge) -> Belief:
         questions = [things, *more]
         ends = np.cumsum([len(question) for question in questions]).tolist()
-        joined = judge(asked.batch, _add_questions(asked, more)).log_weights
+        joined = believe_bounded(judge, asked.batch, _add_questions(asked, more)).log_weights
         if len(self._beliefs) + len(more) >= _MOST_BELIEFS:
             self._beliefs.clear()
         for question, end in zip(questions, ends, strict=True):
@@ -140,3 +152,52 @@ def _add_questions(asked: Asked, more: list[_Things]) -> Queries:
     prior = asked.batch.place_prior.rows(home, asked.batch.objects["type"][rows])
     num_asked = np.array([len(things) for things in more for _ in things])
     return asked.queries.join(Queries(home, rows, prior, num_asked))
+
+
+def believe_bounded(judge: Judge, memory: MemoryBatch, queries: Queries) -> Belief:
+    """Ask a policy where objects may be, (Q, F + 1), and bound what unrelated places take.
+
+    Args:
+        judge: returns the belief of a memory about such things.
+        memory: that is asked.
+        queries: what is asked for.
+    """
+    is_unrelated = find_unrelated(memory, queries)
+    number = is_unrelated.sum(axis=1)
+    rows = np.flatnonzero((number > 0) & (number <= _MOST_UNRELATED))
+    if not len(rows):
+        return judge(memory, queries)
+    left_out, num_queries = is_unrelated[rows], len(number)
+    joined = judge(memory, queries.join(replace(queries.take(rows), left_out=left_out)))
+    log_weights = joined.log_weights[:num_queries].copy()
+    without = joined.probabilities[num_queries:]
+    change = joined.probabilities[rows] - without
+    is_other = np.column_stack([~left_out, np.ones(len(rows), dtype=bool)])
+    most = np.abs(change * is_other).max(axis=1)
+    bound = UNRELATED * number[rows]
+    is_beyond = most > bound
+    share = bound[is_beyond] / most[is_beyond]
+    with np.errstate(divide="ignore"):
+        bounded = np.log(without[is_beyond] + share[:, None] * change[is_beyond])
+    log_weights[rows[is_beyond]] = bounded
+    return Belief(log_weights)
+
+
+def find_unrelated(memory: MemoryBatch, queries: Queries) -> np.ndarray:
+    """Mark the places that have nothing to do with what is asked for, bool (Q, F).
+
+    They were never looked at, the prior does not keep the thing there, and it is where it was seen
+    last, for all that looks have shown. What was missed there, or never seen, may be anywhere.
+    """
+    is_unrelated = memory.is_furniture[queries.home] & ~queries.prior.any(axis=2)
+    is_unrelated &= memory.furniture["num_observed"][queries.home] == 0
+    if not is_unrelated.any():
+        return is_unrelated
+    edges, (query, edge) = memory.edges, memory.edges_of(queries)
+    is_there = np.zeros(len(queries.home), dtype=bool)
+    is_there[query[edges["is_true"][edge]]] = True
+    is_unrelated &= is_there[:, None]
+    is_unrelated[query, edges["furniture"][edge]] = False
+    if (lone := memory.find_lone_looks(queries.object)) is not None:
+        is_unrelated &= lone.num_looks == 0
+    return is_unrelated

@@ -222,6 +222,11 @@ class MemoryBatch(Remembered):
         """Return query numbers and rows of the remembered edges of query objects, (k,) each."""
         return join_groups(queries.object, self.edges["object"], self.objects.num_rows)
 
+    def mark_places(self, queries: Queries) -> np.ndarray:
+        """Mark the furniture that queries are about, bool (Q, F)."""
+        is_place: np.ndarray = self.is_furniture[queries.home]
+        return is_place if queries.left_out is None else is_place & ~queries.left_out
+
     def compute_relation_shares(self, queries: Queries) -> np.ndarray:
         """Return how likely each relation to furniture that things are at is, (Q, F, relations).
 

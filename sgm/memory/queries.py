@@ -23,6 +23,8 @@ class Queries:
         more_asked: how many more questions than the memory has counted were put when each was, of
             those that leave it as it is (`MemoryBatch.ask`), (Q,); None for 0.
         miss_rate: of the detector, where who asks was given one; None for what the memory counts.
+        left_out: places to answer without, as if the home did not have them, bool (Q, F); None for
+            none.
     """
 
     home: np.ndarray
@@ -30,20 +32,26 @@ class Queries:
     prior: np.ndarray
     more_asked: np.ndarray | None = None
     miss_rate: float | None = None
+    left_out: np.ndarray | None = None
 
     def join(self, others: Queries) -> Queries:
         """Return these queries, and others after them, with the miss rate of these."""
-        both, more = (self, others), None
+        both, more, left_out = (self, others), None, None
         if any(queries.more_asked is not None for queries in both):
             none = [np.zeros(len(queries.home), dtype=np.int64) for queries in both]
             counts = zip((queries.more_asked for queries in both), none, strict=True)
             more = np.concatenate([zeros if given is None else given for given, zeros in counts])
+        if any(queries.left_out is not None for queries in both):
+            nothing = [np.zeros(queries.prior.shape[:2], dtype=bool) for queries in both]
+            masks = zip((queries.left_out for queries in both), nothing, strict=True)
+            left_out = np.concatenate([zeros if given is None else given for given, zeros in masks])
         return Queries(
             np.append(self.home, others.home),
             np.append(self.object, others.object),
             np.concatenate([self.prior, others.prior]),
             more,
             self.miss_rate,
+            left_out,
         )
 
     def take(self, rows: np.ndarray) -> Queries:
@@ -55,6 +63,7 @@ class Queries:
             object=self.object[rows],
             prior=self.prior[rows],
             more_asked=more,
+            left_out=None if self.left_out is None else self.left_out[rows],
         )
 
 

@@ -65,7 +65,7 @@ class StepPolicy(Policy):
         logits = self.ask_anew(memory, queries)
         if np.isfinite(logits[:, -1]).all():
             return Belief(logits)
-        places = logits[:, :-1]
+        places = np.where(memory.mark_places(queries), logits[:, :-1], -np.inf)
         if not self.counts_looks:
             places = places + np.log(weigh_looks_since(memory, queries))
         return Belief.of_logits(places, compute_elsewhere(memory, queries))

@@ -109,8 +109,9 @@ class Policy(ABC):
         (`weigh_looks_since`). `compute_elsewhere` says how likely it is at no place. The memory
         counts its history.
         """
-        is_place = memory.is_furniture[queries.home]
-        places = compute_probabilities(self.scores(memory, queries), self.score_kind, is_place)
+        is_furniture = memory.is_furniture[queries.home]
+        places = compute_probabilities(self.scores(memory, queries), self.score_kind, is_furniture)
+        is_place = memory.mark_places(queries)
         places = spread_unexpected(places, is_place)
         if not self.counts_looks:
             places = places * weigh_looks_since(memory, queries)
@@ -123,8 +124,9 @@ class Policy(ABC):
 def spread_unexpected(places: np.ndarray, is_place: np.ndarray) -> np.ndarray:
     """Return what a rule says of the places, weights (Q, F), but for `UNEXPECTED`: that anywhere.
 
-    `is_place` says which columns are furniture, bool (Q, F).
+    `is_place` says which columns are asked about, bool (Q, F).
     """
+    places = np.where(is_place, places, 0.0)
     even = is_place / is_place.sum(axis=1, keepdims=True)
     total = np.maximum(places.sum(axis=1, keepdims=True), 1e-12)
     spread: np.ndarray = (1 - UNEXPECTED) * places / total + UNEXPECTED * even

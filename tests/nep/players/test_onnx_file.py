@@ -163,7 +163,7 @@ def test_a_damaged_file_is_refused_or_answers(seed, folder):
     ("path", "value", "message"),
     [
         (["onnx", "sha256"], "0" * 64, r"network\.onnx must be that of config\.json, got another"),
-        (["onnx", "evidence"], 1, "must read version 2 of the evidence, got 1"),
+        (["onnx", "evidence"], 2, "must read version 3 of the evidence, got 2"),
         (["schema", "text"], "fr_maison-2", "text vectors must be 'fr_maison-2', got en_househ"),
         (["onnx"], [], "must be one that nep.export wrote, got TypeError"),
     ],

@@ -163,7 +163,7 @@ def test_places_and_others_by_hand(columns):
     assert columns["places.arrivals"] == at(desk=1)
     assert columns["places.log_back"] == at(table=math.log(2))  # went from there to the desk
     fresh = 2 / math.sqrt(5) * math.exp(-4 * 1.5 / 17)
-    assert columns["others.companions_now"] == at(table=fresh / max(fresh, 0.5))
+    assert columns["others.companions_now"] == at(table=fresh / max(fresh, 1.0))
     assert columns["others.same_name"] == at()
 
 
