@@ -86,8 +86,8 @@ class FreeReader:
         is_one = len(told.things) == len(told.places) == 1 and not told.is_broken
         is_told = is_one and all(word.endswith(self._endings) for word in told.left)
         is_asked = not (ask.left or self._pronouns.isdisjoint(ask.words) or self._asks(ask))
-        rest = [clause for clause in others if clause is not ask]
-        if not (is_told and is_asked and all(self._is_left_out(c, False) for c in rest)):
+        remaining = [clause for clause in others if clause is not ask]
+        if not (is_told and is_asked and all(self._is_left_out(c, False) for c in remaining)):
             return None
         thing = f"{told.things[0]} {told.places[0]}"
         return Sentence(kind="is_at", things=(thing,), text=thing)
@@ -158,6 +158,8 @@ class FreeReader:
             not (clause.is_aside or self._past.isdisjoint(clause.text.split()))
             for clause in clauses
         )
+        if any(clause.is_aside and clause.time is not None for clause in clauses):
+            return True  # "when I sleep at ten, where is it?"
         said = (self._whens, self._clauses.dates)  # what was read as a time is no word of a clause
         return is_past and any(
             not (said[0].isdisjoint(clause.words) and said[1].isdisjoint(clause.left))

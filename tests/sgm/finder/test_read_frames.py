@@ -117,6 +117,9 @@ def test_a_frame_around_a_question_is_read(service, asked, kind, said):
         "I left the camera on the sofa last night",
         "is the camera on the shelf on the bench?",
         "where is the kettle cord",
+        "When I sleep at ten, where is the camera?",
+        "on the bench, minus the camera, what do we have?",
+        "Back on Tuesday afternoon the camera was where?",
     ],
 )
 def test_what_a_frame_may_say_more_is_asked_back(service, asked):
