@@ -57,7 +57,12 @@ class QuestionAnswers(PlaceAnswers):
         layout = self._memory.layout
         places = map(layout.describe, layout.furniture)
         words = frozenset(" ".join((*self._memory.descriptions, *places)).casefold().split())
-        known = Known(cache(self._find_surely), cache(self._find_place_names), owners, words)
+        known = Known(
+            find_thing=cache(self._find_surely),
+            find_place=cache(self._find_place_names),
+            owners=owners,
+            words=words,
+        )
         for text in reader.find_only(self._text, known):
             sentence = self._read_sentence(text)
             if sentence.kind not in ("thing", "command"):
