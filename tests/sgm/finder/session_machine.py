@@ -402,6 +402,8 @@ class MemoryMachine(RuleBasedStateMachine):
 
         Doubtful sightings and several things leave more to the others.
         """
+        if not self.memory.num_furniture:
+            return False
         seen = self.memory.last_seen(thing)
         matches = self.memory.resolve(thing).matches
         is_one = len(matches) == 1 and len(self.memory.ask(matches).rows) == 1
