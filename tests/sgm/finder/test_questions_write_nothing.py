@@ -22,7 +22,7 @@ from tests.sgm.memory.sessions import CALLS, call
 
 # What is derived from the rest and made when it is first read.
 DERIVED = {"_snapshot", "derived", "_names", "_furniture", "_called"}
-DERIVED |= {"_descriptions", "_numbers", "_first_numbers"}  # of things
+DERIVED |= {"_descriptions", "_numbers", "_first_numbers", "_indexes"}  # of things and names
 # What a memory is given and shares with others, which has tests of its own; and locks.
 NO_CONTENT = (AliasTable, PriorGraph, type(Lock()), type(RLock()))
 
