@@ -150,7 +150,8 @@ def test_exported_and_asked(checkpoint, tmp_path, capsys):
     memory = SceneGraphMemory()
     study = memory.add_room("study")
     desk = memory.add_furniture("desk", room=study)
-    memory.add_furniture("rack", room=study)
+    rack = memory.add_furniture("rack", room=study)
+    memory.observe(rack, [])  # no more than UNRELATED is given to what was never looked at
     memory.observe(desk, [Sighting("robot")])
     with pytest.raises(ValueError, match=r"must have a clock .*SceneGraphMemory\(clock=Clock\("):
         finder.rank(memory, "gizmo")
