@@ -269,7 +269,7 @@ def _list_taken(ranking: Ranking) -> tuple[str, ...]:
 def _tell_why(place: Place) -> str:
     """Say the evidence; where the thing was seen itself, other things and the prior say little."""
     evidence = place.evidence
-    if evidence.seen is not None:
+    if evidence.seen is not None and (evidence.similar or evidence.prior):
         place = replace(place, evidence=replace(evidence, similar=(), prior=0.0))
     return shorten_text(place.why, _MOST_WHY)
 
@@ -277,10 +277,12 @@ def _tell_why(place: Place) -> str:
 def _fit_beside_picture(answer: WhereOne) -> WhereOne:
     """Make an answer short enough beside the picture of the last sighting; places have none."""
     seen = answer.last_seen
-    places = tuple(replace(place, picture=None) for place in answer.places)
+    if any(place.picture is not None for place in answer.places):
+        places = tuple(replace(place, picture=None) for place in answer.places)
+        answer = replace(answer, places=places)
     if seen is None or seen.picture is None:
-        return _fit(replace(answer, places=places))
-    short = _fit(replace(answer, places=places, last_seen=replace(seen, picture=None)))
+        return _fit(answer)
+    short = _fit(replace(answer, last_seen=replace(seen, picture=None)))
     assert short.last_seen is not None
     return replace(short, last_seen=replace(short.last_seen, picture=seen.picture))
 
@@ -291,20 +293,26 @@ def _fit(answer: WhereOne) -> WhereOne:
     The likeliest place keeps its position longest; `list_places` has all. Where no place is likely,
     more places say more than where and why: their positions and reasons go first.
     """
-    if len(write_json(answer)) <= MOST_BYTES:
+    size = len(write_json(answer))
+    if size <= MOST_BYTES:
         return answer
-    answer = replace(answer, last_seen=_leave_out_position(answer.last_seen))
-    if len(write_json(answer)) <= MOST_BYTES:
-        return answer
+    seen = _leave_out_position(answer.last_seen)
+    if seen is not answer.last_seen:
+        answer = replace(answer, last_seen=seen)
+        size = len(write_json(answer))
+        if size <= MOST_BYTES:
+            return answer
     if answer.places and answer.places[0].probability < _LIKELY:
         answer = replace(answer, places=tuple(map(_leave_out_position, answer.places)))
-        if len(write_json(answer)) > MOST_BYTES:
+        size = len(write_json(answer))
+        if size > MOST_BYTES:
             first, *others = answer.places
             answer = replace(answer, places=(first, *(replace(x, why="") for x in others)))
-        if len(write_json(answer)) <= MOST_BYTES:
+            size = len(write_json(answer))
+        if size <= MOST_BYTES:
             return answer
     sizes = [len(write_json(place)) + 1 for place in answer.places]  # with a comma, but for one
-    left = MOST_BYTES - len(write_json(replace(answer, places=()))) + 1
+    left = MOST_BYTES - size + sum(sizes)
     kept = len(sizes)
     while kept > 1 and sum(sizes[:kept]) > left:
         kept -= 1

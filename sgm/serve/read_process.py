@@ -3,63 +3,83 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import json
 import signal
 import sys
 import time
 import warnings
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from pathlib import Path
-from threading import Lock
+from queue import SimpleQueue
+from threading import Condition, Lock, Thread, get_ident
+from typing import BinaryIO
 
 from sgm.finder.answers import write_json
 from sgm.finder.read_calls import ReadCalls
 from sgm.names.sections import ENGLISH
 from sgm.replay.followed_memory import FollowedMemory
-from sgm.serve.caller import NUM_READERS, Turns
+from sgm.serve.caller import NUM_READERS, TURN_SECONDS
 from sgm.serve.calls import BY_NAME
 from sgm.serve.finders import make_finder, warm_up
-from sgm.serve.reader import SECONDS, Kind, pack, read_frame
+from sgm.serve.reader import HEAD, SECONDS, Kind, pack
 
 
 class ReadProcess:
     """Answers questions about what a memory file holds.
 
-    Questions take turns in threads, as in the server itself; before each, what was written since is
-    read.
+    Questions take turns in threads, as in `sgm.serve.caller.Turns`; before each, what was written
+    since is read. No event loop waits beside them for the interpreter.
     """
 
-    def __init__(self, followed: FollowedMemory, reads: ReadCalls, timeout: float) -> None:
-        """Answer from a memory that is read along; none waits longer than `timeout` seconds."""
-        self._followed, self._reads, self._timeout = followed, reads, timeout
-        self._turns, self._pool = Turns(), ThreadPoolExecutor(NUM_READERS, "sgm-read")
-        self._catching_up = Lock()
-        self._answering: set[asyncio.Task[None]] = set()
+    def __init__(
+        self, followed: FollowedMemory, reads: ReadCalls, timeout: float, output: BinaryIO
+    ) -> None:
+        """Answer to `output` from a memory that is read along.
 
-    async def run(self, stream: asyncio.StreamReader, output: asyncio.WriteTransport) -> None:
+        Questions that have waited longer than `timeout` seconds are left out.
+        """
+        self._followed, self._reads, self._timeout = followed, reads, timeout
+        self._output, self._writing, self._catching_up = output, Lock(), Lock()
+        self._questions: SimpleQueue[tuple[float, int, bytes]] = SimpleQueue()
+        self._ended, self._first = Condition(), 0  # the thread whose turn it is; 0 for none
+
+    def run(self, stream: BinaryIO) -> None:
         """Answer until the input ends."""
         warm_up(self._reads.finder, self._reads.memory)
-        output.write(pack(Kind.READY, 0))
-        while True:
-            try:
-                _, number, body = await read_frame(stream)
-            except asyncio.IncompleteReadError:
-                break
-            task = asyncio.create_task(self._answer(number, body, output))
-            self._answering.add(task)
-            task.add_done_callback(self._answering.discard)
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        for _ in range(NUM_READERS):
+            Thread(target=self._work, name="sgm-read", daemon=True).start()
+        self._write(pack(Kind.READY, 0))
+        while len(head := stream.read(HEAD.size)) == HEAD.size:
+            _, number, size = HEAD.unpack(head)
+            self._questions.put((time.monotonic(), number, stream.read(size)))
 
-    async def _answer(self, number: int, body: bytes, output: asyncio.WriteTransport) -> None:
-        try:
-            answer = await self._turns.run(self._pool, partial(self._call, body), self._timeout)
-        except Exception:  # who asked makes the call itself, and has the same one
-            output.write(pack(Kind.ERROR, number))
-            return
-        seconds = SECONDS.pack(time.process_time())
-        output.write(pack(Kind.ANSWER, number, seconds + answer))
+    def _work(self) -> None:
+        """Answer one question after the other; in a thread."""
+        while True:
+            came, number, body = self._questions.get()
+            self._begin_turn()
+            try:
+                if time.monotonic() - came > self._timeout:
+                    continue
+                answer = self._call(body)
+            except Exception:  # who asked makes the call itself, and has the same one
+                self._write(pack(Kind.ERROR, number))
+            else:
+                seconds = SECONDS.pack(time.process_time())
+                self._write(pack(Kind.ANSWER, number, seconds + answer))
+            finally:
+                self._end_turn()
+
+    def _begin_turn(self) -> None:
+        """Wait until the one before has ended, or has taken too long."""
+        with self._ended:
+            self._ended.wait_for(lambda: not self._first, TURN_SECONDS)
+            self._first = get_ident()
+
+    def _end_turn(self) -> None:
+        with self._ended:
+            if self._first == get_ident():
+                self._first = 0
+                self._ended.notify()
 
     def _call(self, body: bytes) -> bytes:
         with self._catching_up:
@@ -67,6 +87,11 @@ class ReadProcess:
         name, values = json.loads(body)
         call = BY_NAME[name]
         return write_json(call.run(self._reads, call.read(values)))
+
+    def _write(self, frame: bytes) -> None:
+        with self._writing:
+            self._output.write(frame)
+            self._output.flush()
 
 
 def main(argv: list[str]) -> int:
@@ -80,14 +105,7 @@ def main(argv: list[str]) -> int:
     options = parser.parse_args(argv)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the server, and that this one
     warnings.simplefilter("ignore")  # the server has told them
-    asyncio.run(_run(options))
-    return 0
-
-
-async def _run(options: argparse.Namespace) -> None:
-    loop, stream = asyncio.get_running_loop(), asyncio.StreamReader()
-    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(stream), sys.stdin.buffer)
-    output, _ = await loop.connect_write_pipe(asyncio.BaseProtocol, sys.stdout.buffer)
     followed = FollowedMemory(options.home, options.aliases, options.language)
     reads = ReadCalls(followed.memory, make_finder(options.finder))
-    await ReadProcess(followed, reads, options.timeout).run(stream, output)
+    ReadProcess(followed, reads, options.timeout, sys.stdout.buffer).run(sys.stdin.buffer)
+    return 0

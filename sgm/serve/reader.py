@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 SECONDS = struct.Struct("<d")
-_HEAD = struct.Struct("<BQI")  # what it is, number of the question, bytes that follow
+HEAD = struct.Struct("<BQI")  # what it is, number of the question, bytes that follow
 
 
 class Kind(IntEnum):
@@ -28,12 +28,12 @@ class Kind(IntEnum):
 
 def pack(frame_kind: Kind, number: int, body: bytes = b"") -> bytes:
     """Return what is sent."""
-    return _HEAD.pack(frame_kind, number, len(body)) + body
+    return HEAD.pack(frame_kind, number, len(body)) + body
 
 
 async def read_frame(stream: asyncio.StreamReader) -> tuple[Kind, int, bytes]:
     """Read what was sent; raises IncompleteReadError where the other one has ended."""
-    frame_kind, number, size = _HEAD.unpack(await stream.readexactly(_HEAD.size))
+    frame_kind, number, size = HEAD.unpack(await stream.readexactly(HEAD.size))
     return Kind(frame_kind), number, await stream.readexactly(size)
 
 
