@@ -34,7 +34,7 @@ from sgm.schema import PlaceCode
 MOST_DETECTIONS = 1000  # of a frame; detectors give 300 at most
 _JUMP = 1.0  # metres from one frame to the next that no robot goes
 _LEAST_FRAMES = 3  # that show a thing at no known place, before it gets one
-_MOST_TIMES = 1000  # of the latest frames
+_MOST_VIEWS = 1000  # of the latest frames
 _MAKE_MAPPER = "Write FurnitureMapper(memory)."
 
 
@@ -107,7 +107,7 @@ class LookBuilder:
         self._time = -math.inf
         self._eye = np.zeros(3)  # where the camera was in the last good frame
         self._frame = 0
-        self._times: deque[float] = deque(maxlen=_MOST_TIMES)
+        self._views: deque[tuple[float, np.ndarray]] = deque(maxlen=_MOST_VIEWS)  # time, eye
         self._spots = Spots()
         self._begin(furniture)
 
@@ -194,7 +194,7 @@ class LookBuilder:
             return False
         assert pose is not None
         self._frame += 1
-        self._times.append(time)
+        self._views.append((time, pose.position))
         reach = (self.gate.nearest, self.gate.farthest)
         view = CameraView(self._scene, pose, intrinsics, image, reach)
         sure = self._placing.select(detections)
@@ -312,17 +312,25 @@ class LookBuilder:
             self._rules.least_confidence, 1 if is_over else _LEAST_FRAMES, self._frame
         )
         if mapper.settle() or tracks:
-            volumes = settle_things(mapper, tracks, self._rules.dilation)
+            times, eyes = [], []
+            for track in tracks:
+                time, eye = self._get_view(track.frames[-1])
+                times.append(time)
+                eyes.append(eye)
+            volumes = settle_things(mapper, tracks, eyes, self._rules.dilation)
             self.set_furniture(mapper.memory.layout.furniture)
-            for track, (furniture, relation) in zip(tracks, volumes, strict=True):
+            for track, time, (furniture, relation) in zip(tracks, times, volumes, strict=True):
                 place = self._scene.index[furniture]
                 self._tracks.take_over(track, PlaceCode.of(place, relation))
-                self._visits.begin(place, self._get_time(track.frames[-1]), self._eye)
+                self._visits.begin(place, time, self._eye)
 
-    def _get_time(self, frame: int) -> float:
-        """Return when a frame was taken, seconds; of one long ago, when the oldest kept one was."""
-        row = len(self._times) - 1 - (self._frame - frame)
-        return self._times[max(row, 0)]
+    def _get_view(self, frame: int) -> tuple[float, np.ndarray]:
+        """Return when a frame was taken, seconds, and where the camera was, (3,).
+
+        Of one long ago, when and where the oldest kept one was.
+        """
+        row = len(self._views) - 1 - (self._frame - frame)
+        return self._views[max(row, 0)]
 
     def _follow_merge(self, look: BuiltLook) -> BuiltLook | None:
         """Return a look at the furniture that its place has become a part of, a glimpse of it.

@@ -16,11 +16,20 @@ from sgm.schema import ON_TOP, PlaceCode
 
 
 def settle_things(
-    mapper: FurnitureMapper, tracks: Sequence[Track], dilation: float
+    mapper: FurnitureMapper,
+    tracks: Sequence[Track],
+    eyes: Sequence[np.ndarray],
+    dilation: float,
 ) -> list[tuple[int, int]]:
     """Return furniture id and relation of the place of each thing, of spots that are added else.
 
-    Things within furniture that was found show that it has an inside. `dilation` is in metres.
+    Things within furniture that was found show that it has an inside.
+
+    Args:
+        mapper: draws the map.
+        tracks: the things.
+        eyes: of the camera that saw each of them, (3,).
+        dilation: metres.
     """
     volumes = _assign(mapper, tracks, dilation)
     inside: dict[int, list[np.ndarray]] = defaultdict(list)
@@ -33,7 +42,7 @@ def settle_things(
     for index, track in enumerate(tracks):
         if volumes[index][0] == NOWHERE:
             bottom = float(track.center[2]) - track.height / 2
-            volumes[index] = mapper.find_spot(track.center, bottom), ON_TOP
+            volumes[index] = mapper.find_spot(track.center, bottom, eyes[index]), ON_TOP
     return volumes
 
 

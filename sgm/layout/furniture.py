@@ -152,6 +152,7 @@ _CLEARANCE = 0.3  # metres around the robot's middle that must be free
 _TALLEST = 1.8  # metres: what hangs higher is in no robot's way
 _STEP = 0.1  # metres above the floor: what is lower is walked over
 _FLOOR = "floor"
+_PATCH = 1.2  # metres: a floor that is no longer is where something lies, as eyes draw it, no room
 _THING = 0.2  # metres: side of what lies at furniture whose extents are unknown
 
 
@@ -162,7 +163,7 @@ def compute_positions(
 
     Where none was given, a point before the front of its box, or, if that is not free, at another
     side: outside all boxes, and on the floor of its room where that has a box. A floor is looked at
-    from its middle, or from the free point that is nearest to it.
+    from its middle, or from the free point that is nearest to it; a patch of it from beside.
 
     Returns:
         None for furniture with neither a position nor a box, or with no free side.
@@ -202,10 +203,11 @@ def _find_position(
     if piece.position is not None or extents is None:
         return piece.position
     in_room = [other for other in boxes if furniture[other].room == piece.room]
-    floors = [boxes[other] for other in in_room if furniture[other].label == _FLOOR]
+    drawn = [boxes[other] for other in in_room if furniture[other].label == _FLOOR]
+    floors = [box for box in drawn if max(box.size[:2]) > _PATCH]  # one stands on them
     # Of a floor without a box: the lowest side of the furniture of its room.
     lowest = min((boxes[other].bottom for other in in_room), default=0.0)
-    ground = floors[0].top if floors else lowest
+    ground = next((box.top for box in (*floors, *drawn)), lowest)
     in_the_way = [
         box
         for other, box in boxes.items()
@@ -214,7 +216,7 @@ def _find_position(
         and box.bottom < ground + _TALLEST
         and math.dist(box.center[:2], extents.center[:2]) < _get_reach(box) + _get_reach(extents)
     ]
-    is_floor = piece.box is not None and piece.label == _FLOOR
+    is_floor = piece.label == _FLOOR and piece.box in floors
     points = _list_points(extents, is_floor=is_floor, point=point)
     is_free = np.ones(len(points), dtype=bool)
     flat = np.column_stack([points, np.zeros(len(points))])

@@ -342,14 +342,15 @@ class FurnitureMapper:
         self._changes.merge(furniture, other)
         self._by_id.pop(other, None)
 
-    def find_spot(self, center: np.ndarray, bottom: float) -> int:
+    def find_spot(self, center: np.ndarray, bottom: float, eye: np.ndarray) -> int:
         """Return the spot at which a thing lies, which is added if there is none.
 
         Args:
             center: of the thing in the map, (3,).
             bottom: height of its lower side.
+            eye: of the camera that saw it, (3,).
         """
-        return self._spots.find(center, bottom)
+        return self._spots.find(center, bottom, eye)
 
     def list_around(self, point: np.ndarray) -> list[int]:
         """Return the furniture that was found, and whose box a point (3,) lies in."""

@@ -30,12 +30,15 @@ class MapSpots:
         self._left: set[int] = set()  # of them, those that furniture has left
         self._changes, self._memory, self._ground = changes, changes.memory, ground
 
-    def find(self, center: np.ndarray, bottom: float) -> int:
+    def find(self, center: np.ndarray, bottom: float, eye: np.ndarray) -> int:
         """Return the spot at which a thing lies, which is added if there is none.
+
+        The front of a new one looks to where it was seen from: one can stand there.
 
         Args:
             center: of the thing in the map, (3,).
             bottom: height of its lower side.
+            eye: of the camera that saw it, (3,).
         """
         is_low = bottom < self._ground + 0.15
         top = self._ground if is_low else bottom
@@ -43,15 +46,17 @@ class MapSpots:
             box = self._get_box(number)
             if abs(box.top - top) < 0.1 and math.dist(box.center[:2], center[:2]) < _SPOT_REACH:
                 size = [
-                    min(max(side, 2 * abs(float(coordinate) - mid) + 0.2), _WIDEST_SPOT)
-                    for side, coordinate, mid in zip(box.size[:2], center, box.center, strict=False)
+                    min(max(side, 2 * abs(away) + 0.2), _WIDEST_SPOT)
+                    for side, away in zip(box.size[:2], box.to_own(center).tolist(), strict=False)
                 ]
                 wider = replace(box, size=(size[0], size[1], box.size[2]))
                 self._memory.move_furniture(number, box=wider)
                 return number
         x, y = center[:2].tolist()
         thick = FLOOR_THICKNESS if is_low else 0.04
-        box = Box((x, y, top - thick / 2), (_SPOT_SIDE, _SPOT_SIDE, thick))
+        quarter = math.pi / 2
+        yaw = quarter * round(math.atan2(eye[1] - y, eye[0] - x) / quarter)
+        box = Box((x, y, top - thick / 2), (_SPOT_SIDE, _SPOT_SIDE, thick), yaw)
         name = self._find_name(box, is_low)
         label, room = "floor" if is_low else _SPOT, self._changes.find_room((x, y))
         spot = self._memory.add_furniture(label, room, name, box=box)

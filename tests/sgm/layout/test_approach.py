@@ -47,3 +47,17 @@ def test_a_floor_is_looked_at_from_its_free_middle():
     table = Furniture("table", 0, "table", box=Box((2, 2, 0.4), (1, 1, 0.8)))
     x, y = compute_positions({1: FLOOR, 2: table})[1]
     assert 0.8 <= np.hypot(x - 2, y - 2) <= 1.2
+
+
+def test_a_patch_of_floor_where_a_thing_lies_is_no_room():
+    """Eyes without a map draw it around a shoe: one stands beside it, and elsewhere as before."""
+    low, high = (2.3, 1.9), (2.9, 2.3)
+    patch = Furniture("floor", 0, "floor by the fridge", box=Box.of_floor(low, high))
+    for more in ({}, {1: FLOOR}):
+        furniture = {5: FRIDGE, 6: patch, **more}
+        found = compute_positions(furniture)
+        assert found[5] == pytest.approx((1, 1.3))  # .7 before it, as without the patch
+        x, y = found[6]
+        assert not (low[0] <= x <= high[0] and low[1] <= y <= high[1])
+        beside = compute_position(furniture, 6, (2.6, 2.1, 0.1))
+        assert np.hypot(beside[0] - 2.6, beside[1] - 2.1) > 0.6

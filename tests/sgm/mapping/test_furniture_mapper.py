@@ -119,6 +119,44 @@ def test_a_spot_is_named_by_what_is_near():
     assert memory.layout.furniture[seen.furniture].label == "floor"
 
 
+@pytest.mark.parametrize("bearing", [0.2, 1.5, 3.0, 4.6])
+@pytest.mark.parametrize("height", [0.05, 0.6])
+def test_a_spot_is_looked_at_from_where_it_was_seen(bearing, height):
+    """What is on its other sides, such as a wall, is not known."""
+    memory, _, walk = make()
+    slippers = Box((1.2, 0.9, height), (0.25, 0.2, 0.1))
+    poses = look_around(slippers.center, num=24, turn=0.5, start=bearing)
+    walk.see(poses, [], [("slippers", slippers)])
+    away = [Pose.look_at(poses[-1].position, 2 * poses[-1].position - slippers.center)] * 60
+    walk.see(away, [], [])  # turned around, and its map is settled meanwhile
+    walk.tell(memory)
+    seen = memory.last_seen("slippers")
+    x, y, yaw = memory.get_pose(seen.furniture, seen.position)
+    ahead = np.array([slippers.center[0] - x, slippers.center[1] - y])
+    assert yaw == pytest.approx(math.atan2(ahead[1], ahead[0]), abs=0.1)
+    assert 0.6 < np.hypot(*ahead) < 1.5
+    assert ahead @ [math.cos(bearing), math.sin(bearing)] < -0.5
+
+
+def test_what_lies_on_the_floor_moves_no_stand_before_furniture():
+    memory, _, walk = make()
+    poses = look_around(TABLE.center, num=24)
+    walk.see(poses, [("table", TABLE)])
+    walk.tell(memory)
+    (table,) = memory.furniture_ids
+    before = memory.get_pose(table)
+    walk.time += 20
+    slippers = Box((1.2, 0.9, 0.05), (0.25, 0.2, 0.1))
+    walk.see(
+        look_around((1.7, 0.3, 0.3), radius=2.0, num=24),
+        [("table", TABLE)],
+        [("slippers", slippers)],
+    )
+    walk.tell(memory)
+    assert memory.describe(memory.last_seen("slippers").furniture) == "floor by the table in home"
+    assert memory.get_pose(table) == pytest.approx(before, abs=0.2)
+
+
 def test_two_pieces_and_names_that_are_wrong_now_and_then():
     memory, _, walk = make()
     for center in (TABLE.center, SOFA.center):
