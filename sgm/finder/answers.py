@@ -399,6 +399,74 @@ class EventList(AnswerList):
 
 
 @dataclass(frozen=True, slots=True)
+class ExpectedRow:
+    """A thing that may be at a place at a time.
+
+    Attributes:
+        thing: its id, or its description where it has none.
+        probability: that it is there then.
+        why: on how many such days looks at that hour showed it there; empty if there were none.
+    """
+
+    thing: str
+    probability: float
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class ExpectedList(AnswerList):
+    """What may be at a place, the likeliest first.
+
+    Attributes:
+        status: of the place.
+        at: the time that is asked about.
+    """
+
+    rows: tuple[ExpectedRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LearntRow:
+    """What was learnt of a thing.
+
+    Attributes:
+        thing: its description.
+        said: where it is at which hours or where it goes next, and its usual place.
+        rhythm: what tells best where it is: "hour" of the day, hour and kind of "day", "lag" since
+            it was seen, both as "hour_lag"; "any" if it keeps to none of these.
+        place: id of the place that showed it most often.
+        name: of that place.
+        share: of the looks there, how many showed it, 0 to 1.
+    """
+
+    thing: str
+    said: str
+    rhythm: str
+    place: int
+    name: str
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class LearntList(AnswerList):
+    """What was learnt of things, those with the clearest rhythm first.
+
+    Attributes:
+        status: always "ok".
+        said: how well similar moments foretold the latest looks, in one line; empty without any.
+        sure: how likely they held what they held for the likeliest; left out without such looks.
+        right: share of these looks that showed it; left out without such looks.
+        num_looks: how many they were.
+    """
+
+    rows: tuple[LearntRow, ...]
+    said: str = ""
+    sure: float | None = field(default=None, metadata=LEFT_OUT)
+    right: float | None = field(default=None, metadata=LEFT_OUT)
+    num_looks: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class ChangeRow:
     """That a thing is new, was moved, is gone, or was picked up, noticed between two looks.
 
@@ -475,6 +543,7 @@ class Answered:
         things: what is at a place, or of a kind.
         events: what is known of a thing over time.
         changes: what has changed.
+        expected: what may be at a place at a time to come; left out of other questions.
     """
 
     status: Status
@@ -489,6 +558,7 @@ class Answered:
     things: tuple[ThingRow, ...] = ()
     events: tuple[EventRow, ...] = ()
     changes: tuple[ChangeRow, ...] = ()
+    expected: tuple[ExpectedRow, ...] | None = field(default=None, metadata=LEFT_OUT)
 
 
 def to_json(answer: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import datetime
 
+from sgm.finder.days_seen import DaysSeen
 from sgm.memory.sighting import Point, SeenAt
 from sgm.memory.thing import ROBOT, Statement
 from sgm.names.asking import Asking, make_asking
@@ -38,6 +39,9 @@ class Evidence:
         was_missed: whether a look here, after that sighting and statement, did not show it.
         is_elsewhere: whether another place has shown it after that sighting, and no look here.
         is_in_view: whether a camera shows it here now (`sgm.ros.LiveMemory`).
+        days: on how many such days looks here at that hour showed it. None without any, of several
+            things, and for the present where they do not speak against the last look here
+            (`DaysSeen.contradicts`).
         language: of its sentences.
     """
 
@@ -55,11 +59,13 @@ class Evidence:
     was_missed: bool = False
     is_elsewhere: bool = False
     is_in_view: bool = False
+    days: DaysSeen | None = None
     language: str = ENGLISH
 
     def __str__(self) -> str:
         """Say it in one line."""
-        asking, parts = make_asking(self.language), []
+        asking = make_asking(self.language)
+        parts = [] if self.days is None else [self.days.tell(self.language)]
         if self.seen is not None:
             parts.append(self._tell_seen(self.seen, asking))
         elif self.times_absent:

@@ -6,15 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 
-import numpy as np
-
-from sgm.evidence.similar_moments import PastMoments
-from sgm.memory.memory_questions import Asked
-from sgm.memory.moments import SHOWN
+from sgm.finder.days_seen import DaysSeen, count_days
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-
-_AROUND = 1.0  # hours before or after the time of day that is asked about
-_WORKDAYS = 5 * 24  # hours of a week, from Monday on
+from sgm.names.asking import make_asking
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,25 +18,25 @@ class ExpectedThing:
     Attributes:
         thing: its id, or its description where it has none.
         probability: that it is there.
-        days_seen, days_looked: on how many of how many days of that kind, working days or weekends,
-            looks there at that hour, or within one, showed it; of those that the memory keeps
-            (`sgm.memory.moments`). 0 without a clock.
-        is_workday: of which kind; None without a clock.
+        days: on how many such days looks there at that hour showed it; None if there were none.
+        language: of its sentences.
     """
 
     thing: str
     probability: float
-    days_seen: int
-    days_looked: int
-    is_workday: bool | None
+    days: DaysSeen | None
+    language: str
+
+    @property
+    def why(self) -> str:
+        """What it rests on: "at this hour on 9 of 10 workdays"; empty if no look was then."""
+        return "" if self.days is None else self.days.tell(self.language)
 
     def __str__(self) -> str:
-        """Say it in one line, in English."""
-        told = f"{self.thing}: {self.probability:.0%}"
-        if not self.days_looked:
-            return told
-        days = "workdays" if self.is_workday else "days of the weekend"
-        return f"{told}, at this hour on {self.days_seen} of {self.days_looked} {days}"
+        """Say it in one line."""
+        name = make_asking(self.language).translate(self.thing)
+        told = f"{name}: {self.probability:.0%}"
+        return f"{told}, {self.why}" if self.days is not None else told
 
 
 def list_expected(
@@ -72,31 +66,10 @@ def list_expected(
     ]
     if not things:
         return []
-    days, is_workday = _count_days(memory.ask(things, at=at), furniture)
+    asked = memory.ask(things, at=at)
+    place, counts = asked.furniture_ids.index(furniture), count_days(asked)
     expected = [
-        ExpectedThing(thing, compute_probability(thing), *counts, is_workday)
-        for thing, counts in zip(things, days, strict=True)
+        ExpectedThing(thing, compute_probability(thing), counts[row].get(place), memory.language)
+        for thing, row in zip(things, asked.question.tolist(), strict=True)
     ]
     return sorted(expected, key=lambda each: -each.probability)
-
-
-def _count_days(asked: Asked, furniture: int) -> tuple[list[tuple[int, int]], bool | None]:
-    """Count days that showed each of the things asked for at a place, of those with looks there.
-
-    And say whether they are working days, None without a clock.
-    """
-    if asked.batch.clock is None:
-        return [(0, 0)] * len(asked.question), None
-    past = PastMoments.gather(asked.batch, asked.queries)
-    days = []
-    for question in asked.question.tolist():
-        cells = (past.query == question) & (past.place == asked.furniture_ids.index(furniture))
-        ago, states = past.ago[cells].ravel(), past.states[cells].ravel()
-        hours, now = past.now[question] - ago, past.now[question]
-        is_alike = (states > 0) & (np.abs(np.mod(ago + 12, 24) - 12) <= _AROUND)
-        is_alike &= (np.mod(hours, 7 * 24) >= _WORKDAYS) == (now >= _WORKDAYS)
-        # From noon to noon around that hour, so that midnight parts no two looks.
-        day = np.floor((ago + 12) / 24)
-        looked, shown = day[is_alike], day[is_alike & (states == SHOWN)]
-        days.append((len(np.unique(shown)), len(np.unique(looked))))
-    return days, bool(past.now[0] < _WORKDAYS)

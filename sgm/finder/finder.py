@@ -181,7 +181,9 @@ class Finder:
         shown = order[:k].tolist()
         return Ranking(
             description=description,
-            places=describe_places(asked, posterior, cosines, shown, resolution.language),
+            places=describe_places(
+                asked, posterior, cosines, shown, resolution.language, is_ahead=at is not None
+            ),
             elsewhere=posterior.elsewhere,
             with_robot=float(1 - np.prod(1 - asked.carried)),
             last_seen=asked.sightings[0] if asked.sightings else None,
@@ -216,7 +218,7 @@ class Finder:
         return list_expected(memory, furniture, at, compute_probability)
 
     def learnt(self, memory: SceneGraphMemory, k: int | None = None) -> Learnt:
-        """Say what a memory with a clock has learnt of how its home goes, in English.
+        """Say what a memory with a clock has learnt of how its home goes.
 
         Of each thing where it is at which hours, or where it goes next. And of the latest looks at
         the place where similar moments before each held a thing for the likeliest, how likely

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
@@ -15,6 +15,8 @@ from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.moments import SHOWN
 from sgm.memory.queries import Queries
 from sgm.memory.scene_graph_memory import SceneGraphMemory
+from sgm.names.asking import make_asking
+from sgm.names.sections import ENGLISH
 
 MOST_TESTED = 200  # looks
 _TOGETHER = 64  # things in one pass
@@ -34,7 +36,7 @@ class Stay:
 
     Attributes:
         place: furniture id; None for none of the places where it was ever seen.
-        name: of the place, or "out".
+        name: of the place; empty for none.
         days: "workdays", "weekends" or "all days".
         begin, end: first and last hour of the day, 0 to 24, that looks have shown; past midnight
             the end is the smaller one.
@@ -46,10 +48,16 @@ class Stay:
     begin: int
     end: int
 
-    def __str__(self) -> str:
+    def tell(self, language: str = ENGLISH) -> str:
         """Say it: "out on workdays from 8 to 18"."""
-        hours = f"at {self.begin}" if self.begin == self.end else f"from {self.begin} to {self.end}"
-        return f"{self.name} on {self.days} {hours}"
+        asking = make_asking(language)
+        return asking.say(
+            "stay at" if self.begin == self.end else "stay from",
+            place=asking.say("out") if self.place is None else asking.translate(self.name),
+            days=asking.say(self.days),
+            begin=self.begin,
+            end=self.end,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +78,18 @@ class Passage:
     number: int
     num_left: int
 
-    def __str__(self) -> str:
+    def tell(self, language: str = ENGLISH) -> str:
         """Say it: "from table to sink after 1 h (18 of 20)"."""
-        first, then = self.names
-        return f"from {first} to {then} after {self.hours:.2g} h ({self.number} of {self.num_left})"
+        asking = make_asking(language)
+        before, where = map(asking.translate, self.names)
+        return asking.say(
+            "passage",
+            before=before,
+            where=where,
+            hours=f"{self.hours:.2g}",
+            number=self.number,
+            total=self.num_left,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +105,7 @@ class LearntThing:
         share: of the looks there, how many showed it, 0 to 1.
         stays: where it is at the hours when it is not there; none without a rhythm of hours.
         passages: where it goes next; none without a rhythm of lags.
+        language: of its sentences.
     """
 
     thing: str
@@ -98,12 +115,20 @@ class LearntThing:
     share: float
     stays: tuple[Stay, ...] = ()
     passages: tuple[Passage, ...] = ()
+    language: str = ENGLISH
+
+    @property
+    def said(self) -> str:
+        """What was learnt, without the thing."""
+        asking = make_asking(self.language)
+        told = [stay.tell(self.language) for stay in self.stays]
+        told += [passage.tell(self.language) for passage in self.passages]
+        name, percent = asking.translate(self.usual_name), f"{self.share:.0%}"
+        return "; ".join([*told, asking.say("usual place", place=name, percent=percent)])
 
     def __str__(self) -> str:
         """Say it in one line."""
-        told = [*map(str, self.stays), *map(str, self.passages)]
-        usual = f"{self.usual_name} in {self.share:.0%} of the looks"
-        return f"{self.thing}: {'; '.join([*told, usual])}"
+        return f"{make_asking(self.language).translate(self.thing)}: {self.said}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,20 +141,27 @@ class Learnt:
             the latest looks at the place that they held for the likeliest; nan without such looks.
         right: share of these looks that showed the thing.
         num_looks: how many they were, `MOST_TESTED` at most.
+        language: of its sentences.
     """
 
     things: tuple[LearntThing, ...]
     sure: float
     right: float
     num_looks: int
+    language: str = ENGLISH
+
+    @property
+    def score(self) -> str:
+        """How sure it was and how often right, in one line; empty without looks."""
+        sure, right = f"{self.sure:.2f}", f"{self.right:.2f}"
+        asking, number = make_asking(self.language), self.num_looks
+        return asking.count("learnt score", number, sure=sure, right=right) if number else ""
 
     def __str__(self) -> str:
         """Say it, a line for each thing."""
-        lines = [str(thing) for thing in self.things]
-        if self.num_looks:
-            looks = f"the last {self.num_looks} looks" if self.num_looks > 1 else "the last look"
-            lines.append(f"sure to {self.sure:.2f}, right {self.right:.2f} in {looks}")
-        return "\n".join(lines) or "nothing yet"
+        lines = [*map(str, self.things), self.score]
+        told = "\n".join(filter(None, lines))
+        return told or make_asking(self.language).say("nothing learnt")
 
 
 def tell_learnt(memory: SceneGraphMemory, k: int | None = None) -> Learnt:
@@ -139,8 +171,9 @@ def tell_learnt(memory: SceneGraphMemory, k: int | None = None) -> Learnt:
         ValueError: if there is no furniture yet.
     """
     names = memory.descriptions
+    language = memory.language
     if not names or memory.clock is None:
-        return Learnt((), float("nan"), float("nan"), 0)
+        return Learnt((), float("nan"), float("nan"), 0, language)
     asked = memory.ask(names[:1], before_looks=False)
     batch, objects = asked.batch, asked.batch.objects
     told: list[tuple[float, LearntThing]] = []
@@ -160,10 +193,12 @@ def tell_learnt(memory: SceneGraphMemory, k: int | None = None) -> Learnt:
             if gain < _LEAST_GAIN or gain * similar.amount[query, -1] < _LEAST_SCORE:
                 kind, gain = KINDS.index("any"), 0.0
             ids, places = asked.furniture_ids, asked.furniture_names
-            told.append((gain, table.tell(names[thing], KINDS[kind], ids, places)))
+            learnt = table.tell(names[thing], KINDS[kind], ids, places)
+            told.append((gain, replace(learnt, language=language)))
     told.sort(key=lambda each: -each[0])
     sure, right = tested.score()
-    return Learnt(tuple(thing for _, thing in told[:k]), sure, right, tested.num_looks)
+    first = tuple(thing for _, thing in told[:k])
+    return Learnt(first, sure, right, tested.num_looks, language)
 
 
 def _gather(batch: MemoryBatch, things: np.ndarray) -> PastMoments:
@@ -204,7 +239,7 @@ class _Sightings:
         """Say where the thing is."""
         usual, share = self._find_usual()
         stays = [
-            Stay(None if at < 0 else ids[at], "out" if at < 0 else names[at], days, begin, end)
+            Stay(None if at < 0 else ids[at], "" if at < 0 else names[at], days, begin, end)
             for at, days, begin, end in self._list_stays(rhythm)
             if at != usual
         ]

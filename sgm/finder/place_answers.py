@@ -44,8 +44,9 @@ class PlaceAnswers(EventAnswers):
         return [row for row in rows.values() if row.thing in resolution.matches]
 
     def _tell_what_at(self) -> Answered:
-        """Say what is or was at a place, or in a room: "what is on the desk but the lamp?"."""
-        past = self._find_past()
+        """Say what is, was or will be at a place or in a room: "what is here but the lamp?"."""
+        ahead = self._find_ahead()
+        past = None if ahead is not None else self._find_past()
         where = self._sentence.where
         phrase = self._phrases.read(where)
         if phrase.excluded or phrase.is_not_there:
@@ -57,6 +58,8 @@ class PlaceAnswers(EventAnswers):
             places = [place for place in places if place not in away]
         if past is not None:
             return self._tell_what_was_at(where, places, past, left_out)
+        if ahead is not None:
+            return self._tell_expected(where, places, ahead, left_out)
         rows = [row for row in self._list_at(places) if row.thing not in left_out]
         return self._tell_rows(where, places, rows)
 
@@ -79,6 +82,25 @@ class PlaceAnswers(EventAnswers):
         return self._make(
             self._say("things then", where=where, names=told), where=tuple(answers), at=at
         )
+
+    def _tell_expected(
+        self, where: str, places: Sequence[int], ahead: int, left_out: set[str]
+    ) -> Answered:
+        """Say what will probably be at a place at a time to come."""
+        listed = [self._calls.expect(place, ahead, self._calls.most_rows) for place in places]
+        rows = [row for each in listed for row in each.rows if row.thing not in left_out]
+        rows.sort(key=lambda row: -row.probability)
+        at, where = listed[0].at, self._say_places(where, places)
+        told = [
+            f"{self._asking.translate(row.thing)} ({row.probability:.0%})"
+            for row in rows
+            if row.probability >= LIKELY
+        ]
+        said = self._say("nothing expected", where=where)
+        if told:
+            names = self._asking.join(told, "and", _MOST_TOLD)
+            said = self._say("things expected", where=where, names=names)
+        return self._make(said, at=at, expected=tuple(rows[: self._calls.most_rows]))
 
     def _was_at(self, name: str, places: Sequence[int], past: tuple[int, int]) -> bool:
         """Tell whether a look of a time that has passed showed a thing there, or it likely was."""
@@ -127,6 +149,17 @@ class PlaceAnswers(EventAnswers):
         places = self._find_places(phrase.where)
         found = [row for row in self._list_rows(phrase.name) if row.is_there]
         return self._tell_rows(phrase.where, places, [row for row in found if row.place in places])
+
+    def _find_ahead(self) -> int | None:
+        """Return the first time step of a time to come; None where none is meant."""
+        said, clock, now = self._sentence.time, self._memory.clock, self._memory.time
+        if said is None or clock is None or self._sentence.tense != "future":
+            return None
+        begin, end = said.find(clock.get_time(now), "future")
+        if said.link != "at" or end <= clock.get_time(now):
+            self._refuse_time()
+        first, _ = count_steps(self._memory, begin, end)
+        return first if first > now else None
 
     def _find_past(self) -> tuple[int, int] | None:
         """Return the time steps of a time that has passed; None where the present is meant."""

@@ -9,6 +9,7 @@ from datetime import datetime
 import numpy as np
 
 from sgm.belief import Posterior
+from sgm.finder.days_seen import DaysSeen, count_days
 from sgm.finder.evidence import Evidence
 from sgm.memory.clock import Clock
 from sgm.memory.memory_questions import Asked
@@ -200,6 +201,7 @@ def describe_places(
     cosines: np.ndarray | None,
     furniture: Sequence[int],
     language: str = ENGLISH,
+    is_ahead: bool = False,
 ) -> tuple[Place, ...]:
     """Say what is believed of some furniture nodes, and why; arguments as in `gather_evidence`."""
     relations = asked.relation.tolist()
@@ -215,13 +217,19 @@ def describe_places(
             open_cost=asked.open_costs[place] if IS_INSIDE[relations[place]] else None,
         )
         for place, evidence in zip(
-            furniture, gather_evidence(asked, cosines, furniture, language), strict=True
+            furniture,
+            gather_evidence(asked, cosines, furniture, language, is_ahead),
+            strict=True,
         )
     )
 
 
 def gather_evidence(
-    asked: Asked, cosines: np.ndarray | None, furniture: Sequence[int], language: str = ENGLISH
+    asked: Asked,
+    cosines: np.ndarray | None,
+    furniture: Sequence[int],
+    language: str = ENGLISH,
+    is_ahead: bool = False,
 ) -> list[Evidence]:
     """Gather what a memory holds about what was asked for, at some furniture nodes.
 
@@ -231,6 +239,7 @@ def gather_evidence(
             leave similar objects out.
         furniture: positions in `asked.furniture_ids`, (n,).
         language: of its sentences.
+        is_ahead: whether a time to come is asked about.
 
     Returns:
         One entry per furniture node, n of them.
@@ -257,6 +266,7 @@ def gather_evidence(
     found = []
     now = asked.current.time
     now_on = _get_date(asked.clock, now)
+    days = _list_days(asked, is_ahead, seen_at)
     for place in furniture:
         seen = seen_at.get(ids[place])
         ended, missed, was_missed, is_elsewhere = None, NEVER, False, False
@@ -282,10 +292,32 @@ def gather_evidence(
                 ended_on=None if ended is None else _get_date(clock, ended.time),
                 was_missed=was_missed,
                 is_elsewhere=is_elsewhere,
+                days=days.get(place),
                 language=language,
             )
         )
     return found
+
+
+def _list_days(
+    asked: Asked, is_ahead: bool, seen_at: Mapping[int | None, SeenAt]
+) -> dict[int, DaysSeen]:
+    """List on how many days a single thing was seen at an hour, by place, where that is to be said.
+
+    For the present that is where they speak against the last look: what is always where it was
+    seen needs no other reason. `seen_at` is the last sighting at each place, by id.
+    """
+    if asked.clock is None or len(asked.rows) != 1 or not (is_ahead or len(seen_at) > 1):
+        return {}
+    (counts,) = count_days(asked)
+    if is_ahead:
+        return counts
+    ids = asked.furniture_ids
+    return {
+        place: days
+        for place, days in counts.items()
+        if days.contradicts(is_there=ids[place] in seen_at and seen_at[ids[place]].is_there)
+    }
 
 
 def _count_sought(asked: Asked, num_missed: np.ndarray) -> list[float]:

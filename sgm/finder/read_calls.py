@@ -13,6 +13,10 @@ from sgm.finder.answers import (
     ChangeRow,
     EventList,
     EventRow,
+    ExpectedList,
+    ExpectedRow,
+    LearntList,
+    LearntRow,
     PlaceList,
     PlaceRow,
     ThingList,
@@ -29,7 +33,7 @@ from sgm.memory.sighting import Point
 DEFAULT_ROWS = 20  # of lists
 _MOST_POSITIONS = 500  # of things, those seen last, that a list tells
 
-_List = TypeVar("_List", PlaceList, ThingList, EventList)
+_List = TypeVar("_List", PlaceList, ThingList, EventList, ExpectedList, LearntList)
 
 
 class ReadCalls(WhereCalls):
@@ -197,6 +201,64 @@ class ReadCalls(WhereCalls):
         changes, now = self.memory.changes(since), self.memory.time
         rows = self._tell_changes(changes[:k], now)
         return ChangeList("ok", rows, max(len(changes) - k, 0), self.tell_time(now, now))
+
+    def expect(
+        self, place: int | str, at: datetime | int | None = None, k: int = DEFAULT_ROWS
+    ) -> ExpectedList:
+        """List what may be at a place, of all that was ever seen or said to be there.
+
+        Args:
+            place: id or name.
+            at: date and time, or time step, to come; None for now.
+            k: most rows.
+
+        Raises:
+            KeyError: if there is no place of that id.
+            ValueError: if a name is none, the time has passed, or k is out of range.
+        """
+        check_rows(k)
+        self._come_to_present()
+        now = self.memory.time
+        try:
+            found = find_place(self.memory, place)
+        except Unclear as unclear:
+            return self._cut(ExpectedList, [], k, now, unclear)
+        rows = [
+            ExpectedRow(thing=each.thing, probability=each.probability, why=each.why)
+            for each in self.finder.expect(self.memory, found, at)
+        ]
+        return replace(self._cut(ExpectedList, rows, k, now), at=self._tell_asked_time(at))
+
+    def learnt(self, k: int = DEFAULT_ROWS) -> LearntList:
+        """Say what a memory with a clock has learnt of how its home goes: see `Finder.learnt`.
+
+        Args:
+            k: most rows.
+
+        Raises:
+            ValueError: if k is out of range.
+        """
+        check_rows(k)
+        self._come_to_present()
+        now = self.memory.time
+        if not self.memory.num_furniture:
+            return self._cut(LearntList, [], k, now)
+        learnt = self.finder.learnt(self.memory)
+        rows = [
+            LearntRow(
+                thing=each.thing,
+                said=each.said,
+                rhythm=each.rhythm,
+                place=each.usual,
+                name=each.usual_name,
+                share=each.share,
+            )
+            for each in learnt.things
+        ]
+        listed = replace(self._cut(LearntList, rows, k, now), said=learnt.score)
+        if not learnt.num_looks:
+            return listed
+        return replace(listed, sure=learnt.sure, right=learnt.right, num_looks=learnt.num_looks)
 
     def _tell_changes(self, changes: Sequence[ThingChange], now: int) -> tuple[ChangeRow, ...]:
         layout = self.memory.layout

@@ -107,7 +107,6 @@ class WhereCalls:
         self, asked: AskedThings, thing: str, at: datetime | int | None, k: int | None
     ) -> WhereOne:
         """Say where one thing may be, at a time that is given or asked about."""
-        now = self.memory.time
         if asked.span is not None and asked.is_past:
             return self._locate_past(asked, thing, k)
         if asked.span is not None:
@@ -115,11 +114,7 @@ class WhereCalls:
         ranking = self.finder.rank(
             self.memory, thing, k or DEFAULT_PLACES, at=at, exactly=asked.is_exact
         )
-        seen, clock, step = _choose_last_seen(ranking), self.memory.clock, now
-        if isinstance(at, datetime) and clock is not None:
-            step = int((at - clock.start).total_seconds() // clock.step_seconds)
-        elif isinstance(at, int):
-            step = at
+        seen = _choose_last_seen(ranking)
         unclear = None if ranking.asked_for != "thing" else self._doubt(ranking)
         layout = self.memory.layout
         return WhereOne(
@@ -141,7 +136,7 @@ class WhereCalls:
             elsewhere=ranking.elsewhere,
             with_robot=ranking.with_robot,
             last_seen=self._tell_last_seen(seen),
-            at=self.tell_time(step, now),
+            at=self._tell_asked_time(at),
             asked_for=ranking.asked_for,
             num_known=ranking.num_known if ranking.num_known > 1 else None,
             **tell_doubt(asked.unclear or unclear),
@@ -216,6 +211,14 @@ class WhereCalls:
     def tell_time(self, step: int, now: int) -> Moment:
         """Tell a time step, as it is said at another one."""
         return Moment.tell(step, now, self.memory.clock, self.memory.language)
+
+    def _tell_asked_time(self, at: datetime | int | None) -> Moment:
+        """Tell the time that is asked about; None for now."""
+        now, clock = self.memory.time, self.memory.clock
+        step = at if isinstance(at, int) else now
+        if isinstance(at, datetime) and clock is not None:
+            step = int((at - clock.start).total_seconds() // clock.step_seconds)
+        return self.tell_time(step, now)
 
     def tell_any(self, step: int | None, now: int) -> Moment | None:
         """Tell a time step, if there is one."""

@@ -149,6 +149,9 @@ class SentenceReader:
         if time is None:
             words, time = self._times.split(asked.split())
             asked = pad_words(words) if time is not None and words else asked
+        if time is None and where:  # "what was at noon on the desk?"
+            words, said = self._times.split(where.split())
+            where, time = (pad_words(words), said) if words else (where, time)
         text = asked.strip()
         return Sentence(
             kind=kind,

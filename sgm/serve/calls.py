@@ -186,6 +186,7 @@ _KEY = Argument(
 )
 _THING = Argument("thing", TEXT, "in words, such as the red mug, or its id", REQUIRED)
 _PLACE = Argument("place", PLACE, "id or name, such as desk in study", REQUIRED)
+_AT = Argument("at", TIME, "local time, 2026-11-16T18:30, or a time step; not past")
 _ROOM = Argument("room", ROOM, "id or name, such as kitchen", REQUIRED)
 _LABEL = Argument("label", TEXT, "what it is, such as fridge", REQUIRED)
 _STAND = Argument("position", POSITION, "where one stands to look at it, metres")
@@ -231,7 +232,7 @@ _CALLS: Final[tuple[Call, ...]] = (
         "reasons. If the status is ambiguous, ask the user what `ask` says.",
         (
             _THINGS,
-            Argument("at", TIME, "local time, 2026-11-16T18:30, or a time step; not past"),
+            _AT,
             _rows("most places; left out: three, or fewer, so that the answer is short", None),
             _SPEAKER,
         ),
@@ -374,6 +375,20 @@ _CALLS: Final[tuple[Call, ...]] = (
             _rows("most rows", 20),
         ),
         MemoryService.changes,
+    ),
+    Call(
+        "List what may be at a place, now or at a time to come, the likeliest first.",
+        (
+            _PLACE,
+            _AT,
+            _rows("most rows", 20),
+        ),
+        MemoryService.expect,
+    ),
+    Call(
+        "Say what was learnt of how the home goes: which thing is where at which hours.",
+        (_rows("most rows", 20),),
+        MemoryService.learnt,
     ),
     Call(
         "Add a room.",

@@ -80,7 +80,15 @@ def find_call(name: str, arguments: Mapping[str, Any]) -> tuple[Call, Mapping[st
 
 def _make_tool(call: Call) -> Tool:
     sentence = call.about.partition(". ")[0].removesuffix(".")
-    return Tool(call.name, f"{sentence}.", shorten_schema(call.make_input_schema()), call.is_write)
+    schema = _shorten_arguments(call)
+    return Tool(call.name, f"{sentence}.", schema, call.is_write)
+
+
+def _shorten_arguments(call: Call) -> dict[str, Any]:
+    """Return the short schema of a call; what its key is, the server says once for all."""
+    schema = shorten_schema(call.make_input_schema())
+    schema["properties"].get("key", {}).pop("description", None)
+    return schema
 
 
 def _make_map_tool() -> Tool:
@@ -89,7 +97,7 @@ def _make_map_tool() -> Tool:
     }
     needed = []
     for call in _MAP_CALLS:
-        for name, schema in shorten_schema(call.make_input_schema())["properties"].items():
+        for name, schema in _shorten_arguments(call)["properties"].items():
             properties.setdefault(name, schema)
             entry = schema.get("items", {}).get("properties", {})
             for said in entry.keys() & properties.keys():  # how, an argument of that name says

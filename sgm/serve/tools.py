@@ -28,7 +28,8 @@ INSTRUCTIONS = (
     "user as it was said, call ask. When a status is "
     "ambiguous, ask the user what `ask` says, and call again with one of the candidates. When it "
     "is unknown, try a candidate or another name, or look through list_things. After every look "
-    "at a place call observe with everything that was seen there."
+    "at a place call observe with everything that was seen there. A call that writes is made once "
+    "if it is sent again with the same key, any text."
 )
 _REFUSALS = (KeyError, ValueError, TypeError, OSError, Refused)
 _JSON = "application/json"

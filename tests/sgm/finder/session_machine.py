@@ -652,6 +652,7 @@ class ServiceMachine(RuleBasedStateMachine):
             ("list_things", ()),
             ("history", (thing,)),
             ("changes", (since,)),
+            ("learnt", ()),
         ):
             self._call(name, *arguments)
         assert dump(self.service.memory) == content

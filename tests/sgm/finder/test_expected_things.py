@@ -43,19 +43,22 @@ def test_it_says_what_it_rests_on(finder, home):
     tablet = get(finder.expect(memory, table, at=noon), "tablet")
     # Before Monday noon of the first week it had not been seen there: of that day the look that
     # showed it counts. Ten workdays, nine with it.
-    assert (tablet.days_seen, tablet.days_looked, tablet.is_workday) == (9, 10, True)
+    days = tablet.days
+    assert (days.num_seen, days.num_looked, days.is_workday) == (9, 10, True)
     assert str(tablet).endswith("%, at this hour on 9 of 10 workdays")
     sunday = get(finder.expect(memory, table, at=noon + timedelta(days=6)), "tablet")
-    assert (sunday.days_seen, sunday.days_looked, sunday.is_workday) == (0, 4, False)
+    days = sunday.days
+    assert (days.num_seen, days.num_looked, days.is_workday) == (0, 4, False)
     assert sunday.probability < tablet.probability
-    assert str(sunday).endswith("%, at this hour on 0 of 4 days of the weekend")
+    assert str(sunday).endswith("%, at this hour on 0 of 4 weekend days")
 
 
 def test_an_hour_apart_is_this_hour_and_two_are_not(finder, home):
     memory, table, _ = home
-    for hour, days in ((13, 10), (14, 0)):
+    for hour, number in ((13, 10), (14, 0)):
         at = MONDAY + timedelta(days=14, hours=hour)
-        assert get(finder.expect(memory, table, at=at), "tablet").days_looked == days
+        days = get(finder.expect(memory, table, at=at), "tablet").days
+        assert (0 if days is None else days.num_looked) == number
 
 
 def test_probabilities_are_those_of_rank_and_ordered(finder, home):
@@ -79,7 +82,7 @@ def test_things_with_ids_are_each_expected(finder):
     memory.observe(table, [Sighting("mug", id="a")])
     memory.observe(shelf, [Sighting("mug", id="b")])
     (mug,) = finder.expect(memory, table)
-    assert (mug.thing, mug.days_looked, mug.is_workday) == ("a", 0, None)
+    assert (mug.thing, mug.days, mug.why) == ("a", None, "")
     assert str(mug) == f"a: {mug.probability:.0%}"
 
 

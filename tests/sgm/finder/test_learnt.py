@@ -84,7 +84,7 @@ def test_hours_in_a_row_last_until_the_next_place(finder):
     live(memory, places, list_times(8, *range(24)), lambda now: int(8 <= now.hour < 22))
     (stay,) = get_thing(finder.learnt(memory), "keys").stays
     assert (stay.place, stay.days, stay.begin, stay.end) == (places[0], "all days", 22, 8)
-    assert str(stay) == "shelf in hall on all days from 22 to 8"
+    assert stay.tell() == "shelf in hall on all days from 22 to 8"
 
 
 def test_what_was_never_looked_for_is_not_said_to_be_out(finder):

@@ -61,6 +61,7 @@ def play(service: MemoryService) -> Iterator[object]:
     Wie viele Becher gibt es?|In welchem Zimmer ist der Geldbeutel?|Wo ist die Küche?
     Wann hast du zuletzt die Schlüssel gesehen?|Wer hat die Schlüssel?
     Hat jemand den roten Becher bewegt?|Was hat sich verändert?|der Becher in der Schublade
+    Was wird morgen um 8 Uhr auf der Arbeitsplatte sein?
     der zorbige Becher|der Becher auf dem Mond|Wo ist der Schreibtisch?|Danke"""
     for text in re.split(r"\||\n", asked):
         for call in (service.ask, service.where_is):
@@ -91,6 +92,10 @@ def play(service: MemoryService) -> Iterator[object]:
     yield service.split("cup")
     yield service.forget("bowl", by="robot")
     yield service.changes(0)
+    yield service.expect("Arbeitsplatte", service.memory.time + 144)
+    yield service.learnt()
+    yield service.finder.learnt(service.memory)
+    yield from service.finder.expect(service.memory, 0)
     yield service.history("keys")
     yield service.where_is("Schlüssel")
     yield service.add_room("bathroom")

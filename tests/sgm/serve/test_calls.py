@@ -45,6 +45,8 @@ GOOD = {
     "list_places": {"room": "kitchen", "k": 1},
     "list_things": {"kind": "mug", "k": 1},
     "history": {"thing": "mug", "k": 1},
+    "expect": {"place": "desk", "at": "2026-11-16T18:30", "k": 2},
+    "learnt": {"k": 2},
     "changes": {"since": "2026-11-16T00:00", "k": 2},
     "add_room": {"label": "bath"},
     "rename_room": {"room": "kitchen", "label": "canteen"},

@@ -85,7 +85,10 @@ def ask_all(served):
         ask(served, "history", thing=thing)
     for place in ("desk", "white fridge"):
         ask(served, "list_things", place=place)
+        ask(served, "expect", place=place)
+        ask(served, "expect", place=place, at="2026-11-16T18:30", k=3)
     ask(served, "list_places", room="kitchen")
+    ask(served, "learnt")
     ask(served, "changes", since=0)
     ask(served, "changes", since="2026-11-16T07:30")
 
@@ -98,6 +101,8 @@ def test_calls_that_only_read_are_those_of_a_copy():
         "list_things",
         "history",
         "changes",
+        "expect",
+        "learnt",
     }
 
 

@@ -59,6 +59,8 @@ SESSION = [
     ("list_things", {"k": 3}),
     ("history", {"thing": "scissors"}),
     ("changes", {"since": 0}),
+    ("expect", {"place": "desk", "at": 9000}),
+    ("learnt", {}),
 ]
 # What is refused is refused with the same line.
 REFUSED = [
