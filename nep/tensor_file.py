@@ -55,11 +55,13 @@ _SIZES = {"TUPLE1": 1, "TUPLE2": 2, "TUPLE3": 3}
 _PLAIN = (type(None), bool, int, float, str, bytes, Tensor, torch.dtype, torch.device)
 
 
-def read_tensors(path: str | Path) -> Any:
+def read_tensors(path: str | Path, most_repeats: int = _MOST_REPEATS) -> Any:
     """Read what `torch.save` wrote, on the CPU and without gradients.
 
     Args:
         path: a zip file, as torch writes since version 1.6.
+        most_repeats: times the size of the file that its values may have, where each counts as
+            often as it stands there. More is for a caller that copies few of them at a time.
 
     Raises:
         OSError: if it cannot be read, or is no regular file.
@@ -71,7 +73,7 @@ def read_tensors(path: str | Path) -> Any:
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             found = _Reader(archive, len(content)).read()
-        _count(found, _MOST_REPEATS * len(content), {})
+        _count(found, most_repeats * len(content), {})
     except zipfile.BadZipFile as error:
         raise ValueError(f"no whole zip file ({shorten(str(error), 80)})") from None
     except ValueError:

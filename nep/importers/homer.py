@@ -28,6 +28,9 @@ from simulator.trace.layout import number_names
 
 # Days have no date; they are laid on one clock from a Monday.
 FIRST_DAY = datetime(2024, 5, 6)
+_COMMON = "common_data.json"
+# Times the size of a file that its values may have: a snapshot stands in all samples of its hours.
+_MOST_REPEATS = 250
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,14 +71,16 @@ class HomerSummary:
 
 
 def read_homer(folder: Path, furniture_labels: Collection[str] = ()) -> tuple[Trace, HomerSummary]:
-    """Read a household: `common_data.json` with `train/NNN.pt` and `test/NNN.pt`, or HOMER+.
+    """Read a household: `common_data.json` with `train/NNN.pt` and `test/NNN.pt`.
 
     What lies in an object is at that object's place; a room that holds things itself has a place
     named "floor". Days follow each other, those of `train` first; at night nothing is recorded,
     and each day begins as its own first snapshot says. Nodes that never hold an object are left
-    out. A file of HOMER is a list of four tensors: edges (T, N, N), row = child, column = parent;
-    nodes; activity; minutes since midnight (T,). A file of HOMER+ is a dictionary with `edges`,
-    `times`, `node_ids` and `class_names`, whose tree has the root "home".
+    out. A file of HOMER is a list of samples, dictionaries with `prev_edges` and `edges` (N, N),
+    row = child, column = parent, and `time`, minutes since midnight; or a list of four tensors:
+    edges (T, N, N); nodes; activity; minutes (T,). A file of HOMER+ is a dictionary with `edges`,
+    `times`, `node_ids` and `class_names`, whose tree has the root "home"; without
+    `common_data.json`, what stands in a room is furniture.
 
     Args:
         folder: the household's folder.
@@ -91,10 +96,8 @@ def read_homer(folder: Path, furniture_labels: Collection[str] = ()) -> tuple[Tr
             "Name the folder of one household, such as .../household0/processed."
         )
     contents = [_load(path) for path in files]
-    if isinstance(contents[0], dict):
-        nodes, days = _read_dictionaries(contents, files)
-    else:
-        nodes, days = _read_tensors(folder, contents, files)
+    read = _read_dictionaries if isinstance(contents[0], dict) else _read_lists
+    nodes, days = read(folder, contents, files)
     wanted = {label.replace("_", " ").lower() for label in furniture_labels}
     nodes.is_object &= np.array([name not in wanted for name in nodes.names])
     return _build(folder, nodes, days)
@@ -102,7 +105,7 @@ def read_homer(folder: Path, furniture_labels: Collection[str] = ()) -> tuple[Tr
 
 def _load(path: Path) -> Any:
     try:
-        return read_tensors(path)
+        return read_tensors(path, _MOST_REPEATS)
     except (OSError, ValueError) as error:
         text = shorten_text(str(error))
         raise _make_error("day must be a file of tensors", text, path) from None
@@ -112,11 +115,8 @@ def _make_error(rule: str, got: object, file: Path) -> ValueError:
     return ValueError(f"{rule}, got {got} in {file}. Copy it again.")
 
 
-def _read_tensors(
-    folder: Path, contents: Sequence[Any], files: Sequence[Path]
-) -> tuple[_Nodes, list[_Day]]:
-    """Read the files of HOMER."""
-    path = folder / "common_data.json"
+def _read_common(path: Path) -> tuple[list[str], list[str]]:
+    """Return the class and the category of each node."""
     try:
         common = read_json(path)
         names, categories = common["node_classes"], common["node_categories"]
@@ -129,21 +129,44 @@ def _read_tensors(
             f"common data must be JSON with node_classes and node_categories, got "
             f"{type(error).__name__}: {error} in {path}. Copy the household again."
         ) from None
-    days = []
-    for content, file in zip(contents, files, strict=True):
-        try:
-            edges, _, _, minutes = content
-        except (TypeError, ValueError):
-            found = type(content).__name__
-            raise _make_error("day must be a list of four tensors", found, file) from None
-        days.append(_make_day(edges, minutes, len(names), file))
-    is_room = np.array([category == "Rooms" for category in categories])
-    is_object = np.array([category == "placable_objects" for category in categories])
-    return _Nodes(_clean(names), is_room, (is_object | _find_movers(days)) & ~is_room), days
+    return names, categories
 
 
-def _read_dictionaries(contents: Sequence[Any], files: Sequence[Path]) -> tuple[_Nodes, list[_Day]]:
-    """Read the files of HOMER+: rooms are what hangs on "home", furniture what stays in a room."""
+def _read_lists(
+    folder: Path, contents: Sequence[Any], files: Sequence[Path]
+) -> tuple[_Nodes, list[_Day]]:
+    """Read the files of HOMER."""
+    names, categories = _read_common(folder / _COMMON)
+    days = [
+        _make_day(*_split_day(content, file), len(names), file)
+        for content, file in zip(contents, files, strict=True)
+    ]
+    return _sort_nodes(names, categories, days), days
+
+
+def _split_day(content: Any, file: Path) -> tuple[Any, Any]:
+    """Return the edges and the times of a day: four tensors, or samples with those before."""
+    samples = _expect_list(content)
+    try:
+        if not samples or not all(isinstance(sample, dict) for sample in samples):
+            edges, _, _, minutes = samples
+            return edges, minutes
+        edges = [sample["edges"] for sample in samples]
+        minutes = [float(sample["time"]) for sample in samples]
+        if len(samples) > 1:  # one step before the first one
+            edges.insert(0, samples[0]["prev_edges"])
+            minutes.insert(0, 2 * minutes[0] - minutes[1])
+    except (TypeError, ValueError, KeyError, RuntimeError, OverflowError) as error:
+        rule = "day must be a list of four tensors, or of samples with prev_edges, edges and time"
+        found = error if isinstance(error, KeyError) else type(content).__name__
+        raise _make_error(rule, found, file) from None
+    return edges, minutes
+
+
+def _read_dictionaries(
+    folder: Path, contents: Sequence[Any], files: Sequence[Path]
+) -> tuple[_Nodes, list[_Day]]:
+    """Read the files of HOMER+."""
     days = []
     names = [str(name) for name in _expect_list(contents[0].get("class_names"))]
     for content, file in zip(contents, files, strict=True):
@@ -158,13 +181,29 @@ def _read_dictionaries(contents: Sequence[Any], files: Sequence[Path]) -> tuple[
         days.append(_make_day(edges, minutes, len(names), file))
     if "home" not in names:
         raise _make_error("tree must have the root 'home'", "none", files[0])
+    if (folder / _COMMON).exists():
+        known = dict(zip(*_read_common(folder / _COMMON), strict=True))
+        if known.keys() >= set(names):
+            return _sort_nodes(names, [known[name] for name in names], days), days
+    return _sort_tree(names, days), days
+
+
+def _sort_nodes(names: Sequence[str], categories: Sequence[str], days: Sequence[_Day]) -> _Nodes:
+    """Return which nodes are rooms and objects, by their categories; what moves is an object."""
+    is_room = np.array([category == "Rooms" for category in categories])
+    is_object = np.array([category == "placable_objects" for category in categories])
+    return _Nodes(_clean(names), is_room, (is_object | _find_movers(days)) & ~is_room)
+
+
+def _sort_tree(names: Sequence[str], days: Sequence[_Day]) -> _Nodes:
+    """Return the same by the tree: rooms hang on "home", furniture is what stays in a room."""
     root = names.index("home")
     first = days[0].parent[0]
     is_room = first == root
     depth_two = np.isin(first, np.flatnonzero(is_room))
     is_object = (~depth_two & ~is_room) | _find_movers(days)
     is_object[root] = is_room[root] = False
-    return _Nodes(_clean(names), is_room, is_object & ~is_room), days
+    return _Nodes(_clean(names), is_room, is_object & ~is_room)
 
 
 def _expect_list(value: Any) -> list[Any]:
@@ -174,17 +213,28 @@ def _expect_list(value: Any) -> list[Any]:
 
 def _make_day(edges: Any, minutes: Any, num_nodes: int, file: Path) -> _Day:
     try:  # tensors of any type, or lists
-        edges, minutes = (torch.as_tensor(x).to(torch.float64).numpy() for x in (edges, minutes))
+        minutes = _to_numbers(minutes)
+        snapshots = [torch.as_tensor(snapshot) for snapshot in edges]
         num_minutes = len(minutes)
     except (TypeError, ValueError, RuntimeError) as error:
         found = type(error).__name__
         raise _make_error("edges and times must be numbers", found, file) from None
     if not np.isfinite(minutes).all():
         raise _make_error("times must be finite", shorten(minutes), file)
-    shape = (num_minutes, num_nodes, num_nodes)
-    if edges.shape != shape or not num_minutes:
-        raise _make_error(f"edges must be times x nodes x nodes, {shape}", edges.shape, file)
-    return _Day(minutes, np.where(edges.any(axis=2), edges.argmax(axis=2), -1))
+    wanted = (num_nodes, num_nodes)
+    shapes = {tuple(snapshot.shape) for snapshot in snapshots}
+    if shapes != {wanted} or num_minutes != len(snapshots):
+        rule = f"edges must be times x nodes x nodes, {(num_minutes, *wanted)}"
+        found = (len(snapshots), *next(iter(shapes - {wanted}), wanted))
+        raise _make_error(rule, found, file)
+    parents = []
+    for snapshot in map(_to_numbers, snapshots):  # one by one: many may be the same tensor
+        parents.append(np.where(snapshot.any(axis=1), snapshot.argmax(axis=1), -1))
+    return _Day(minutes, np.stack(parents))
+
+
+def _to_numbers(values: Any) -> np.ndarray:
+    return torch.as_tensor(values).to(torch.float64).numpy()
 
 
 def _find_movers(days: Sequence[_Day]) -> np.ndarray:

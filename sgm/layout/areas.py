@@ -14,7 +14,7 @@ from sgm.names.words import read_words
 _MOST_AREAS = 1000
 _NEAR = 1.0  # metres from an area within which a point belongs to it: walls are between them
 _POINTS = ("polygon", "points", "vertices", "corners")  # names of the corners of an area
-_LISTS = ("areas", "rooms", "zones")  # of the list of all areas
+_LISTS = ("areas", "rooms", "zones", "regions")  # of the list of all areas
 
 
 class Areas:

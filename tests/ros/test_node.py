@@ -64,6 +64,7 @@ class StandIn:
         self.name = name
         self.declared = {"use_sim_time"}
         self.subscribed, self.services, self.published, self.timers = {}, {}, {}, []
+        self.publishers = {}  # type and quality by topic
         self.warnings, self.told = [], []
         self._parameter_overrides = self.parameters
 
@@ -89,6 +90,7 @@ class StandIn:
 
     def create_publisher(self, kind, topic, quality):
         sent = self.published[topic] = []
+        self.publishers[topic] = f"{kind.__module__.split('.')[0]}/{kind.__name__}", quality
         return Message(publish=sent.append)
 
     def create_service(self, kind, name, callback):
@@ -107,7 +109,9 @@ class StandIn:
 
 MODULES = {
     "rclpy": {},
-    "rclpy.executors": {"ExternalShutdownException": RuntimeError},
+    "rclpy.exceptions": {"ParameterException": RuntimeError},
+    "rclpy.executors": {"ExternalShutdownException": RuntimeError, "SingleThreadedExecutor": Blank},
+    "rclpy.signals": {"SignalHandlerOptions": Blank},
     "rclpy.node": {"Node": StandIn},
     "rclpy.qos": {
         "DurabilityPolicy": Message(TRANSIENT_LOCAL=1),
@@ -116,7 +120,10 @@ MODULES = {
         "qos_profile_sensor_data": 5,
     },
     "rcl_interfaces.msg": {"ParameterDescriptor": Blank},
-    "geometry_msgs.msg": {"PoseStamped": Blank, "PoseWithCovarianceStamped": Blank},
+    "geometry_msgs.msg": {
+        name: make_kind("geometry_msgs", name)
+        for name in ("PoseStamped", "PoseWithCovarianceStamped")
+    },
     "sensor_msgs.msg": {
         name: make_kind("sensor_msgs", name) for name in ("CameraInfo", "CompressedImage", "Image")
     },
@@ -127,7 +134,10 @@ MODULES = {
     },
     "yolo_msgs.msg": {"DetectionArray": Blank},
     "hydra_msgs.msg": {"DsgUpdate": Blank},
-    "visualization_msgs.msg": {"Marker": Marker, "MarkerArray": Blank},
+    "visualization_msgs.msg": {
+        "Marker": Marker,
+        "MarkerArray": make_kind("visualization_msgs", "MarkerArray"),
+    },
     "scene_graph_memory_msgs.srv": {"Rank": Blank, "Search": Blank},
 }
 
@@ -338,16 +348,97 @@ def test_the_files_beside_the_node_fit_it(load_node):
     assert {one.get("name") for one in launch.iter("param")} - {None} == {"use_sim_time"}
     for one in launch.iter("node"):  # RViz, too: else it waits for transforms of another time
         assert one.find("param[@name='use_sim_time']") is not None, one.get("name")
-    rviz = yaml.safe_load((PACKAGE / "rviz" / "memory.rviz").read_text("utf-8"))
-    displays = rviz["Visualization Manager"]["Displays"]
-    shown = {one["Topic"]["Value"] for one in displays if "Topic" in one}
-    assert shown == {"/map", *(f"/scene_graph_memory{name[1:]}" for name in node.published)}
     setup = (PACKAGE / "setup.py").read_text("utf-8")
     for path in ("launch/memory.launch.xml", "config/memory.yaml", "rviz/memory.rviz"):
         assert f'"{path}"' in setup
     page = (ROS / "README.md").read_text("utf-8")
     assert all(f"`{name}`" in page for name in parameters)
     assert all(f"`{one.get('name')}:=" in page for one in launch.iter("arg"))
+
+
+# What the displays of RViz read, by their classes.
+READ_BY_RVIZ = {
+    "rviz_default_plugins/Map": "nav_msgs/OccupancyGrid",
+    "rviz_default_plugins/MarkerArray": "visualization_msgs/MarkerArray",
+    "rviz_default_plugins/Pose": "geometry_msgs/PoseStamped",
+}
+
+
+def test_rviz_shows_what_the_node_publishes(load_node):
+    """Topics, types, qualities and the frame: if one differs, RViz shows nothing."""
+    node = load_node()
+    file = yaml.safe_load((PACKAGE / "rviz" / "memory.rviz").read_text("utf-8"))
+    manager = file["Visualization Manager"]
+    shown = {}
+    for display in manager["Displays"]:
+        assert display["Enabled"]
+        if "Topic" in display:
+            topic = display["Topic"]
+            quality = topic["Reliability Policy"], topic["Durability Policy"]
+            shown[topic["Value"]] = READ_BY_RVIZ[display["Class"]], quality
+    # As map servers publish it: once, for all who come later.
+    assert shown.pop("/map") == ("nav_msgs/OccupancyGrid", ("Reliable", "Transient Local"))
+    (launched,) = (
+        one
+        for one in ET.parse(PACKAGE / "launch" / "memory.launch.xml").iter("node")
+        if one.get("exec") == "memory_node"
+    )
+    name = launched.get("name")
+    assert shown == {
+        # A number is the depth of a queue: reliable and volatile, as rclpy has it.
+        f"/{name}{topic[1:]}": (kind, ("Reliable", "Volatile"))
+        for topic, (kind, quality) in node.publishers.items()
+        if quality == 10
+    }
+    assert len(shown) == len(node.publishers)
+    frame = sys.modules["scene_graph_memory_ros.parameters"].PARAMETERS["map_frame"].usual
+    assert manager["Global Options"]["Fixed Frame"] == frame
+    assert manager["Views"]["Current"]["Target Frame"] == frame
+    _drive(node, [("mug", put_on(TABLE, 0.1, 0.3))])
+    node.services["~/search"](Message(description="mug"), Blank())
+    (pose,), (*_, belief) = node.published["~/next_look"], node.published["~/belief"]
+    _, *marks = belief.markers  # the first takes away what was before
+    assert {pose.header.frame_id, *(mark.header.frame_id for mark in marks)} == {frame}
+    assert marks
+
+
+@pytest.mark.parametrize(
+    ("parameters", "package"),
+    [
+        ({"detections_type": "DetectionArray"}, "yolo_msgs"),
+        ({"detections_type": "Detection3DArray"}, "vision_msgs"),
+        ({"scene_graph": True}, "hydra_msgs"),
+    ],
+)
+def test_a_missing_package_of_messages_is_one_line_with_its_remedy(
+    load_node, monkeypatch, parameters, package
+):
+    load_node()
+    asked = next(f"{name} {value}" for name, value in parameters.items())
+    start = f"package {package} must be in the workspace for {asked.replace(' True', ': true')}"
+    monkeypatch.setitem(sys.modules, f"{package}.msg", ModuleType(f"{package}.msg"))  # an old one
+    with pytest.raises(ModuleNotFoundError, match=f"{start}, got .* has no attribute"):
+        load_node(**parameters)
+    monkeypatch.delitem(sys.modules, f"{package}.msg")
+    monkeypatch.delitem(sys.modules, package)
+    with pytest.raises(ModuleNotFoundError, match=f"{start}, got none. Put it into src, build it"):
+        load_node(**parameters)
+
+
+@pytest.mark.parametrize("package", ["rclpy", "tf2_msgs", "scene_graph_memory_msgs", "sgm"])
+def test_what_is_not_set_up_is_one_line(load_node, monkeypatch, capsys, package):
+    """As where a setup file was not read, or the environment is not active."""
+    load_node()
+    for name in ("", ".msg", ".srv", ".exceptions"):
+        monkeypatch.setitem(sys.modules, f"{package}{name}", None)  # is not found
+    monkeypatch.delitem(sys.modules, "scene_graph_memory_ros.node")
+    monkeypatch.setattr("signal.signal", lambda *_: None)
+    run = importlib.import_module("scene_graph_memory_ros.run")
+    assert run.main() == 1
+    assert capsys.readouterr().err == (
+        f"error: package {package} must be there, got none. Read the setup files of ROS and of the "
+        "workspace, and activate the environment with sgm.\n"
+    )
 
 
 def test_packages_are_whole():

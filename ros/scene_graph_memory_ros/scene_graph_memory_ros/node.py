@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from importlib import import_module
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
@@ -22,7 +21,13 @@ from visualization_msgs.msg import MarkerArray
 
 from scene_graph_memory_ros.belief_markers import make_markers, make_pose
 from scene_graph_memory_ros.gap_watch import GapWatch
-from scene_graph_memory_ros.parameters import find_path, find_type, read_parameters, read_yaml
+from scene_graph_memory_ros.parameters import (
+    find_message,
+    find_path,
+    find_type,
+    read_parameters,
+    read_yaml,
+)
 from sgm import Adaptive, Finder, ObjectFinder, SceneGraphMemory
 from sgm.eyes import FurnitureLabels, FurnitureMapper
 from sgm.layout.areas import Areas
@@ -83,7 +88,7 @@ class MemoryNode(Node):
         ):
             heard[topic] = self.create_subscription(kind, topic, self._guard(take), quality)
         if graph is not None:
-            update = import_module("hydra_msgs.msg").DsgUpdate
+            update = find_message("hydra_msgs.msg", "DsgUpdate", "scene_graph: true")
             self.create_subscription(update, "scene_graph", self._guard(self._live.take_graph), 1)
         self._next = self.create_publisher(PoseStamped, "~/next_look", 10)
         self._belief = self.create_publisher(MarkerArray, "~/belief", 10)

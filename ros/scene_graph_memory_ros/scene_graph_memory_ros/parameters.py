@@ -100,9 +100,36 @@ def read_yaml(name: str) -> Any:
 
 
 def find_type(name: str) -> Any:
-    """Return the type of detections of a name; its package need not be there for the others."""
+    """Return the type of detections of a name; its package need not be there for the others.
+
+    Raises:
+        ValueError: if there is no such type.
+        ModuleNotFoundError: if its package is not built.
+    """
     if name not in DETECTIONS:
         raise ValueError(
             f"detections_type must be one of {', '.join(DETECTIONS)}, got {name!r}. Choose one."
         )
-    return getattr(import_module(DETECTIONS[name]), name)
+    return find_message(DETECTIONS[name], name, f"detections_type {name}")
+
+
+def find_message(module: str, name: str, use: str) -> Any:
+    """Return a type of message of a package that not every robot has.
+
+    Args:
+        module: such as "yolo_msgs.msg".
+        name: such as "DetectionArray".
+        use: what asks for it, for the message.
+
+    Raises:
+        ModuleNotFoundError: if the package is not there, or has no such type.
+    """
+    package = module.partition(".")[0]
+    try:
+        return getattr(import_module(module), name)
+    except (ModuleNotFoundError, AttributeError) as error:
+        found = "none" if getattr(error, "name", None) == package else error
+        raise ModuleNotFoundError(
+            f"package {package} must be in the workspace for {use}, got {found}. Put it into src, "
+            "build it, and read install/setup.bash again; or choose another value."
+        ) from None

@@ -5,18 +5,24 @@ from __future__ import annotations
 import signal
 import sys
 
+_REMEDY = "Read the setup files of ROS and of the workspace, and activate the environment with sgm."
 _PAUSE = 0.2  # seconds from a signal to the end, at most, while nothing comes
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until it is stopped by SIGINT, SIGTERM or a shutdown; return its status."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # while all is imported, nothing has to be saved
-    import rclpy
-    from rclpy.exceptions import ParameterException
-    from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-    from rclpy.signals import SignalHandlerOptions
+    try:
+        import rclpy
+        from rclpy.exceptions import ParameterException
+        from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+        from rclpy.signals import SignalHandlerOptions
 
-    from scene_graph_memory_ros.node import MemoryNode
+        from scene_graph_memory_ros.node import MemoryNode
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        print(f"error: package {package} must be there, got none. {_REMEDY}", file=sys.stderr)
+        return 1
 
     ended = KeyboardInterrupt, ExternalShutdownException
     wrong = ValueError, KeyError, OSError, ModuleNotFoundError, ParameterException

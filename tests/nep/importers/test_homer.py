@@ -1,4 +1,4 @@
-"""Households in the two published formats, written here, come back as traces."""
+"""Households in the three published formats, written here, come back as traces."""
 
 import json
 
@@ -47,7 +47,7 @@ def make_edges(day, rooms=ROOMS, num_nodes=10, shift=0):
     return edges
 
 
-def write_homer(folder):
+def write_common(folder):
     names, categories = zip(*NODES, strict=True)
     common = {
         "node_ids": list(range(10)),
@@ -59,10 +59,37 @@ def write_homer(folder):
     (folder / "train").mkdir(parents=True)
     (folder / "test").mkdir()
     (folder / "common_data.json").write_text(json.dumps(common))
+
+
+def write_homer(folder):
+    write_common(folder)
     for part, day in zip(("train", "test"), DAYS, strict=True):
         minutes = torch.tensor([minute for minute, _ in day])
         nodes, activity = torch.eye(10).expand(len(day), 10, 10), torch.zeros(len(day))
         torch.save([make_edges(day), nodes, activity, minutes], folder / part / "000.pt")
+    return folder
+
+
+def write_homer_samples(folder):
+    """As the paper's reader writes a day: samples of ten minutes, which share their tensors."""
+    write_common(folder)
+    for part, day in zip(("train", "test"), DAYS, strict=True):
+        minutes = [minute for minute, _ in day]
+        edges, nodes = make_edges(day), torch.eye(10).repeat(len(day), 1, 1)
+        samples, now = [], 0
+        for time in range(minutes[0] + 10, minutes[-1] + 10, 10):
+            before, now = now, sum(minute <= time for minute in minutes) - 1
+            about = {
+                "prev_edges": edges[before],
+                "prev_nodes": nodes[before],
+                "time": time,
+                "edges": edges[now],
+                "nodes": nodes[now],
+                "obj_in_use": [],
+                "change_type": (edges[now] - edges[before]).abs().sum(-1).to(torch.int64),
+            }
+            samples.append(about)
+        torch.save(samples, folder / part / "000.pt")
     return folder
 
 
@@ -71,7 +98,7 @@ def write_homer_plus(folder):
     for part, day in zip(("train", "test"), DAYS, strict=True):
         (folder / part).mkdir(parents=True)
         edges = make_edges(day, num_nodes=11, shift=1)
-        edges[:, [1, 2], 0] = 1  # rooms hang on the home
+        edges[:, [0, 1, 2], 0] = 1  # rooms hang on the home, and it on itself
         torch.save(
             {
                 "edges": edges,
@@ -109,7 +136,7 @@ EXPECTED = {
 }
 
 
-@pytest.mark.parametrize("write", [write_homer, write_homer_plus])
+@pytest.mark.parametrize("write", [write_homer, write_homer_samples, write_homer_plus])
 def test_a_household_becomes_a_trace(tmp_path, write):
     trace, summary = read_homer(write(tmp_path / "household"))
     assert [room.label for room in trace.layout.rooms.values()] == ["kitchen", "bedroom"]
@@ -127,6 +154,26 @@ def test_a_household_becomes_a_trace(tmp_path, write):
     assert trace.end_s == 2 * DAY
     assert trace.start.weekday() == 0
     assert summary.summarise() == "placed: 4 objects at 4 places, 2 days"
+
+
+@pytest.mark.parametrize("has_categories", [True, False])
+def test_furniture_on_furniture_holds_things_by_its_category(tmp_path, has_categories):
+    """Without categories the tree says no more than that it stands on something."""
+    folder = write_homer_plus(tmp_path / "household")
+    for part in ("train", "test"):
+        day = torch.load(folder / part / "000.pt")
+        day["edges"][:, FRIDGE + 1] = 0
+        day["edges"][:, FRIDGE + 1, TABLE + 1] = 1  # a small one, on the table
+        torch.save(day, folder / part / "000.pt")
+    if has_categories:
+        names, categories = zip(("home", "Home"), *NODES, strict=True)
+        common = {"node_classes": names, "node_categories": categories}
+        (folder / "common_data.json").write_text(json.dumps(common))
+    trace, summary = read_homer(folder)
+    places = {row.name for row in trace.layout.furniture.values()}
+    assert ("fridge" in places) == has_categories
+    assert list_events(trace) == EXPECTED or not has_categories
+    assert ("fridge" in {event.object for event in trace.events}) != has_categories
 
 
 def test_the_command_line_writes_a_trace_that_loads(tmp_path, capsys):
@@ -159,6 +206,21 @@ def test_objects_in_a_circle_are_nowhere(tmp_path):
         (lambda f: (f / "common_data.json").unlink(), "common data must be JSON"),
         (lambda f: (f / "train" / "000.pt").write_bytes(b"nothing"), r"file of tensors.*000\.pt"),
         (lambda f: torch.save([1, 2], f / "train" / "000.pt"), r"list of four tensors.*000\.pt"),
+        (lambda f: torch.save([], f / "train" / "000.pt"), r"samples with .*, got list in"),
+        (
+            lambda f: torch.save([{"edges": torch.eye(10)}], f / "train" / "000.pt"),
+            r"samples with prev_edges, edges and time, got 'time' in",
+        ),
+        (
+            lambda f: torch.save(
+                [{"edges": torch.eye(9), "time": 390}] * 3, f / "train" / "000.pt"
+            ),
+            "got 'prev_edges' in",
+        ),
+        (
+            lambda f: torch.save([{"edges": torch.eye(9), "time": 390}], f / "train" / "000.pt"),
+            r"edges must be times x nodes x nodes, \(1, 10, 10\), got \(1, 9, 9\)",
+        ),
         (
             lambda f: torch.save(
                 [torch.zeros(2, 3, 3), 0, 0, torch.tensor([1, 2])], f / "train" / "000.pt"

@@ -338,6 +338,7 @@ def test_rooms_are_polygons():
         {"kitchen": [{"x": 0, "y": 0}, {"x": 4, "y": 0}, {"x": 0, "y": 4}]},
         {"areas": [{"name": "kitchen", "polygon": [[0, 0], [4, 0], [0, 4]]}]},
         {"kitchen": {"polygon": [[0, 0], [4, 0], [0, 4]], "note": 1}},
+        {"regions": [{"name": "kitchen", "points": [[0, 0], [4, 0], [0, 4]]}]},
     ):
         assert Areas.from_values(data).find((1, 1)) == "kitchen"
     for data in ({}, [1], "x", {"kitchen": 3}, {"kitchen": [[0, 0], [1, 1]]}, {"": [[0, 0]] * 3}):
