@@ -225,8 +225,8 @@ def _make_day(edges: Any, minutes: Any, num_nodes: int, file: Path) -> _Day:
     shapes = {tuple(snapshot.shape) for snapshot in snapshots}
     if shapes != {wanted} or num_minutes != len(snapshots):
         rule = f"edges must be times x nodes x nodes, {(num_minutes, *wanted)}"
-        found = (len(snapshots), *next(iter(shapes - {wanted}), wanted))
-        raise _make_error(rule, found, file)
+        shape = next(iter(shapes - {wanted}), wanted)
+        raise _make_error(rule, (len(snapshots), *shape), file)
     parents = []
     for snapshot in map(_to_numbers, snapshots):  # one by one: many may be the same tensor
         parents.append(np.where(snapshot.any(axis=1), snapshot.argmax(axis=1), -1))

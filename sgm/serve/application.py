@@ -135,7 +135,9 @@ class Application:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
-                message["headers"] = [*message["headers"], *_HEADERS]
+                names = {name.lower() for name, _ in message["headers"]}  # a stream of MCP has one
+                added = [header for header in _HEADERS if header[0] not in names]
+                message["headers"] = [*message["headers"], *added]
             await send(message)
 
         path, headers = scope["path"], dict[str, str]()
@@ -174,7 +176,8 @@ class Application:
             assert route.methods is not None
             route.methods.discard("HEAD")  # which Starlette adds: a feed has no end
         if self._has_tools:
-            tools = Route("/mcp", self._answer_tools, methods=["DELETE", "GET", "POST"])
+            tools = Route("/mcp", self._answer_tools)
+            tools.methods = None  # any: MCP refuses others in its own form
             routes.append(tools)
         return routes
 

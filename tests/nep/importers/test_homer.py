@@ -169,7 +169,7 @@ def test_furniture_on_furniture_holds_things_by_its_category(tmp_path, has_categ
         names, categories = zip(("home", "Home"), *NODES, strict=True)
         common = {"node_classes": names, "node_categories": categories}
         (folder / "common_data.json").write_text(json.dumps(common))
-    trace, summary = read_homer(folder)
+    trace, _summary = read_homer(folder)
     places = {row.name for row in trace.layout.furniture.values()}
     assert ("fridge" in places) == has_categories
     assert list_events(trace) == EXPECTED or not has_categories

@@ -2,6 +2,7 @@
 
 import json
 import re
+import socket
 import sys
 from contextlib import asynccontextmanager
 from datetime import datetime
@@ -146,6 +147,27 @@ def test_mcp_and_http_do_the_same_session_with_equal_answers(tmp_path):
     assert [answer["status"] for answer in plain[0]].count("ok") == len(SESSION) - 2
 
 
+def test_an_answer_of_mcp_has_each_header_once(tmp_path):
+    _home, service = open_service(tmp_path / "home.sgm")
+    with (
+        run_server(service) as running,
+        socket.create_connection(("127.0.0.1", running.port), timeout=60) as client,
+    ):
+        lines = (
+            "GET /mcp HTTP/1.1",
+            f"Host: 127.0.0.1:{running.port}",
+            "Accept: text/event-stream",
+        )
+        client.sendall("\r\n".join((*lines, "", "")).encode())
+        head = b""
+        while b"\r\n\r\n" not in head:
+            head += client.recv(4096)
+    names = [line.partition(b":")[0].lower() for line in head.split(b"\r\n\r\n")[0].split(b"\r\n")]
+    assert names[0].startswith(b"http/1.1 200")
+    assert len(names) == len({*names})
+    assert b"x-content-type-options" in names
+
+
 def test_the_tools_make_the_declared_calls(tmp_path):
     async def ask(port):
         async with mcp.Client(f"http://127.0.0.1:{port}/mcp") as client:
@@ -161,6 +183,12 @@ def test_the_tools_make_the_declared_calls(tmp_path):
         assert client.send("POST", "/mcp", "x" * 300_000).status == 413
         for body in ("", "{", "[]", '{"jsonrpc":"2.0"}', "\0"):
             assert 400 <= client.send("POST", "/mcp", body).status < 500
+        # What MCP has no method for it refuses itself, as its clients read it.
+        for method in ("PUT", "PATCH", "OPTIONS", "HEAD"):
+            answer = client.send(method, "/mcp")
+            assert (answer.status, answer.headers["Allow"]) == (405, "GET, POST, DELETE")
+            if method != "HEAD":
+                assert json.loads(answer.text)["error"]["message"] == "Method Not Allowed"
         client.close()
     assert [tool.name for tool in tools] == [tool.name for tool in TOOLS]
     for shown, tool in zip(tools, TOOLS, strict=True):
