@@ -96,13 +96,6 @@ class BatchBuilder:
         upward = slice(*(first_edge[[OBJECT_UP.start, OBJECT_UP.stop]] - num_layout).tolist())
         query = np.flatnonzero(edges["is_query"][upward]) + upward.start
         asked, query_edge = edges.select(query), query + num_layout
-
-        target = np.full(len(query), np.nan, dtype=np.float32)
-        if snapshots.answers is not None:
-            target[:] = snapshots.answers[asked["furniture"]]
-        relevance = None
-        if "relevance" in snapshots.extras:
-            relevance = asked.extra("relevance").astype(np.float32)
         degrees = np.zeros((len(node), MAX_ENTERING), dtype=np.float32)
         if self.num_hops != 0:
             degrees = pairs.compute_degrees()[node]
@@ -130,8 +123,7 @@ class BatchBuilder:
             ),
             "query_edge": query_edge,
             "query_snapshot": asked["snapshot"],
-            "query_target": target,
-            "query_relevance": relevance,
+            **_list_targets(snapshots, asked),
             "evidence": self._compute_evidence("place", furniture),
             "question": self._compute_evidence("question", questions),
             "text": text,
@@ -214,3 +206,13 @@ class BatchBuilder:
             snapshots.num_snapshots,
             self.config.threshold,
         )
+
+
+def _list_targets(snapshots: Snapshots, asked: Selection) -> dict[str, np.ndarray | None]:
+    """Return what is to be learnt of the Q query edges, by its name in a batch."""
+    target = np.full(len(asked.rows), np.nan, dtype=np.float32)
+    if snapshots.answers is not None:
+        target[:] = snapshots.answers[asked["furniture"]]
+    has_relevance = "relevance" in snapshots.extras
+    relevance = asked.extra("relevance").astype(np.float32) if has_relevance else None
+    return {"query_target": target, "query_relevance": relevance}

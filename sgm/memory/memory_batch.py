@@ -319,13 +319,9 @@ class MemoryBatch(Remembered):
         is_new_false = self._mark_looked_up(looked) & ~is_seen_edge
         is_new_true[of_touched] = is_new_false[of_touched] = False
         if is_again:
-            self._take_back(touched[is_seen])
-            is_new = ~self._was_so(touched, is_seen)
+            is_new = self._leave_out_again(touched, is_seen, is_seen_object, is_new_true)
             touched, is_seen, weight = touched[is_new], is_seen[is_new], weight[is_new]
             of_touched = edges["object"][touched], edges["relation"][touched]
-            is_seen_object &= self.objects["last_observed"] != self.time
-            is_seen_object[edges["object"][touched[is_seen]]] = True
-            is_seen_object[np.flatnonzero(is_new_true.any(axis=1))] = True
         again = touched[is_seen]
         if self._history is not None and is_look:
             asked = None if is_again else self._pending
@@ -341,18 +337,11 @@ class MemoryBatch(Remembered):
         true, false = added[: len(new_true[0])], added[len(new_true[0]) :]
         edges["confidence"][true] = 1.0 if sure is None else sure[new_true]
         edges["missed"][false] = edges["num_absent"][false] - 1 + missed
-        if self._history is not None and self.clock is not None:
+        if is_look and self.clock is not None:
             gone = touched[~is_seen & look.counts(*of_touched)]
-            gone = gone[edges["num_true"][gone] > 0]
             if is_again:  # a later look may take it back
                 gone = gone[edges["last_true"][gone] != self.time]
-            rows = np.concatenate([again, true, gone])
-            is_true = np.arange(len(rows)) < len(rows) - len(gone)
-            if is_look:
-                clock = self.clock[edges["home"][rows]]
-                self._history.note_hours(clock, self.time, rows, is_true, edges.num_rows)
-                self._note_moment((home, furniture), at_place, (rows, is_true))
-
+            self._note_hours((home, furniture), at_place, np.concatenate([again, true]), gone)
         self._note_origin(np.concatenate([again, true]))
         is_counted = look.is_counted[home] & (not is_again)
         self.furniture["num_observed"][home, furniture] += is_counted
@@ -459,6 +448,42 @@ class MemoryBatch(Remembered):
         objects["num_observed"][object_row] += 1
         objects["last_observed"][object_row] = objects["carried_since"][object_row] = self.time
         objects["last_furniture"][object_row] = NEVER
+
+    def _leave_out_again(
+        self,
+        touched: np.ndarray,
+        is_seen: np.ndarray,
+        is_seen_object: np.ndarray,
+        is_new_true: np.ndarray,
+    ) -> np.ndarray:
+        """Say which edges another look of this step tells anything of, bool (touched,).
+
+        In `is_seen_object` (O,) what this step has shown already is left out.
+        """
+        self._take_back(touched[is_seen])
+        is_new = ~self._was_so(touched, is_seen)
+        is_seen_object &= self.objects["last_observed"] != self.time
+        is_seen_object[self.edges["object"][touched[is_new & is_seen]]] = True
+        is_seen_object[np.flatnonzero(is_new_true.any(axis=1))] = True
+        return is_new
+
+    def _note_hours(
+        self,
+        looked: tuple[np.ndarray, np.ndarray],
+        at_place: np.ndarray,
+        true: np.ndarray,
+        gone: np.ndarray,
+    ) -> None:
+        """Count by the clock what a look found true, and what it found gone that was there once."""
+        if self._history is None or self.clock is None:
+            return
+        edges = self.edges
+        gone = gone[edges["num_true"][gone] > 0]
+        rows = np.concatenate([true, gone])
+        is_true = np.arange(len(rows)) < len(true)
+        clock = self.clock[edges["home"][rows]]
+        self._history.note_hours(clock, self.time, rows, is_true, edges.num_rows)
+        self._note_moment(looked, at_place, (rows, is_true))
 
     def _take_back(self, rows: np.ndarray) -> None:
         """Undo the misses in this time step of edges that it had shown, and shows again, (n,)."""

@@ -20,6 +20,7 @@ NUM_READERS = 4
 MOST_WAITING = 200  # calls at once; more are refused
 DEFAULT_TIMEOUT = 10.0  # seconds for a call
 SYNC_SECONDS = 1.0
+MOST_QUEUED = 16  # questions at the reader, from which on this process answers some, too
 TURN_SECONDS = 0.05  # after which the next function begins beside one that is not done
 
 
@@ -116,7 +117,7 @@ class Caller:
     one thread. A change is committed to the memory file before its call is answered; when the disk
     has it, `sync` says: "answer" before the call is answered, "second" within a second, "never"
     when the system likes. What only reads is answered by a process of its own, where there is one
-    (`Reader`).
+    (`Reader`), and by this one, too, while it has nothing to do and that one has too much.
     """
 
     def __init__(
@@ -166,6 +167,8 @@ class Caller:
         """Make a call as `call` does, and return its answer as it is sent."""
         if self.reader is not None and call.only_reads:
             self._check_waiting()
+            if self.reader.num_waiting >= MOST_QUEUED and not self._turns:
+                return write_json(await self.call(call, arguments))
             try:
                 return await self.reader.ask(call.name, arguments, self.timeout)
             except ReaderFailed:  # or not ready: this process has the same answer, or error

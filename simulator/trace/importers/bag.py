@@ -19,6 +19,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
 from sgm.policies.adaptive import Adaptive
 from sgm.prior.prior_graph import PriorGraph
+from sgm.ros.camera_feed import CameraFeed
 from sgm.ros.live_memory import LiveMemory
 from simulator.trace.importers.bag_files import open_bag
 from simulator.trace.importers.bag_messages import (
@@ -172,39 +173,17 @@ def read_bag(
             option = option_of[topic]
             if live is None:
                 memory = SceneGraphMemory(prior, options.make_clock(seconds), path=file)
-                mapper = FurnitureMapper(memory, areas=areas, labels=labels)
-                if home is not None:
-                    home.add_to(memory)
-                live = LiveMemory(
+                live = _begin(
                     memory,
-                    Finder(Adaptive()),
-                    step_seconds=options.step_seconds,
-                    local_time=options.to_local,
-                    discover=mapper if home is None or options.discover else None,
-                    ignore=options.ignore,
-                    labels=labels,
-                    on_look=lambda look: looks.update(("looks",)),
-                    map_frame=options.map_frame if home is None else home.frame,
-                    camera_frame=options.camera_frame,
+                    home,
+                    options,
+                    areas,
+                    labels,
                     names=names,
-                    pose_sd=(options.position_sd, options.angle_sd),
                     uses_depth="depth" in topics,
+                    on_look=lambda look: looks.update(("looks",)),
                 )
-                known = () if home is None else home.furniture
-                for number, furniture in zip(memory.furniture_ids, known, strict=True):
-                    if furniture.is_open:
-                        live.builder.set_open(number)
-            feed = live.feed
-            if option == "detections":
-                feed.take_detections(message)
-            elif option == "camera_info":
-                feed.take_camera(message)
-            elif option == "depth":
-                feed.take_depth(message)
-            elif option == "pose":
-                feed.take_pose(message)
-            else:
-                feed.take_transforms(message, is_still=option == "tf_static")
+            _take(live.feed, option, message)
     finally:
         reader.close()
     if live is None:
@@ -277,6 +256,52 @@ def _choose_topic(wanted: _Wanted, type_of: Mapping[str, str]) -> str | None:
     for word in wanted.avoids:
         fits = [name for name in fits if word not in name] or fits
     return fits[0] if len(fits) == 1 else None
+
+
+def _begin(
+    memory: SceneGraphMemory,
+    home: HomeMap | None,
+    options: BagOptions,
+    areas: Areas | None,
+    labels: FurnitureLabels | None,
+    **of_live: Any,
+) -> LiveMemory:
+    """Begin to look: with the furniture of a home, or to find it in the frames."""
+    mapper = FurnitureMapper(memory, areas=areas, labels=labels)
+    if home is not None:
+        home.add_to(memory)
+    live = LiveMemory(
+        memory,
+        Finder(Adaptive()),
+        step_seconds=options.step_seconds,
+        local_time=options.to_local,
+        discover=mapper if home is None or options.discover else None,
+        ignore=options.ignore,
+        labels=labels,
+        map_frame=options.map_frame if home is None else home.frame,
+        camera_frame=options.camera_frame,
+        pose_sd=(options.position_sd, options.angle_sd),
+        **of_live,
+    )
+    known = () if home is None else home.furniture
+    for number, furniture in zip(memory.furniture_ids, known, strict=True):
+        if furniture.is_open:
+            live.builder.set_open(number)
+    return live
+
+
+def _take(feed: CameraFeed, option: str, message: Any) -> None:
+    """Hand a message on, by the option that names its topic."""
+    if option == "detections":
+        feed.take_detections(message)
+    elif option == "camera_info":
+        feed.take_camera(message)
+    elif option == "depth":
+        feed.take_depth(message)
+    elif option == "pose":
+        feed.take_pose(message)
+    else:
+        feed.take_transforms(message, is_still=option == "tf_static")
 
 
 @cache  # it compiles what reads a type when it meets the first message of it

@@ -1,15 +1,18 @@
 """A second process that answers what only reads: the same answers, also after writes; its end."""
 
+import asyncio
 import json
 import os
 import signal
 import time
+from contextlib import closing
 from datetime import timedelta
 from types import SimpleNamespace
 
 import pytest
 
 from sgm.finder.answers import write_json
+from sgm.serve.caller import MOST_QUEUED, Caller
 from sgm.serve.calls import BY_NAME, CALLS
 from sgm.serve.reader import Reader
 
@@ -104,6 +107,24 @@ def test_calls_that_only_read_are_those_of_a_copy():
         "expect",
         "learnt",
     }
+
+
+@pytest.mark.parametrize(
+    ("num_waiting", "has_asked"), [(MOST_QUEUED - 1, True), (MOST_QUEUED, False)]
+)
+def test_this_process_answers_too_while_the_other_has_too_much(tmp_path, num_waiting, has_asked):
+    asked = []
+
+    async def ask(*args):
+        asked.append(args)
+        return write_json(service.where_is("milk"))
+
+    home, service = open_service(tmp_path / "home.sgm")
+    with closing(home):
+        caller = Caller(service, reader=SimpleNamespace(num_waiting=num_waiting, ask=ask))
+        answer = asyncio.run(caller.answer(BY_NAME["where_is"], {"thing": "milk"}))
+        assert answer == write_json(service.where_is("milk"))
+        assert bool(asked) == has_asked
 
 
 @pytest.mark.slow
