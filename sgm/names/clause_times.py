@@ -92,4 +92,4 @@ class ClauseDater:
         is_hour_alone = time is not None and time.is_hour_alone
         if is_hour_alone and any(clause.time == time and not clause.words for clause in loose):
             return None  # "seven, where is it?"
-        return Dated(time, tense)
+        return Dated(time=time, tense=tense)
