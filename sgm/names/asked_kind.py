@@ -67,6 +67,7 @@ class KindFinder:
         self._who, self._whose = listed("who words"), listed("whose words")
         self._aims, self._aimed = listed("aims"), listed("aimed")
         self._moving, self._having = listed("moving"), listed("having")
+        self._lacking, self._being = listed("lacking"), listed("being")
         self._which, self._rooms = listed("which words"), listed("room words")
         self._all, self._any = listed("all that is there"), listed("no more than all")
         self._tags, self._explicit = listed("tags"), listed("asks yes or no")
@@ -100,7 +101,7 @@ class KindFinder:
         cue = self._cues.find(clauses, free)
         if cue:
             return self._cues.make(cue, clauses, dated._asdict(), people)
-        if not words <= free or any(map(self._is_aim, clauses)):
+        if not words <= free or any(self._is_aim(c) or self._is_compared(c) for c in clauses):
             return None
         tagged = {word for clause in loose for word in clause.words} & self._tags
         asked = _Asked(
@@ -199,10 +200,10 @@ class KindFinder:
             is_at = not (asks_where or is_whose) and (is_opened or asked.is_question)
             return self._make_at(asked, is_at)
         is_plain = is_opened and not (asks_where or wants)
-        if is_plain and said & self._having:  # "do we have milk?"
+        if is_plain and said & self._having and not said & self._lacking:  # "do we have milk?"
             return asked.make("is_there", asked.things)
-        if any(clause.verbs for clause in clauses) and not asks_where:
-            return None  # "do you like the cat?"
+        if any(clause.verbs for clause in clauses) and not (asks_where and not said & self._aims):
+            return None  # "do you like the cat?", "where can I recycle the paper?"
         # "Did Anna take the keys?", "is the dog hungry?"
         is_else = is_plain and said & (self._moving | people | self._words.around)
         return None if is_else else asked.make("where", asked.things)
@@ -242,6 +243,11 @@ class KindFinder:
         is_advice = bool(words) and words[0] in self._aims and self._chooser.is_opened(clause)
         is_advice = is_advice and not self._aimed.isdisjoint(words)  # "should I put it there?"
         return bool(is_advice or (after & self._aims and after & self._aimed))
+
+    def _is_compared(self, clause: Clause) -> bool:
+        """Tell whether a clause asks if a thing is where it was: "is it where I left it?"."""
+        is_opened = bool(clause.words) and clause.words[0] in self._being
+        return is_opened and not self._words.where.isdisjoint(clause.words)
 
 
 def _list_things(clauses: Sequence[Clause], known: Known) -> list[str]:

@@ -8,6 +8,7 @@ from sgm.names.clause import Clause
 from sgm.names.clause_words import ClauseWords
 from sgm.names.context import ContextReader
 from sgm.names.cues import CueReader
+from sgm.names.known_words import is_word
 from sgm.names.language import Language
 from sgm.names.modifiers import COLOURS, FAULTS, is_property, spell
 from sgm.names.words import POSSESSIVE
@@ -76,9 +77,19 @@ class ClauseChooser:
                 return []
             if is_open and not self._if.isdisjoint(clause.words):
                 return []
-            if not self.is_left_out(clause, number > last):
+            if not self.is_left_out(clause, number > last) or self._is_listed(number, clauses):
                 return []
         return asked
+
+    def _is_listed(self, number: int, clauses: Sequence[Clause]) -> bool:
+        """Tell whether a clause is a thing that is not known, among others: "soap, zorb, cup?"."""
+        clause, bare = clauses[number], self._words.articles | self._words.and_
+        beside = clauses[max(number - 1, 0) : number]
+        if len(clause.words) == 1:
+            beside = (*beside, *clauses[number + 1 : number + 2])
+        is_list = any(other.things and bare.issuperset(other.words) for other in beside)
+        is_noun = bool(clause.left) and bare.union(clause.left).issuperset(clause.words)
+        return is_list and is_noun and any(map(is_word, clause.left))
 
     def dates_by_aside(self, clauses: Sequence[Clause]) -> bool:
         """Tell whether what was, is asked of a time that no clock says: "before I was born"."""

@@ -98,8 +98,8 @@ class ClauseSplitter:
         )
 
     def _begins_wanting(self, word: str, after: str, before: Sequence[str]) -> bool:
-        """Tell whether "i need" begins here after what for: "to open the wine i need"."""
-        is_purpose = bool(before) and before[0] in self._purposes
+        """Tell whether "i need" begins here after an aside: "to open the wine i need"."""
+        is_purpose = len(before) > 1 and before[0] in self._purposes | self._whens
         wanting = self._words.wanting | self._words.openers
         return is_purpose and word in self._words.subjects and after in wanting
 

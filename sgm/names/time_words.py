@@ -113,7 +113,9 @@ class TimeReader:
         """Read by the tables of a language."""
         self._named = _make_phrases(language.read_pairs("times"))
         self._parts = _make_phrases(language.read_pairs("parts of the day"))
-        self._links = _make_phrases(language.read_pairs("time links"))
+        links = language.read_pairs("time links")
+        self._links = _make_phrases(links)
+        self._free_links = _make_phrases({**links, **language.read_pairs("free time links")})
         self._units = _make_phrases(language.read_pairs("units"))
         self._numbers = _make_phrases(language.read_pairs("numbers"))
         self._clock = _make_phrases(language.read_pairs("clock"))
@@ -229,9 +231,10 @@ class TimeReader:
         self, words: Sequence[str], place: int, found: dict[str, Any], is_free: bool
     ) -> int:
         """Count the words that link a time, "at around", and note what they say of it."""
+        links = self._free_links if is_free else self._links
         count = 0
         while True:
-            link, value = _match(self._links, words, place + count)
+            link, value = _match(links, words, place + count)
             if not link or self._read_counted(words, place + count)[0]:
                 return count
             if found.get("link", "at") == "at":

@@ -54,3 +54,28 @@ def test_a_sentence_is_answered_right_or_asked_back(home, sentence, speaker, kin
     assert (answer.status == "ok", answer.kind if kind else "") == (bool(kind), kind), answer.said
     told = answer.said.casefold()
     assert [words for words in said if words not in told] == []
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "Soap, towel, toothbrush - where?",  # no towel is known
+        "can I eat the yogurt?",
+        "where can I recycle the newspaper?",
+        "where does milk come from",
+        "is the notebook where it was this morning?",
+        "have we run out of bread or what",
+        "did Tom take the scissors?",
+        "do you like the cushion?",
+        "Read me the cookbook.",
+        "has the notebook ever been on the sofa?",
+    ],
+)
+def test_what_asks_something_else_is_asked_back(sentence, homes):
+    answer = homes("e1 h1").ask(sentence)
+    assert answer.status != "ok", answer.said
+
+
+def test_what_is_for_breakfast_is_no_past(homes):
+    answer = homes("e1 h1").ask("Anything in the fridge for breakfast?")
+    assert answer.said == "In the fridge: cheese, orange juice and yogurt."
