@@ -52,7 +52,7 @@ ORDER = """
     nep
     nep.__main__
     tools.bench tools.priors tools.text_training tools.realism tools.names tools.eyes tools.searches
-    tools.elsewhere tools.kitchens tools.rhythm tools.measure_design
+    tools.elsewhere tools.kitchens tools.rhythm tools.patrols tools.measure_design
     tools.headlines tools.closures tools.install
     tools tools.__main__
 """.split()

@@ -134,14 +134,7 @@ def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Poster
 
     The policy has read the memory as it was before the looks of this step (`asked.batch`).
     """
-    belief = weigh_last_word(prior, asked)
-    belief, looks, carried = list_copies(belief, asked)
-    seen, shown = detector.weigh_seen(looks), detector.compute_detection(looks.negative)
-    belief = belief.look(compute_log_likelihood(looks, asked.batch, detector))
-    seen = np.where(seen > 0, np.maximum(seen, belief.places), 0.0)  # it never lowers its place
-    places, elsewhere = see(belief, seen)
-    _check_sums(places, elsewhere, seen)
-    places, elsewhere = places * (1 - carried)[:, None], elsewhere * (1 - carried)
+    places, elsewhere, shown = compute_each(prior, asked, detector)
     same = compute_same(asked) if len(asked.rows) > 1 else np.zeros(1)
     if same.any() and len(same) == len(places):  # what is another one of them is at no place more
         places, elsewhere = places * (1 - same)[:, None], same + elsewhere * (1 - same)
@@ -150,6 +143,27 @@ def compute_posterior(prior: Belief, asked: Asked, detector: Detector) -> Poster
     any_there, any_shown = 1 - np.prod(1 - np.stack([places, places * shown]), axis=1)
     detection = np.divide(any_shown, any_there, out=shown.max(axis=0), where=any_there > 0)
     return Posterior(places=any_there, elsewhere=float(np.prod(elsewhere)), detection=detection)
+
+
+def compute_each(
+    prior: Belief, asked: Asked, detector: Detector
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where each of the V things is that are meant by the K asked for (`list_copies`).
+
+    Arguments as of `compute_posterior`.
+
+    Returns:
+        Probability of each place, (V, F), and of elsewhere, (V,); how likely a look at each place
+        now shows one that is there, (V, F).
+    """
+    belief = weigh_last_word(prior, asked)
+    belief, looks, carried = list_copies(belief, asked)
+    seen, shown = detector.weigh_seen(looks), detector.compute_detection(looks.negative)
+    belief = belief.look(compute_log_likelihood(looks, asked.batch, detector))
+    seen = np.where(seen > 0, np.maximum(seen, belief.places), 0.0)  # it never lowers its place
+    places, elsewhere = see(belief, seen)
+    _check_sums(places, elsewhere, seen)
+    return places * (1 - carried)[:, None], elsewhere * (1 - carried), shown
 
 
 def _check_sums(places: np.ndarray, elsewhere: np.ndarray, seen: np.ndarray) -> None:

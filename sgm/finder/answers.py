@@ -426,6 +426,38 @@ class ExpectedList(AnswerList):
 
 
 @dataclass(frozen=True, slots=True)
+class PatrolRow:
+    """A place to look at on a patrol.
+
+    Attributes:
+        place: its id.
+        name: "desk in study".
+        gain: nats that a look there tells of where things are, beside the looks before it.
+        is_new: whether it was never looked at.
+        position: of the place, x, y, z in the map, metres; left out where unknown.
+        pose: as in `NextLook`.
+    """
+
+    place: int
+    name: str
+    gain: float
+    is_new: bool
+    position: Point | None = field(default=None, metadata=LEFT_OUT)
+    pose: Pose | None = field(default=None, metadata=LEFT_OUT)
+
+
+@dataclass(frozen=True, slots=True)
+class PatrolList(AnswerList):
+    """Where to look next on a patrol, in this order.
+
+    Attributes:
+        status: always "ok".
+    """
+
+    rows: tuple[PatrolRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class LearntRow:
     """What was learnt of a thing.
 

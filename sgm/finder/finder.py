@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from threading import Lock
 from typing import Any
 
 import numpy as np
 
 from sgm.belief import Belief, Detector, Posterior, compute_posterior
+from sgm.belief.posterior import compute_each
 from sgm.checks import check_kind, check_shares
 from sgm.finder.expected_things import ExpectedThing, list_expected
-from sgm.finder.judged import JudgedBeliefs
+from sgm.finder.judged import JudgedBeliefs, believe_bounded
 from sgm.finder.learnt import Learnt, tell_learnt
+from sgm.finder.patrol import PatrolLook, choose_looks
 from sgm.finder.ranking import (
     Ranking,
     count_known,
@@ -239,6 +243,30 @@ class Finder:
         _check_most(k, "things")
         return tell_learnt(memory, k)
 
+    def next_looks(
+        self, memory: SceneGraphMemory, k: int = 1, exclude: Collection[int] = ()
+    ) -> list[PatrolLook]:
+        """Say where a robot that has nothing to do learns most of where things are.
+
+        Places that were never looked at come first. Of several places each is chosen for what it
+        tells beside those before it; the way there costs nothing.
+
+        Example:
+            >>> for look in finder.next_looks(memory, k=2):
+            ...     print(look.name, look.gain)
+
+        Args:
+            memory: what was seen so far; it needs furniture.
+            k: most places.
+            exclude: furniture ids not to visit.
+
+        Raises:
+            ValueError: if there is no furniture yet, `k` is below 1 or None, or an id is none.
+        """
+        _check_most(k, "places", needs_one=True)
+        check_ids(exclude)
+        return choose_looks(memory, k, exclude, partial(self._believe_each, memory))
+
     def search_plan(
         self,
         memory: SceneGraphMemory,
@@ -341,6 +369,19 @@ class Finder:
             prior = self._judged.recall(asked, settings, self._believe, self._policy.answers_apart)
         return compute_posterior(prior, asked, detector)
 
+    def _believe_each(
+        self, memory: SceneGraphMemory, things: Sequence[str]
+    ) -> tuple[Asked, np.ndarray, np.ndarray]:
+        """Ask for things, and return where each of V is, and how likely a look shows it, (V, F)."""
+        given = self._detector
+        asked = memory.ask(things, miss_rate=None if given is None else given.miss_rate)
+        detector = self.learn_detector(asked.batch.history)
+        alone = replace(asked.queries, more_asked=np.ones(len(asked.rows), dtype=np.int64))
+        with self._lock:
+            prior = believe_bounded(self._believe, asked.batch, alone)
+        places, _, shown = compute_each(prior, asked, detector)
+        return asked, places, shown
+
     def _believe(self, batch: MemoryBatch, queries: Queries) -> Belief:
         """Return what the policy believes about each of the K things."""
         self._policy.reset(batch)
@@ -373,8 +414,8 @@ class Finder:
             return self._cosines[1]
 
 
-def _check_most(k: int | None, what: str) -> None:
-    if k is not None and (not isinstance(k, (int, np.integer)) or k < 1):
+def _check_most(k: int | None, what: str, *, needs_one: bool = False) -> None:
+    if (k is not None or needs_one) and (not isinstance(k, (int, np.integer)) or k < 1):
         raise ValueError(
             f"k must be at least 1, got {shorten(k)}. Give a whole number, or leave it out for "
             f"all {what}."

@@ -17,6 +17,8 @@ from sgm.finder.answers import (
     ExpectedRow,
     LearntList,
     LearntRow,
+    PatrolList,
+    PatrolRow,
     PlaceList,
     PlaceRow,
     ThingList,
@@ -31,9 +33,10 @@ from sgm.memory.noticed_changes import ThingChange
 from sgm.memory.sighting import Point
 
 DEFAULT_ROWS = 20  # of lists
+DEFAULT_LOOKS = 3  # of a patrol
 _MOST_POSITIONS = 500  # of things, those seen last, that a list tells
 
-_List = TypeVar("_List", PlaceList, ThingList, EventList, ExpectedList, LearntList)
+_List = TypeVar("_List", PlaceList, ThingList, EventList, ExpectedList, LearntList, PatrolList)
 
 
 class ReadCalls(WhereCalls):
@@ -228,6 +231,32 @@ class ReadCalls(WhereCalls):
             for each in self.finder.expect(self.memory, found, at)
         ]
         return replace(self._cut(ExpectedList, rows, k, now), at=self._tell_asked_time(at))
+
+    def next_looks(self, k: int = DEFAULT_LOOKS) -> PatrolList:
+        """Say where a robot with nothing to do learns most of where things are.
+
+        Args:
+            k: most places.
+
+        Raises:
+            ValueError: if k is out of range.
+        """
+        check_rows(k)
+        self._come_to_present()
+        now, layout = self.memory.time, self.memory.layout
+        looks = self.finder.next_looks(self.memory, k) if self.memory.num_furniture else []
+        rows = [
+            PatrolRow(
+                place=look.furniture,
+                name=look.name,
+                gain=look.gain,
+                is_new=look.is_new,
+                position=find_position(layout, look.furniture),
+                pose=layout.compute_pose(look.furniture),
+            )
+            for look in looks
+        ]
+        return self._cut(PatrolList, rows, k, now, num_all=self.memory.num_furniture)
 
     def learnt(self, k: int = DEFAULT_ROWS) -> LearntList:
         """Say what a memory with a clock has learnt of how its home goes: see `Finder.learnt`.

@@ -386,6 +386,11 @@ _CALLS: Final[tuple[Call, ...]] = (
         MemoryService.expect,
     ),
     Call(
+        "Say where a robot with nothing to do should look: where most is to be learnt.",
+        (_rows("most places", 3),),
+        MemoryService.next_looks,
+    ),
+    Call(
         "Say what was learnt of how the home goes: which thing is where at which hours.",
         (_rows("most rows", 20),),
         MemoryService.learnt,

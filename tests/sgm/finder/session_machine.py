@@ -653,6 +653,7 @@ class ServiceMachine(RuleBasedStateMachine):
             ("history", (thing,)),
             ("changes", (since,)),
             ("learnt", ()),
+            ("next_looks", ()),
         ):
             self._call(name, *arguments)
         assert dump(self.service.memory) == content

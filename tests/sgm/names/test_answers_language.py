@@ -94,6 +94,7 @@ def play(service: MemoryService) -> Iterator[object]:
     yield service.changes(0)
     yield service.expect("Arbeitsplatte", service.memory.time + 144)
     yield service.learnt()
+    yield service.next_looks()
     yield service.finder.learnt(service.memory)
     yield from service.finder.expect(service.memory, 0)
     yield service.history("keys")

@@ -47,6 +47,7 @@ GOOD = {
     "history": {"thing": "mug", "k": 1},
     "expect": {"place": "desk", "at": "2026-11-16T18:30", "k": 2},
     "learnt": {"k": 2},
+    "next_looks": {"k": 2},
     "changes": {"since": "2026-11-16T00:00", "k": 2},
     "add_room": {"label": "bath"},
     "rename_room": {"room": "kitchen", "label": "canteen"},

@@ -92,6 +92,7 @@ def ask_all(served):
         ask(served, "expect", place=place, at="2026-11-16T18:30", k=3)
     ask(served, "list_places", room="kitchen")
     ask(served, "learnt")
+    ask(served, "next_looks", k=2)
     ask(served, "changes", since=0)
     ask(served, "changes", since="2026-11-16T07:30")
 
@@ -106,6 +107,7 @@ def test_calls_that_only_read_are_those_of_a_copy():
         "changes",
         "expect",
         "learnt",
+        "next_looks",
     }
 
 

@@ -62,6 +62,7 @@ SESSION = [
     ("changes", {"since": 0}),
     ("expect", {"place": "desk", "at": 9000}),
     ("learnt", {}),
+    ("next_looks", {}),
 ]
 # What is refused is refused with the same line.
 REFUSED = [

@@ -1,0 +1,1 @@
+"""What patrols teach a robot of a home: `python -m tools.patrols --help`."""
