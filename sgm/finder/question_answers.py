@@ -290,9 +290,10 @@ class QuestionAnswers(PlaceAnswers):
                 "in room", name, where=inside.partition(" ")[2], percent=_percent(chance)
             )
             return self._make(told, where=(drop_also(found),), probability=chance)
-        chances = {match: self._compute_chance(match, places) for match in found.taken_for}
-        likely = [match for match in found.taken_for if chances[match] >= LIKELY]
-        if len(found.taken_for) == 1 or not likely:
+        several = found.taken_for if len(found.taken_for) > 1 else ()
+        chances = {match: self._compute_chance(match, places) for match in several}
+        likely = [match for match in several if chances[match] >= LIKELY]
+        if not likely:
             likely, chances = [name], {name: chance}
         yes = [
             self._say("yes", match, where=where, percent=_percent(chances[match]))
