@@ -469,6 +469,8 @@ class LearntRow:
         place: id of the place that showed it most often.
         name: of that place.
         share: of the looks there, how many showed it, 0 to 1.
+        position: of the place, x, y, z in metres; left out if it is not known.
+        position_of: as in `PlaceFound`.
     """
 
     thing: str
@@ -477,6 +479,8 @@ class LearntRow:
     place: int
     name: str
     share: float
+    position: Point | None = field(default=None, metadata=LEFT_OUT)
+    position_of: PositionOf | None = field(default=None, metadata=LEFT_OUT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -281,6 +281,7 @@ class ReadCalls(WhereCalls):
                 place=each.usual,
                 name=each.usual_name,
                 share=each.share,
+                **tell_position(self.memory.layout, each.usual, None),
             )
             for each in learnt.things
         ]
