@@ -297,23 +297,14 @@ def _fit(answer: WhereOne) -> WhereOne:
     more places say more than where and why: their positions and reasons go first.
     """
     size = len(write_json(answer))
+    for shorten_more in (_leave_out_last_position, _leave_out_positions, _leave_out_reasons):
+        if size <= MOST_BYTES:
+            return answer
+        shorter = shorten_more(answer)
+        if shorter is not answer:
+            answer, size = shorter, len(write_json(shorter))
     if size <= MOST_BYTES:
         return answer
-    seen = _leave_out_position(answer.last_seen)
-    if seen is not answer.last_seen:
-        answer = replace(answer, last_seen=seen)
-        size = len(write_json(answer))
-        if size <= MOST_BYTES:
-            return answer
-    if answer.places and answer.places[0].probability < _LIKELY:
-        answer = replace(answer, places=tuple(map(_leave_out_position, answer.places)))
-        size = len(write_json(answer))
-        if size > MOST_BYTES:
-            first, *others = answer.places
-            answer = replace(answer, places=(first, *(replace(x, why="") for x in others)))
-            size = len(write_json(answer))
-        if size <= MOST_BYTES:
-            return answer
     sizes = [len(write_json(place)) + 1 for place in answer.places]  # with a comma, but for one
     left = MOST_BYTES - size + sum(sizes)
     kept = len(sizes)
@@ -336,6 +327,27 @@ def _fit(answer: WhereOne) -> WhereOne:
             break
         answer = _shorten_names(whole, most)
     return answer
+
+
+def _leave_out_last_position(answer: WhereOne) -> WhereOne:
+    """Leave out where the place stands at which the thing was last seen."""
+    seen = _leave_out_position(answer.last_seen)
+    return answer if seen is answer.last_seen else replace(answer, last_seen=seen)
+
+
+def _leave_out_positions(answer: WhereOne) -> WhereOne:
+    """Leave out where places stand, where none is likely."""
+    if not answer.places or answer.places[0].probability >= _LIKELY:
+        return answer
+    return replace(answer, places=tuple(map(_leave_out_position, answer.places)))
+
+
+def _leave_out_reasons(answer: WhereOne) -> WhereOne:
+    """Leave out the reasons of all places but the first, where none is likely."""
+    if not answer.places or answer.places[0].probability >= _LIKELY:
+        return answer
+    first, *others = answer.places
+    return replace(answer, places=(first, *(replace(place, why="") for place in others)))
 
 
 def _leave_out_position(said: _Said) -> _Said:

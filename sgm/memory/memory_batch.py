@@ -337,12 +337,13 @@ class MemoryBatch(Remembered):
         true, false = added[: len(new_true[0])], added[len(new_true[0]) :]
         edges["confidence"][true] = 1.0 if sure is None else sure[new_true]
         edges["missed"][false] = edges["num_absent"][false] - 1 + missed
-        if is_look and self.clock is not None:
+        shown = np.concatenate([again, true])
+        if is_look and self._history is not None and self.clock is not None:
             gone = touched[~is_seen & look.counts(*of_touched)]
             if is_again:  # a later look may take it back
                 gone = gone[edges["last_true"][gone] != self.time]
-            self._note_hours((home, furniture), at_place, np.concatenate([again, true]), gone)
-        self._note_origin(np.concatenate([again, true]))
+            self._note_hours((home, furniture), at_place, shown, gone)
+        self._note_origin(shown)
         is_counted = look.is_counted[home] & (not is_again)
         self.furniture["num_observed"][home, furniture] += is_counted
         self.furniture["last_observed"][home[is_counted], furniture[is_counted]] = self.time
@@ -471,18 +472,17 @@ class MemoryBatch(Remembered):
         self,
         looked: tuple[np.ndarray, np.ndarray],
         at_place: np.ndarray,
-        true: np.ndarray,
+        shown: np.ndarray,
         gone: np.ndarray,
     ) -> None:
-        """Count by the clock what a look found true, and what it found gone that was there once."""
-        if self._history is None or self.clock is None:
-            return
+        """Count by the clock what a look has shown, and what it found gone that was there once."""
+        assert self.clock is not None
         edges = self.edges
         gone = gone[edges["num_true"][gone] > 0]
-        rows = np.concatenate([true, gone])
-        is_true = np.arange(len(rows)) < len(true)
+        rows = np.concatenate([shown, gone])
+        is_true = np.arange(len(rows)) < len(shown)
         clock = self.clock[edges["home"][rows]]
-        self._history.note_hours(clock, self.time, rows, is_true, edges.num_rows)
+        self.history.note_hours(clock, self.time, rows, is_true, edges.num_rows)
         self._note_moment(looked, at_place, (rows, is_true))
 
     def _take_back(self, rows: np.ndarray) -> None:

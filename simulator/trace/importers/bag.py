@@ -10,14 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from sgm.checks import check_at_least
-from sgm.finder.finder import Finder
 from sgm.finder.home_map import HomeMap
 from sgm.layout.areas import Areas
 from sgm.mapping.furniture_labels import FurnitureLabels
-from sgm.mapping.furniture_mapper import FurnitureMapper
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import shorten
-from sgm.policies.adaptive import Adaptive
 from sgm.prior.prior_graph import PriorGraph
 from sgm.ros.camera_feed import CameraFeed
 from sgm.ros.live_memory import LiveMemory
@@ -33,6 +30,7 @@ from simulator.trace.importers.bag_messages import (
     TRANSFORMS,
     YOLO,
 )
+from simulator.trace.importers.frame_looks import begin_looking, count_frames
 from simulator.trace.importers.imported_looks import ImportedLooks, TimeOptions
 from simulator.yaml_text import load_yaml
 
@@ -173,16 +171,25 @@ def read_bag(
             option = option_of[topic]
             if live is None:
                 memory = SceneGraphMemory(prior, options.make_clock(seconds), path=file)
-                live = _begin(
+                live = begin_looking(
                     memory,
                     home,
                     options,
-                    areas,
-                    labels,
-                    names=names,
-                    uses_depth="depth" in topics,
+                    areas=areas,
+                    labels=labels,
+                    discover=options.discover,
+                    ignore=options.ignore,
                     on_look=lambda look: looks.update(("looks",)),
+                    map_frame=options.map_frame if home is None else home.frame,
+                    camera_frame=options.camera_frame,
+                    names=names,
+                    pose_sd=(options.position_sd, options.angle_sd),
+                    uses_depth="depth" in topics,
                 )
+                known = () if home is None else home.furniture
+                for number, furniture in zip(memory.furniture_ids, known, strict=True):
+                    if furniture.is_open:
+                        live.builder.set_open(number)
             _take(live.feed, option, message)
     finally:
         reader.close()
@@ -193,9 +200,7 @@ def read_bag(
         )
     live.finish()
     counts.update(live.feed.counts)
-    if live.mapper is not None:
-        counts.update({f"map: {name}": number for name, number in live.mapper.counts.items()})
-    counts.update({f"frames: {name}": number for name, number in live.builder.counts.items()})
+    counts.update(count_frames(live))
     return BagLooks(live.memory, looks["looks"], counts, topics, live.feed.find_gap())
 
 
@@ -256,38 +261,6 @@ def _choose_topic(wanted: _Wanted, type_of: Mapping[str, str]) -> str | None:
     for word in wanted.avoids:
         fits = [name for name in fits if word not in name] or fits
     return fits[0] if len(fits) == 1 else None
-
-
-def _begin(
-    memory: SceneGraphMemory,
-    home: HomeMap | None,
-    options: BagOptions,
-    areas: Areas | None,
-    labels: FurnitureLabels | None,
-    **of_live: Any,
-) -> LiveMemory:
-    """Begin to look: with the furniture of a home, or to find it in the frames."""
-    mapper = FurnitureMapper(memory, areas=areas, labels=labels)
-    if home is not None:
-        home.add_to(memory)
-    live = LiveMemory(
-        memory,
-        Finder(Adaptive()),
-        step_seconds=options.step_seconds,
-        local_time=options.to_local,
-        discover=mapper if home is None or options.discover else None,
-        ignore=options.ignore,
-        labels=labels,
-        map_frame=options.map_frame if home is None else home.frame,
-        camera_frame=options.camera_frame,
-        pose_sd=(options.position_sd, options.angle_sd),
-        **of_live,
-    )
-    known = () if home is None else home.furniture
-    for number, furniture in zip(memory.furniture_ids, known, strict=True):
-        if furniture.is_open:
-            live.builder.set_open(number)
-    return live
 
 
 def _take(feed: CameraFeed, option: str, message: Any) -> None:

@@ -21,17 +21,14 @@ from sgm.camera.detection import Detection
 from sgm.camera.pinhole import Intrinsics, Pose
 from sgm.checks import check_at_least, is_finite, is_number
 from sgm.files import make_read_error, read_file, read_json
-from sgm.finder.finder import Finder
 from sgm.finder.home_map import HomeMap
 from sgm.layout.areas import Areas
 from sgm.mapping.furniture_labels import FurnitureLabels
-from sgm.mapping.furniture_mapper import FurnitureMapper
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.messages import needed_to, shorten
-from sgm.policies.adaptive import Adaptive
 from sgm.prior.prior_graph import PriorGraph
-from sgm.ros.live_memory import LiveMemory
 from sgm.schema import MOST_METRES
+from simulator.trace.importers.frame_looks import begin_looking, count_frames
 from simulator.trace.importers.imported_looks import ImportedLooks, TimeOptions
 from simulator.yaml_text import load_yaml
 
@@ -130,18 +127,15 @@ def read_coco(
         )
     cameras = [_make_pose(times[row], numbers[row], poses, options) for _, row in timed]
     memory = SceneGraphMemory(prior, options.make_clock(timed[0][0].time), path=file)
-    mapper = FurnitureMapper(memory, areas=areas, labels=labels)
-    if home is not None:
-        home.add_to(memory)
     looks = Counter[str]()
-    live = LiveMemory(
+    live = begin_looking(
         memory,
-        Finder(Adaptive()),
-        step_seconds=options.step_seconds,
-        local_time=options.to_local,
-        discover=mapper if home is None or options.discover else None,
-        ignore=options.ignore,
+        home,
+        options,
+        areas=areas,
         labels=labels,
+        discover=options.discover,
+        ignore=options.ignore,
         on_look=lambda look: looks.update(("looks",)),
     )
     for (picture, row), pose in zip(timed, cameras, strict=True):
@@ -150,9 +144,7 @@ def read_coco(
             picture.time, pose, picture.intrinsics, picture.detections, image, float(times[row])
         )
     live.finish()
-    if live.mapper is not None:
-        counts.update({f"map: {name}": number for name, number in live.mapper.counts.items()})
-    counts.update({f"frames: {name}": number for name, number in live.builder.counts.items()})
+    counts.update(count_frames(live))
     return ImportedLooks(memory, looks["looks"], +counts)
 
 

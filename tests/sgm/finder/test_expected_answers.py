@@ -8,7 +8,7 @@ from sgm.finder.finder import Finder
 from sgm.finder.service import MemoryService
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.policies import Adaptive
-from tests.sgm.finder.test_days_seen import MONDAY, NOON, make_home
+from tests.sgm.finder.tablet_home import MONDAY, NOON, make_home
 
 ENGLISH = """what will be on the table tomorrow at noon?
 what will be on the table tomorrow at 12?

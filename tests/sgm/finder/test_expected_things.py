@@ -1,16 +1,14 @@
 """What is expected at a place at a time."""
 
-from datetime import datetime, timedelta
+from datetime import timedelta
 
 import pytest
 
 from sgm.finder.finder import Finder
-from sgm.memory.clock import Clock
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.policies import Adaptive
-
-MONDAY = datetime(2026, 1, 5)
+from tests.sgm.finder.tablet_home import MONDAY, make_home
 
 
 @pytest.fixture(scope="module")
@@ -20,17 +18,7 @@ def finder():
 
 @pytest.fixture(scope="module")
 def home():
-    """Two weeks: the tablet is on the table at noon of workdays but one, else on the shelf."""
-    memory = SceneGraphMemory(clock=Clock(MONDAY, 1800))
-    room = memory.add_room("kitchen")
-    table, shelf = (memory.add_furniture(place, room) for place in ("table", "shelf"))
-    for day in range(14):
-        for hour in (7, 12, 20):
-            memory.step_to(MONDAY + timedelta(days=day, hours=hour))
-            is_out = hour == 12 and day % 7 < 5 and day != 3
-            memory.observe(table, [Sighting("lamp"), *([Sighting("tablet")] if is_out else [])])
-            memory.observe(shelf, [] if is_out else [Sighting("tablet")])
-    return memory, table, shelf
+    return make_home()
 
 
 def get(expected, name):
