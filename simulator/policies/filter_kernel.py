@@ -344,16 +344,47 @@ def follow(
             if learns and next_look > first_look:
                 make_transitions(weights, for_type, for_own, rooms, transitions)
             time += 1
-            rate = rules.move_rate[query]
-            if next_asked < len(asked) and questions.moment[asked[next_asked]] == time:
-                rate = rules.asked_move_rate[query]
-                next_asked += 1
-            kept, coming = 1 - rules.remove_rate[query], rules.add_rate[query]
-            moves, leave = transitions[0], transitions[1]
-            if was_seen:  # else there is nothing to spread
-                spread(own_last, moves, leave, kept, rate, 0.0, rooms, scratch)
-            spread(own_others, moves, leave, kept, rate, coming, rooms, scratch)
-            if learns:
-                rate, coming = rules.move_rate[query], type_add_rate[query]
-                moves, leave = transitions[2], transitions[3]
-                spread(of_type, moves, leave, kept, rate, coming, rooms, scratch)
+            is_asked = next_asked < len(asked) and questions.moment[asked[next_asked]] == time
+            next_asked += is_asked
+            densities = own_last, own_others, of_type
+            spreads = was_seen, learns  # what was not seen has nowhere to spread from
+            _pass_step(
+                densities,
+                spreads,
+                query,
+                is_asked,
+                rules,
+                type_add_rate,
+                transitions,
+                rooms,
+                scratch,
+            )
+
+
+@kernel
+def _pass_step(
+    densities: tuple[np.ndarray, np.ndarray, np.ndarray],
+    spreads: tuple[bool, bool],
+    query: int,
+    is_asked: bool,
+    rules: Rules,
+    type_add_rate: np.ndarray,
+    transitions: np.ndarray,
+    room: np.ndarray,
+    scratch: np.ndarray,
+) -> None:
+    """Let a step pass for one query, in place: what was seen last, others, and its type, (F,) each.
+
+    `spreads` says whether the first and the last do, `transitions` are those of `make_transitions`; see `follow`.
+    """
+    last, others, of_type = densities
+    type_rate = rules.move_rate[query]
+    rate = rules.asked_move_rate[query] if is_asked else type_rate
+    kept, coming = 1 - rules.remove_rate[query], rules.add_rate[query]
+    moves, leave = transitions[0], transitions[1]
+    if spreads[0]:
+        spread(last, moves, leave, kept, rate, 0.0, room, scratch)
+    spread(others, moves, leave, kept, rate, coming, room, scratch)
+    if spreads[1]:
+        moves, leave = transitions[2], transitions[3]
+        spread(of_type, moves, leave, kept, type_rate, type_add_rate[query], room, scratch)
