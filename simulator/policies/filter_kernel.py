@@ -375,7 +375,8 @@ def _pass_step(
 ) -> None:
     """Let a step pass for one query, in place: what was seen last, others, and its type, (F,) each.
 
-    `spreads` says whether the first and the last do, `transitions` are those of `make_transitions`; see `follow`.
+    `spreads` says whether the first and the last do; `transitions` are those of
+    `make_transitions`.
     """
     last, others, of_type = densities
     type_rate = rules.move_rate[query]
