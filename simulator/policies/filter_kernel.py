@@ -315,7 +315,7 @@ def follow(
         type_seen = list_entries(type_sightings, of_key, since_round[query])
         asked = list_entries(questions, subject[query], time + 1)
         next_look = next_seen = next_type = next_asked = 0
-        was_seen = own_last.any()
+        was_seen = bool(own_last.any())
         while True:
             first_look = next_look
             while next_look < len(look):
