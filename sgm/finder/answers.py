@@ -568,7 +568,7 @@ class Answered:
         status: "ok" only if the whole sentence was understood.
         kind: of the question that it was taken for: "where", "past", "future", "room", "place",
             "is_at", "what_at", "count", "when", "when_at", "when_moved", "who", "whose", "moved",
-            "history" or "changes"; "command" of what is no question.
+            "together", "history" or "changes"; "command" of what is no question.
         said: the answer in plain words, or what to ask.
         text: the sentence.
         at: the time that is asked about.

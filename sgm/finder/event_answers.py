@@ -137,10 +137,15 @@ class EventAnswers:
         return self._make(self._tell_event(last), events=(last,))
 
     def _tell_whose(self) -> Answered:
-        """Say whose a thing is, where its name says so."""
+        """Say whose a thing is, where its name says so, and whether it is a person's."""
         self._refuse_time()
         resolution = self._resolve(self._get_only())
-        return self._make(self._tell_owners(resolution))
+        told = self._tell_owners(resolution)
+        asked, owned = self._sentence.where, resolution.matches[0].partition(f"{POSSESSIVE} ")
+        if asked and len(resolution.matches) == 1 and owned[1]:
+            said = self._say("yes alone" if asked == owned[0] else "no alone")
+            told = f"{said} {told}"
+        return self._make(told)
 
     def _tell_owners(self, resolution: Resolution) -> str:
         """Say whose the things are that a name means."""

@@ -18,9 +18,10 @@ from sgm.finder.meanings import MOST_CANDIDATES, Unclear
 from sgm.finder.past_places import find_past_places
 from sgm.finder.place_answers import LIKELY, PlaceAnswers, list_answers
 from sgm.finder.said_places import find_said_places
-from sgm.names.clauses import Known
+from sgm.names.clause import Known
 from sgm.names.free_reading import make_free_reader
 from sgm.names.modifiers import COLOURS, spell
+from sgm.names.phrase import Phrase
 from sgm.names.resolution import Resolution
 from sgm.names.sentence import Sentence
 from sgm.names.words import POSSESSIVE, normalize
@@ -86,7 +87,8 @@ class QuestionAnswers(PlaceAnswers):
         """Return the names of the places that a name means."""
         layout = self._memory.layout
         found = find_said_places(self._memory, name)
-        return tuple(layout.describe(place) for place in found)
+        names = (layout.furniture[place].description for place in found)
+        return (*names, *map(layout.describe, found))
 
     def _answer(self) -> Answered:
         """Answer the sentence as it was read."""
@@ -105,6 +107,7 @@ class QuestionAnswers(PlaceAnswers):
                 "when_moved",
                 "who",
                 "whose",
+                "together",
                 "moved",
                 "history",
             ):
@@ -212,7 +215,8 @@ class QuestionAnswers(PlaceAnswers):
 
     def _tell_is_at(self) -> Answered:
         """Say whether things are at a place, or whether there is one; or were, at a time."""
-        past = self._find_past()
+        ahead = self._find_ahead()
+        past = None if ahead is not None else self._find_past()
         first, *others = self._sentence.things or ("",)
         if others and all(map(self._find_either, others)):
             return self._tell_is_at_either(first, others)
@@ -221,8 +225,13 @@ class QuestionAnswers(PlaceAnswers):
         twice = any(p.is_not_there and self._phrases.read(p.name).where for p in phrases)
         if not said_where or twice or any(not p.name or p.excluded for p in phrases):
             raise Unclear("unknown", self._say("no question"), ())
+        if ahead is not None:
+            return self._tell_will_be_at(phrases, said_where, ahead)
         told = [
-            self._tell_thing_at(phrase.name, phrase.where or said_where, past) for phrase in phrases
+            self._tell_thing_at(
+                phrase.name, phrase.where or said_where, past, is_each=bool(phrase.quantity)
+            )
+            for phrase in phrases
         ]
         if len(told) == 1:
             return told[0]
@@ -253,10 +262,18 @@ class QuestionAnswers(PlaceAnswers):
             told = f"{self._say('no', where=where, percent=_percent(chance))} {told}"
         return self._make(told, where=(drop_also(found),), probability=chance)
 
-    def _tell_thing_at(self, thing: str, said: str, past: tuple[int, int] | None) -> Answered:
-        """Say whether a thing is at a place, or was at a time."""
+    def _tell_thing_at(
+        self, thing: str, said: str, past: tuple[int, int] | None, is_each: bool = False
+    ) -> Answered:
+        """Say whether a thing is at a place, or was at a time.
+
+        Of several, "are both mugs there", or "are the mugs there", it is said where each is.
+        """
         places = self._find_places(said)
         resolution = self._resolve(thing)
+        if resolution.how == "more general name":  # marmalade, and a jam is known
+            near = resolution.matches[:MOST_CANDIDATES]
+            raise Unclear("ambiguous", self._asking.ask_which(near), near, thing)
         where = self._say_places(said, places)
         if past is not None:
             return self._tell_was_at(resolution, past, where, places)
@@ -273,15 +290,18 @@ class QuestionAnswers(PlaceAnswers):
                 "in room", name, where=inside.partition(" ")[2], percent=_percent(chance)
             )
             return self._make(told, where=(drop_also(found),), probability=chance)
-        chances = {match: self._compute_chance(match, places) for match in found.taken_for}
-        likely = [match for match in found.taken_for if chances[match] >= LIKELY]
-        if len(found.taken_for) == 1 or not likely:
+        several = found.taken_for if len(found.taken_for) > 1 else ()
+        chances = {match: self._compute_chance(match, places) for match in several}
+        likely = [match for match in several if chances[match] >= LIKELY]
+        if not likely:
             likely, chances = [name], {name: chance}
         yes = [
             self._say("yes", match, where=where, percent=_percent(chances[match]))
             for match in likely
         ]
-        if resolution.quantity and len(resolution.matches) <= MOST_THINGS:  # "are all mugs there?"
+        is_each = is_each or bool(resolution.quantity)
+        is_each = is_each or (self._sentence.kind == "is_at" and self._asking.is_plural(thing))
+        if is_each and len(resolution.matches) <= MOST_THINGS:
             away = [match for match in resolution.matches if chances.get(match, 0.0) < LIKELY]
             asked = AskedThings(things=tuple(away), is_exact=True)
             others = list_answers(self._calls.tell_asked(asked)) if away else []
@@ -295,6 +315,37 @@ class QuestionAnswers(PlaceAnswers):
             if place.furniture in places:
                 missing *= 1 - place.probability
         return 1 - missing
+
+    def _tell_will_be_at(self, phrases: Sequence[Phrase], said: str, ahead: int) -> Answered:
+        """Say whether one thing will be at a place."""
+        if len(phrases) > 1:
+            raise Unclear("ambiguous", self._say("several", names=said), ())
+        name = phrases[0].name
+        self._resolve_one(name)
+        places = self._find_places(phrases[0].where or said)
+        asked = AskedThings(things=(name,), span=(ahead, ahead))
+        (found,) = list_answers(self._calls.tell_asked(asked))
+        chance = sum(at.probability for at in found.places if at.place in places)
+        told = self._tell_place(found, "will")
+        if chance < LIKELY:
+            no = self._say("no", where=said, percent=_percent(chance))
+            return self._make(f"{no} {told}", where=(drop_also(found),), probability=chance)
+        told = f"{self._say('yes alone')} {told}"
+        return self._make(told, where=(drop_also(found),), probability=chance)
+
+    def _tell_together(self) -> Answered:
+        """Say whether things are at one place."""
+        self._refuse_time()
+        names = [self._resolve_one(thing).matches[0] for thing in self._sentence.things]
+        names = list(dict.fromkeys(names))
+        if not 2 <= len(names) <= MOST_THINGS:
+            raise Unclear("unknown", self._say("no question"), ())
+        asked = AskedThings(things=tuple(names), is_exact=True)
+        answers = list_answers(self._calls.tell_asked(asked))
+        places = {found.places[0].place if found.places else None for found in answers}
+        said = self._say("yes alone" if len(places) == 1 and None not in places else "no alone")
+        told = " ".join([said, *(self._tell_place(found, "is") for found in answers)])
+        return self._make(told, where=tuple(answers))
 
     def _tell_was_at(
         self, resolution: Resolution, past: tuple[int, int], where: str, places: Sequence[int]

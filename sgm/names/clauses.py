@@ -1,72 +1,43 @@
-"""Parts of a sentence between commas and joins: the things, places and times that they name."""
+"""Reads clauses: the things, places and times that they name, and which words are left."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import NamedTuple
 
+from sgm.names.clause import Clause, Known
+from sgm.names.clause_split import ClauseSplitter
+from sgm.names.clause_words import make_clause_words
 from sgm.names.known_words import is_word
+from sgm.names.name_spans import NameSpans
 from sgm.names.sections import ENGLISH
-from sgm.names.sentence import make_sentence_reader, pad_words
-from sgm.names.spelling import TypoIndex
+from sgm.names.sentence import make_sentence_reader
 from sgm.names.time_words import TimeReader, TimeSaid
 from sgm.names.words import POSSESSIVE
 
-Find = Callable[[str], tuple[str, ...]]
-_BREAKS = re.compile(r"[?!\u2026]+|\.{2,}|\.(?=\s)")
-_LONGEST_NAME = 5  # words
-_LEAST_MENDED = 4  # letters of a word that a slip is mended to
+_LEAST_VERB = 4  # letters
 
 
-class Known(NamedTuple):
-    """What of a home is called how.
+@dataclass
+class _Parts:
+    """What was read of a clause so far."""
 
-    Attributes:
-        find_thing: returns the things that a name surely means.
-        find_place: returns names of the places that a name means.
-        owners: people who own things.
-        words: of all names.
-    """
-
-    find_thing: Find
-    find_place: Find
-    owners: frozenset[str]
-    words: frozenset[str] = frozenset()
-
-
-class Clause(NamedTuple):
-    """A part of a sentence between commas or joins.
-
-    Attributes:
-        text: as it stands.
-        words: without names of things and places, and what stands before a thing.
-        things: what is asked for, each in words of its own.
-        places: with their prepositions, "in the sink".
-        named: names of places without a preposition.
-        left: words that no table has.
-        is_broken: whether a word beside a thing may make it another one: "laptop stand".
-        owners: words that say whose something is, "leo's", without it.
-        is_aside: whether it says what for, why or when: "to open the wine", "before we go".
-        time: when, if that is said.
-    """
-
-    text: str
-    words: tuple[str, ...]
-    things: tuple[str, ...]
-    places: tuple[str, ...]
-    named: tuple[str, ...]
-    left: tuple[str, ...]
-    is_broken: bool
-    owners: tuple[str, ...]
-    is_aside: bool = False
-    time: TimeSaid | None = None
-
-    @property
-    def is_named(self) -> bool:
-        """Whether it names a thing or a place."""
-        return bool(self.things or self.places or self.named)
+    words: Sequence[str]
+    known: Known
+    person: str
+    things: list[str] = field(default_factory=list)
+    excluded: list[str] = field(default_factory=list)
+    places: list[str] = field(default_factory=list)
+    named: list[str] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    left: list[str] = field(default_factory=list)
+    verbs: list[str] = field(default_factory=list)
+    is_broken: bool = False
+    is_negated: bool = False
+    after_thing: bool = False  # whether the last words were a thing
+    end_of_last: int = 0  # the place after the last thing
 
 
 class ClauseReader:
@@ -79,335 +50,246 @@ class ClauseReader:
 
     def __init__(self, code: str) -> None:
         """Read by the tables of the language of a code."""
-        self._sentences = make_sentence_reader(code)
-        language = self._sentences.language
+        sentences, self._words = make_sentence_reader(code), make_clause_words(code)
+        language = sentences.language
         listed = language.list_words
-        self._times = TimeReader(language)
-        self._articles = listed("articles")
-        self.free = listed("free words") | self._articles | listed("fillers")
-        self._phrases = [
-            (re.compile(rf"{language.compile(pattern)}(?= |$)"), word and f" {word}")
-            for pattern, word in language.read_pairs("free phrases").items()
-        ]
+        self._splitter = ClauseSplitter(sentences, self._words)
+        self._spans, self._times = NameSpans(language, self._words), TimeReader(language)
         self._after = listed("after a thing")
-        self._starters = listed("clause starters")
-        self._joins = listed("free joins")
         self._nouns, self._definite = listed("free nouns"), listed("before a noun")
-        self._conjunctions, self._whens = listed("conjunctions"), listed("time conjunctions")
-        self._and, self._or = listed("and") - {","}, listed("or")
-        self._links = listed("free links")
         self._speakers = listed("speaker's") | listed("our")
-        self._theirs, self._people = listed("nobody's"), listed("people")
-        self._subjects = listed("asking people")
-        self._wanting, self._openers = listed("wanting"), listed("yes or no")
-        self._pronouns, self._purposes = listed("pronouns"), listed("purposes")
-        self._finite = listed("finite")
-        self._giving = listed("giving")
+        self._theirs = listed("nobody's")
+        self._same, self._belongings = listed("same"), listed("belongings")
+        self._but = {phrase for phrase in language.list_phrases("but") if " " not in phrase}
+        self._other_verbs = listed("other verbs")
+        self._endings = (*language.list_phrases("verb endings"), *listed("adverb endings"))
+        self._noun_signs = self._words.of | self._words.links | listed("and") | self._words.where
+        self._quantities = listed("quantities")
+        self._auxiliaries = listed("verbs before not")
         self._narrowing = listed("not").union(
             *map(listed, ("but", "one", "other", "narrowing", "where words", "and"))
         )
+        self._things_said = self._words.pronouns - self._words.subjects - listed("that is")
         self._relatives = re.compile(rf"^(?:{language.compile_section('clauses')})$")
-        where = listed("where words")
-        self._where = where
-        self._questions = where | listed("question words")
-        self.free |= where.union(
-            *map(
-                listed,
-                (
-                    "which words",
-                    "room words",
-                    "all that is there",
-                    "yes or no",
-                    "tags",
-                    "whose words",
-                    "free nouns",
-                    "who words",
-                    "telling",
-                    "wanting",
-                    "if",
-                ),
-            )
-        )
-        self.around = listed("free around") - self.free
-        self._plain = self.free - self._articles - self._links - listed("of") - listed("linking")
-        self._parted = self._and | where
-        self._mended = TypoIndex(word for word in self.free if len(word) >= _LEAST_MENDED)
-        self.dates = (
-            frozenset().union(
-                *(
-                    language.list_words(section)
-                    for section in ("parts of the day", "days", "units")
-                ),
-                *(language.list_words(section) for section in ("numbers", "times", "minutes")),
-            )
-            - self.free
-        )
-        self._is_told = bool(listed("free words"))
+        self._parted = self._words.and_ | self._words.where
 
     def read(self, text: str, known: Known) -> list[Clause]:
         """Read the clauses of a sentence; none where the language has no tables for it."""
-        if not self._is_told:
+        if not self._words.is_told:
             return []
-        words = self._sentences.split_words(_BREAKS.sub(" , ", text))
-        padded = pad_words([self._mend(word, known) for word in words])
-        for pattern, instead in self._phrases:
-            padded = pattern.sub(instead, padded)
-        named = known.owners.intersection(padded.split())
+        clauses = self._splitter.split(text, known)
+        named = known.owners.intersection(word for words, _ in clauses for word in words)
         person = next(iter(named)) if len(named) == 1 else ""
-        return [
-            self._read_clause(words, known, person, is_aside)
-            for words, is_aside in self._split(padded.split(), known)
-        ]
+        return [self._read(words, known, person, is_aside) for words, is_aside in clauses]
 
-    def _mend(self, word: str, known: Known) -> str:
-        """Mend a slip in a word that says nothing: "plese"."""
-        if word in self.free or word in self.around or len(word) < _LEAST_MENDED - 1:
-            return word
-        if (
-            word in self._sentences.signals
-            or word in self.dates
-            or is_word(word)
-            or not word.isalpha()
-        ):
-            return word
-        if known.find_thing(word):
-            return word
-        return next(self._mended.find(word), word)
-
-    def _split(self, words: Sequence[str], known: Known) -> Iterator[tuple[list[str], bool]]:
-        """Split words into clauses, and tell which of them are asides.
-
-        They end at commas, joins, an "and" before a new subject, and before what begins an aside.
-        """
-        clause: list[str] = []
-        is_aside = False
-        for place, word in enumerate(words):
-            after = words[place + 1] if place + 1 < len(words) else ""
-            is_and = word in self._and and (after in self._starters or not after)
-            is_when = self._begins_when(word, after)
-            # "before we go where is it", "match in 5 min where is the shirt"
-            is_asked = word in self._questions and is_aside
-            is_asked = is_asked or (is_aside and self._begins_wanting(word, after, clause))
-            is_asked = is_asked or (word in self._where and self._says_more(clause, known))
-            if word == "," or word in self._joins or is_and or is_when or is_asked:
-                if clause:
-                    yield clause, is_aside
-                clause, is_aside = [word] if is_when or is_asked else [], is_when
-            elif word in self._conjunctions and not clause:
-                continue  # "or is it"
-            elif self._begins_purpose(word, after, clause, known):
-                if clause:
-                    yield clause, is_aside
-                clause, is_aside = [word], True
-            else:
-                clause.append(word)
-        if clause:
-            yield clause, is_aside
-
-    def _says_more(self, words: Sequence[str], known: Known) -> bool:
-        """Tell whether one of some words is of no table, and names nothing by itself."""
-        free = self.free | self.around | self._people | known.owners | self._and
-        return any(
-            word not in free and not (known.find_thing(word) or known.find_place(word))
-            for word in words
-        )
-
-    def _begins_wanting(self, word: str, after: str, before: Sequence[str]) -> bool:
-        """Tell whether "i need" begins here after what for: "to open the wine i need"."""
-        is_purpose = bool(before) and before[0] in self._purposes
-        return is_purpose and word in self._subjects and after in self._wanting | self._openers
-
-    def _begins_when(self, word: str, after: str) -> bool:
-        """Tell whether "before we go", "when i am" begins here."""
-        return word in self._whens and (after in self._subjects or after in self._people)
-
-    def _begins_purpose(self, word: str, after: str, before: Sequence[str], known: Known) -> bool:
-        """Tell whether "to open the wine", "for opening" begins here; no "to find the wine"."""
-        free = self.free if before else self._wanting | self._articles | self._subjects
-        is_verb = word in self._purposes and after.isalpha() and after not in free
-        is_verb = is_verb and after not in self.around | known.owners | self._people
-        is_verb = is_verb and self._giving.isdisjoint(before)
-        return is_verb and not (known.find_thing(after) or known.find_place(after))
-
-    def _read_clause(
-        self, words: Sequence[str], known: Known, person: str, is_aside: bool
-    ) -> Clause:
+    def _read(self, words: Sequence[str], known: Known, person: str, is_aside: bool) -> Clause:
         text = " ".join(words)
-        kept, time = self._times.split(words)
-        words = kept or words
-        time = time if kept else None
-        find_thing, find_place = known.find_thing, known.find_place
-        things: list[str] = []
-        places: list[str] = []
-        named: list[str] = []
-        said: list[str] = []
-        left: list[str] = []
-        is_broken, place, after_thing, end_of_last = False, 0, False, 0
+        words, time, clashing = self._take_times(words, known)
+        parts = _Parts(words=words, known=known, person=person, left=list(clashing))
+        place = 0
         while place < len(words):
-            word = words[place]
-            length = self._match_place(words, place, find_place, known.words)
-            if length:
-                places.append(" ".join(words[place : place + length]))
-                place, after_thing = place + length, False
-                continue
-            length = self._match_name(words, place, find_thing, known.words)
-            if length:
-                before = words[place - 1] if place else ""
-                is_qualified = bool(left) and before == left[-1]
-                is_owned = words[place].endswith(POSSESSIVE)
-                is_broken = is_broken or after_thing or is_qualified  # "the striped cushion"
-                is_broken = is_broken or (before in self.around and not is_owned)
-                is_broken = is_broken or self._is_place_of(words[:place])
-                is_broken = is_broken or self._is_joined(words[:place], end_of_last)
-                between = words[end_of_last:place] if things else ()
-                is_broken = is_broken or (bool(things) and not self._parted.intersection(between))
-                said = said[:-1] if is_qualified else said
-                name = " ".join(words[place : place + length])
-                if before in self._speakers:
-                    name = f"{before} {name}"
-                elif before in self._theirs:
-                    owned = f"{person}{POSSESSIVE} {name}"
-                    name = owned if person and find_thing(owned) else f"{before} {name}"
-                place, after_thing = place + length, True
-                end_of_last = place
-                if self._tells_of(words[place:], known) and len(find_thing(name)) == 1:
-                    place = len(words)  # "the book anna is reading"
-                relative = " ".join(words[place:])
-                if self._relatives.match(f" {relative}") and not self._asks_after(words[place:]):
-                    name, place = f"{name} {relative}", len(words)  # "the camera that i bought"
-                things.append(name)
-                continue
-            length = self._match_name(words, place, find_place, known.words)
-            if length:
-                named.append(" ".join(words[place : place + length]))
-                is_broken = is_broken or after_thing
-                place, after_thing = place + length, False
-                continue
-            if after_thing and word not in self._after and word not in self._and:
-                is_broken = is_broken or not self._may_follow(words[place:])
-            is_subject = (word in known.owners or word in self._people) and not things
-            is_free = word in self.free or word in self.around or is_subject or word in self._and
-            if not is_free or self._lacks_noun(words[place : place + 2]):
-                left.append(word)
-            said.append(word)
-            place, after_thing = place + 1, False
+            place = self._read_at(place, parts)
+        owners = (word for word in parts.left if word.removesuffix(POSSESSIVE) in known.owners)
         return Clause(
             text=text,
-            words=tuple(said),
-            things=tuple(things),
-            places=tuple(places),
-            named=tuple(named),
-            left=tuple(left),
-            is_broken=is_broken,
-            owners=tuple(word for word in left if word.removesuffix(POSSESSIVE) in known.owners),
+            words=tuple(parts.said),
+            things=tuple(parts.things),
+            places=tuple(parts.places),
+            named=tuple(parts.named),
+            left=tuple(parts.left),
+            is_broken=parts.is_broken,
+            owners=tuple(owners),
             is_aside=is_aside,
             time=time,
+            is_negated=parts.is_negated,
+            excluded=tuple(parts.excluded),
+            verbs=tuple(parts.verbs),
         )
+
+    def _take_times(
+        self, words: Sequence[str], known: Known
+    ) -> tuple[list[str], TimeSaid | None, tuple[str, ...]]:
+        """Take the time out of words; also the words of times that are not one."""
+        kept, times = self._times.find(words, known.words)
+        time = times[0] if times else None
+        for other in times[1:]:
+            joined = time.join(other) if time is not None else None
+            if joined is None:
+                return kept, time, (other.words,)
+            time = joined
+        return kept, time, ()
+
+    def _read_at(self, place: int, parts: _Parts) -> int:
+        """Read what begins at a word; return where the next one begins."""
+        words, known = parts.words, parts.known
+        length = self._spans.count_place(words, place, known)
+        if length:
+            parts.places.append(" ".join(words[place : place + length]))
+            parts.after_thing = False
+            return place + length
+        owned = self._find_belongings(words[place : place + 2], known)
+        if owned:
+            parts.things.append(owned)
+            parts.after_thing, parts.end_of_last = True, place + 2
+            return place + 2
+        length = self._spans.count_thing(words, place, known)
+        if length:
+            return self._read_thing(place, length, parts)
+        length = self._spans.count_name(words, place, known.find_place, known)
+        if length and self._same.isdisjoint(words[:place][-1:]):
+            parts.named.append(" ".join(words[place : place + length]))
+            parts.is_broken = parts.is_broken or parts.after_thing
+            parts.after_thing = False
+            return place + length
+        if not length:  # else "the same drawer"
+            self._read_word(place, parts)
+        return place + 1
+
+    def _read_thing(self, place: int, length: int, parts: _Parts) -> int:
+        """Read the name of a thing; return where the next word begins."""
+        words, known = parts.words, parts.known
+        before = words[place - 1] if place else ""
+        is_qualified = before in (*parts.left[-1:], *parts.verbs[-1:])
+        is_owned = words[place].endswith(POSSESSIVE)
+        between = words[parts.end_of_last : place] if parts.things else ()
+        parts.is_broken = (
+            parts.is_broken
+            or parts.after_thing
+            or is_qualified  # "the striped cushion"
+            or (before in self._words.around and not is_owned)
+            or self._is_place_of(words[:place])
+            or self._is_joined(words[:place], parts.end_of_last)
+            or (bool(parts.things) and not self._parted.intersection(between))
+        )
+        parts.said = parts.said[:-1] if is_qualified and before in parts.left else parts.said
+        name = self._add_owner(" ".join(words[place : place + length]), before, parts)
+        name = f"{self._find_quantity(words[:place])}{name}"
+        end = place + length
+        parts.after_thing, parts.end_of_last = True, end
+        if self._tells_of(words[end:], known) and len(known.find_thing(name)) == 1:
+            end = len(words)  # "the book anna is reading"
+        relative = " ".join(words[end:])
+        is_said = end < len(words) and words[end] in self._things_said  # "it was there"
+        is_relative = not is_said and self._relatives.match(f" {relative}") is not None
+        if is_relative and not self._asks_after(words[end:]):
+            name, end = f"{name} {relative}", len(words)  # "the camera that i bought"
+        (parts.excluded if self._is_excluded(words[:place]) else parts.things).append(name)
+        return end
+
+    def _add_owner(self, name: str, before: str, parts: _Parts) -> str:
+        """Say whose a thing is: "my phone", or "anna's phone" of "her phone"."""
+        if before in self._speakers:
+            return f"{before} {name}"
+        if before not in self._theirs:
+            return name
+        owned = f"{parts.person}{POSSESSIVE} {name}"
+        return owned if parts.person and parts.known.find_thing(owned) else f"{before} {name}"
+
+    def _read_word(self, place: int, parts: _Parts) -> None:
+        """Read a word that names nothing."""
+        words, word, known = parts.words, parts.words[place], parts.known
+        if parts.after_thing and word not in self._after and word not in self._words.and_:
+            parts.is_broken = parts.is_broken or not self._may_follow(words[place:])
+        if place and word in self._words.negations and words[place - 1] in self._auxiliaries:
+            parts.is_negated = True
+            parts.said.append(word)
+            return
+        parts.after_thing = False
+        if self._is_verb(words[: place + 1], known):
+            parts.verbs.append(word)
+            return
+        is_free = word in self._words.known or word in self._words.and_
+        is_subject = (word in known.owners or word in self._words.people) and not parts.things
+        is_but = word in self._but and self._is_excluding(words[place:], known)
+        after = place + 1 < len(words) and self._spans.count_thing(words, place + 1, known)
+        is_article = self._lacks_noun(words[place : place + 2]) and not after
+        if not (is_free or is_subject or is_but) or is_article:
+            parts.left.append(word)
+        parts.said.append(word)
+
+    def _find_belongings(self, words: Sequence[str], known: Known) -> str:
+        """Return "anna's things", where something is known to be hers; empty for other words."""
+        if len(words) < 2 or words[1] not in self._belongings:
+            return ""
+        return " ".join(words) if words[0].removesuffix(POSSESSIVE) in known.owners else ""
+
+    def _is_verb(self, words: Sequence[str], known: Known) -> bool:
+        """Tell whether the last word is a verb that names nothing: "what is cluttering the desk".
+
+        It ends as one, or stands after who does it; none is one of `other verbs`, "bought", which
+        ask something else, and none that an article stands before.
+        """
+        word, before = words[-1], words[-2] if len(words) > 1 else ""
+        if word in self._words.known or word in self._other_verbs or is_word(word) or not before:
+            return False
+        if not word.isalpha() or len(word) < _LEAST_VERB or before in self._noun_signs:
+            return False
+        is_done = before in self._words.subjects | self._words.people | known.owners
+        return word.endswith(self._endings) or is_done
+
+    def _is_excluding(self, words: Sequence[str], known: Known) -> bool:
+        """Tell whether words begin with "except the lamp"."""
+        place = next((n for n in range(1, len(words)) if words[n] not in self._words.of), 0)
+        return bool(place and self._spans.count_thing(words, place, known))
+
+    def _is_excluded(self, words: Sequence[str]) -> bool:
+        """Tell whether "except" stands before a thing."""
+        before = [word for word in words if word not in self._words.of]
+        return bool(before) and before[-1] in self._but
+
+    def _find_quantity(self, words: Sequence[str]) -> str:
+        """Return "both" that stands before a name, "both of the mugs"; empty without one."""
+        before = [word for word in words if word not in self._definite | self._words.of]
+        return f"{before[-1]} " if before and before[-1] in self._quantities else ""
 
     def _tells_of(self, words: Sequence[str], known: Known) -> bool:
         """Tell whether "anna is reading" follows a thing, and says nothing of another one."""
-        if len(words) < 2 or words[0] not in known.owners | self._people:
+        if len(words) < 2 or words[0] not in known.owners | self._words.people:
             return False
-        return words[1] in self._finite and self._narrowing.isdisjoint(words)
+        return words[1] in self._words.finite and self._narrowing.isdisjoint(words)
 
     def _asks_after(self, words: Sequence[str]) -> bool:
         """Tell whether words after a thing are a frame, "i am looking for", or may narrow it."""
-        return self.free.issuperset(words) or not self._narrowing.isdisjoint(words)
-
-    def _match_written(
-        self, words: Sequence[str], place: int, find: Find, known: frozenset[str]
-    ) -> int:
-        """Return how many words from a place on are a name as it is written."""
-        if words[place] not in known:
-            return 0
-        for end in range(min(place + _LONGEST_NAME, len(words)), place + 1, -1):
-            name = " ".join(words[place:end])
-            if words[end - 1] in known and _is_written(name, find(name)):
-                return end - place
-        return 0
-
-    def _match_name(
-        self, words: Sequence[str], place: int, find: Find, known: frozenset[str]
-    ) -> int:
-        """Return how many words from a place on are a name, the most that each say something."""
-        if words[place] in self._and or words[place] == ",":
-            return 0
-        if words[place] in self.free:  # "living room"
-            return self._match_written(words, place, find, known)
-        for end in range(min(place + _LONGEST_NAME, len(words)), place, -1):
-            name = " ".join(words[place:end])
-            found = find(name)
-            if not found or (words[end - 1] in self.free and not _is_written(name, found)):
-                continue
-            inner = words[place:end]
-            if self._plain.intersection(inner) and not _is_written(name, found):
-                continue  # "he wants a game"
-            shorter = range(1, len(inner))
-            if any(_is_same(inner[n:], inner[:n], found, find) for n in shorter):
-                return 0  # "surely the dog"
-            if any(_is_same(inner[:n], inner[n:], found, find) for n in shorter):
-                continue  # "paracetamol plus"
-            return end - place
-        return 0
-
-    def _match_place(
-        self, words: Sequence[str], place: int, find_place: Find, known: frozenset[str]
-    ) -> int:
-        """Return how many words from a place on say where: "in the sink"."""
-        if words[place] not in self._links:
-            return 0
-        start = place + 1
-        while start < len(words) and words[start] in self._articles:
-            start += 1
-        if start >= len(words):
-            return 0
-        length = self._match_name(words, start, find_place, known)
-        return start + length - place if length else 0
+        return self._words.free.issuperset(words) or not self._narrowing.isdisjoint(words)
 
     def _is_place_of(self, words: Sequence[str]) -> bool:
         """Tell whether words end in "in the", so that what follows is no thing but a place."""
-        before = [word for word in words if word not in self._articles]
-        return bool(before) and before[-1] in self._links
+        before = [word for word in words if word not in self._words.articles]
+        return bool(before) and before[-1] in self._words.links
 
     def _is_joined(self, words: Sequence[str], end_of_last: int) -> bool:
         """Tell whether "saw and" stands before a thing, and what comes before "and" is none."""
         end = len(words)
-        while end and words[end - 1] in self._articles | self._speakers | self._theirs:
+        while end and words[end - 1] in self._words.articles | self._speakers | self._theirs:
             end -= 1
-        is_and = end > 1 and words[end - 1] in self._and | self._or
-        return is_and and end_of_last != end - 1
+        is_and = end > 1 and words[end - 1] in self._words.and_ | self._words.or_
+        if not is_and or end_of_last == end - 1:
+            return False
+        before = words[end - 2]  # of "it is raining and the mug", no noun
+        return before not in self._words.known or is_word(before)
 
     def _lacks_noun(self, words: Sequence[str]) -> bool:
         """Tell whether an article stands before a word that names nothing here: "the saw"."""
         if words[0] not in self._definite or len(words) < 2:
             return False
-        if words[1] not in self.free and words[1] not in self.around:
+        if words[1] not in self._words.free and words[1] not in self._words.around:
             return False
-        return words[1] not in self._nouns | self._articles
+        return words[1] not in self._nouns | self._words.articles | self._words.people
 
     def _may_follow(self, words: Sequence[str]) -> bool:
         """Tell whether words may follow a thing: "i need those", "resting"; no "charging cable"."""
-        if words[0] in self.around:
-            return len(words) == 1 or words[1] in self.free or words[1] in self.around
-        if words[0] not in self._subjects:
-            return False
-        after = [word for word in words[1:] if word not in self._openers]  # "i am after"
-        is_wanted = bool(after) and after[0] in self._wanting
-        return is_wanted and all(word in self._pronouns for word in after[1:])
+        if words[0] in self._words.subjects:
+            return self._is_wanted(words)
+        return words[0] in self._words.known and not is_word(words[0])
+
+    def _is_wanted(self, words: Sequence[str]) -> bool:
+        """Tell whether words say that a person wants what was named: "i need those"."""
+        after = [word for word in words[1:] if word not in self._words.openers]  # "i am after"
+        is_wanted = bool(after) and after[0] in self._words.wanting
+        return is_wanted and all(word in self._words.pronouns for word in after[1:])
 
 
 @lru_cache(maxsize=8)
 def make_clause_reader(code: str = ENGLISH) -> ClauseReader:
     """Return the reader of a language."""
     return ClauseReader(code)
-
-
-def _is_written(name: str, found: Sequence[str]) -> bool:
-    """Tell whether a name is the end of one that was found: "watering can"."""
-    return any(f" {match}".casefold().endswith(f" {name}") for match in found)
-
-
-def _is_same(kept: Sequence[str], dropped: Sequence[str], found: Sequence[str], find: Find) -> bool:
-    """Tell whether fewer words mean the same, and no name found has one of those dropped."""
-    said = {word for match in found for word in match.casefold().split()}
-    return said.isdisjoint(dropped) and find(" ".join(kept)) == found

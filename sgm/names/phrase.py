@@ -71,6 +71,8 @@ class PhraseReader:
         self._people = language.list_words("people")
         self._unnamed = self._pronouns | self._ours | self._theirs
         self._function_words = language.list_words("function words")
+        sections = ("of", "at", "near", "from", "linking", "free links", "and", "but")
+        self._linking = frozenset().union(*map(language.list_words, sections))
         self._signals = sentences.signals | language.list_words("of") | self._one
         compiled = language.compile_section
         self._quantities = [
@@ -294,8 +296,14 @@ class PhraseReader:
         return words[0].removesuffix(POSSESSIVE) if is_all else ""
 
     def list_unused(self, name: str) -> tuple[str, ...]:
-        """List the words of a name that no name has, "and", "is", "who"."""
-        return tuple(word for word in self._split_words(name) if word in self._function_words)
+        """List the words of a name that no name has, "and", "is", "eat" of "eat the yogurt"."""
+        words = self._split_words(name)
+        inner = next((n for n in range(1, len(words)) if words[n] in self._articles), 0)
+        before = words[:inner] if self._articles.isdisjoint(words[:1]) else []
+        is_linked = bool(before) and before[-1] in self._linking
+        verbs = [] if is_linked else before
+        named = words[len(verbs) :]
+        return (*verbs, *(word for word in named if word in self._function_words))
 
     def find_negations(self, where: str) -> tuple[str, ...]:
         """Find the words of a place that say that something is not there."""

@@ -36,9 +36,9 @@ class Sentence(NamedTuple):
         kind: "thing" of a name alone; else of the table of questions: "where", "past", "future",
             "when", "when_at", "when_moved", "who", "whose", "moved", "history", "changes", "count",
             "what_at", "which",
-            "is_at", "is_there", "room", "place"; "command" of what is no question.
+            "is_at", "is_there", "together", "room", "place"; "command" of what is no question.
         things: what is asked for, each in words of its own ("red mug", "blue mug").
-        where: of `what_at` and `count`, "in the fridge".
+        where: of `what_at` and `count`, "in the fridge"; of `whose`, who may own it.
         time: when, if that is said.
         tense: "past" or "future", where a word says so.
         text: what is asked for, as it stands.
@@ -178,7 +178,8 @@ class SentenceReader:
         text = self._prefixes.sub(r"\g<1> ", text)
         words: list[str] = []
         for token in _TOKEN.findall(text.rstrip(_ENDS + " ")):
-            word = token.strip(_ENDS) if len(token) > _LONGEST_SHORTENED else token.lstrip(_ENDS)
+            is_shortened = len(token) <= _LONGEST_SHORTENED and token[-1] == "."  # "no. 4"
+            word = token.lstrip(_ENDS) if is_shortened else token.strip(_ENDS)
             if word in _DASHES and words:
                 words.append(",")
             elif word in self._short:

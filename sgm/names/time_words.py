@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import Any, NamedTuple
 
@@ -12,6 +12,8 @@ from sgm.names.language import Language
 _DAY = timedelta(days=1)
 _CLOCK = re.compile(r"(?P<hour>\d{1,2})(?:[:.](?P<minutes>\d{2}))?(?P<half>[a-z]+)?")
 _LONGEST = 8  # words
+_LONGEST_HOUR = 3  # words: "six thirty pm"
+_ABOUT = "-ish"
 _EARLIEST = 7  # hour of the clock that is of the morning where nothing else is said
 
 
@@ -37,6 +39,23 @@ class TimeSaid(NamedTuple):
     ago: float | None = None
     is_last: bool = False
     is_next: bool = False
+
+    @property
+    def is_hour_alone(self) -> bool:
+        """Whether a time of the clock is said, and nothing else."""
+        is_day = self.day is not None or self.weekday is not None or self.ago is not None
+        return not is_day and self.hours is not None and self.hours[0] == self.hours[1]
+
+    def join(self, other: TimeSaid) -> TimeSaid | None:
+        """Return the time that two say together, "yesterday" and "at six"; None if they do not."""
+        defaults = TimeSaid._field_defaults
+        first, second = (
+            {name: said[name] for name, default in defaults.items() if said[name] != default}
+            for said in (self._asdict(), other._asdict())
+        )
+        if not _agree(first, second):
+            return None
+        return TimeSaid(words=f"{self.words}, {other.words}", **{**first, **second})
 
     def find(self, now: datetime, tense: str = "") -> tuple[datetime, datetime]:
         """Return the first and the last moment that are meant, of the present time.
@@ -94,7 +113,9 @@ class TimeReader:
         """Read by the tables of a language."""
         self._named = _make_phrases(language.read_pairs("times"))
         self._parts = _make_phrases(language.read_pairs("parts of the day"))
-        self._links = _make_phrases(language.read_pairs("time links"))
+        links = language.read_pairs("time links")
+        self._links = _make_phrases(links)
+        self._free_links = _make_phrases({**links, **language.read_pairs("free time links")})
         self._units = _make_phrases(language.read_pairs("units"))
         self._numbers = _make_phrases(language.read_pairs("numbers"))
         self._clock = _make_phrases(language.read_pairs("clock"))
@@ -146,17 +167,59 @@ class TimeReader:
                     return [*words[:start], *words[end:]], said
         return words, None
 
-    def _read(self, words: Sequence[str]) -> TimeSaid | None:
-        """Read words that all say when; None if they do not."""
+    def find(
+        self, words: Sequence[str], named: Collection[str] = ()
+    ) -> tuple[list[str], list[TimeSaid]]:
+        """Take all times out of words, wherever they stand: "yesterday, half six, where was it".
+
+        Args:
+            words: of a clause.
+            named: words of names, after which a number is of the name: "mug 2 yesterday".
+        """
+        words, found = list(words), []
+        signs = (word.removesuffix(_ABOUT) for word in words)
+        if not any(word in self._signals or word[:1].isdigit() for word in signs):
+            return words, []
+        length, told = self._read_piece(words, 0, has_link=True, is_free=True)
+        if length == len(words):  # "noon", "seven"
+            return [], [TimeSaid(words=" ".join(words), **told)]
+        start = 0
+        while start < len(words):
+            end, said = self._find_at(words, start, named)
+            if said is None:
+                start += 1
+                continue
+            found.append(said)
+            del words[start:end]
+        return words, found
+
+    def _find_at(
+        self, words: list[str], start: int, named: Collection[str]
+    ) -> tuple[int, TimeSaid | None]:
+        """Find the longest time that begins at a word; one of a number alone only at an end."""
+        if start and words[start][:1].isdigit() and words[start - 1] in named:
+            return start, None
+        for end in range(min(start + _LONGEST, len(words)), start, -1):
+            if end < len(words) and words[end - 1] in named and words[end] in named:
+                continue  # "in the night stand"
+            said = self._read(words[start:end], is_free=True)
+            is_end = start == 0 or end == len(words)
+            if said is not None and (is_end or not said.is_hour_alone):
+                return end, said
+        return start, None
+
+    def _read(self, words: Sequence[str], is_free: bool = False) -> TimeSaid | None:
+        """Read words that all say when; None if they do not.
+
+        With `is_free` a number beside a day is an hour, "ten this morning", and "half six" is one.
+        """
         found: dict[str, Any] = {"words": " ".join(words)}
         place, is_told = 0, False
         while place < len(words):
-            link, value = _match(self._links, words, place)
-            if link and not self._read_counted(words, place)[0]:
-                if found.get("link", "at") == "at":
-                    found["link"] = value
-                place += link
-            length, said = self._read_piece(words, place, has_link=bool(link))
+            link = self._count_links(words, place, found, is_free)
+            place += link
+            has_link = bool(link) or (is_free and self._is_beside_day(words, place, is_told))
+            length, said = self._read_piece(words, place, has_link, is_free)
             if not length or not _agree(found, said):
                 return None
             found |= said
@@ -164,8 +227,32 @@ class TimeReader:
             is_told = True
         return TimeSaid(**found) if is_told else None
 
+    def _count_links(
+        self, words: Sequence[str], place: int, found: dict[str, Any], is_free: bool
+    ) -> int:
+        """Count the words that link a time, "at around", and note what they say of it."""
+        links = self._free_links if is_free else self._links
+        count = 0
+        while True:
+            link, value = _match(links, words, place + count)
+            if not link or self._read_counted(words, place + count)[0]:
+                return count
+            if found.get("link", "at") == "at":
+                found["link"] = value
+            count += link
+            if not is_free:
+                return count
+
+    def _is_beside_day(self, words: Sequence[str], place: int, is_told: bool) -> bool:
+        """Tell whether a number is beside a day: "ten this morning", "yesterday ten"."""
+        if is_told:
+            return True
+        tables = (self._named, self._days)
+        ends = range(place + 1, min(place + _LONGEST_HOUR, len(words)) + 1)
+        return any(_match(table, words, end)[0] for end in ends for table in tables)
+
     def _read_piece(
-        self, words: Sequence[str], place: int, has_link: bool
+        self, words: Sequence[str], place: int, has_link: bool, is_free: bool = False
     ) -> tuple[int, dict[str, Any]]:
         """Read a day, a part of it, a time of the clock or a span; the words that it took."""
         length, value = _match(self._named, words, place)
@@ -193,7 +280,7 @@ class TimeReader:
             first, end = map(float, value.split())
             is_said = has_link or place > 0  # no "dinner knife"
             return (length, {"hours": (first, end)}) if is_said else (0, {})
-        return self._read_clock(words, place, has_link)
+        return self._read_clock(words, place, has_link, is_free)
 
     def _read_counted(self, words: Sequence[str], place: int) -> tuple[int, dict[str, Any]]:
         """Read "two hours ago", or "in ten minutes"."""
@@ -213,18 +300,20 @@ class TimeReader:
         return 0, {}
 
     def _read_clock(
-        self, words: Sequence[str], place: int, has_link: bool
+        self, words: Sequence[str], place: int, has_link: bool, is_free: bool = False
     ) -> tuple[int, dict[str, Any]]:
         """Read "5 pm", "17:30", and "5" where a link stands before it."""
         part, more = _match(self._fractions, words, place)
-        if part and has_link:  # "half past seven"
-            length, told = self._read_clock(words, place + part, has_link)
+        if part and (has_link or is_free):  # "half past seven"
+            length, told = self._read_clock(words, place + part, has_link=True)
             if not length:
                 return 0, {}
             hour = told["hours"][0] + float(more)
             return part + length, {"hours": (hour, hour)}
         said = words[place] if place < len(words) else ""
-        spoken = dict(_join(self._numbers)).get(said, "") if has_link else ""  # "at nine"
+        said = said.removesuffix(_ABOUT)
+        is_hour = has_link or (is_free and _match(self._clock, words, place + 1)[0])
+        spoken = dict(_join(self._numbers)).get(said, "") if is_hour else ""  # "at nine"
         found = _CLOCK.fullmatch(spoken or said)
         if found is None:
             return 0, {}
@@ -246,7 +335,7 @@ class TimeReader:
 
 def _agree(found: dict[str, Any], said: dict[str, Any]) -> bool:
     """Tell whether nothing is said twice, but a part of the day and a time of the clock."""
-    twice = [name for name in said if found.get(name) is not None]
+    twice = [name for name in said if found.get(name, said[name]) != said[name]]
     if twice != ["hours"]:
         return not twice
     if said["hours"][0] != said["hours"][1]:
