@@ -121,6 +121,9 @@ def add_time(
     begin, end = said.find(now, sentence.tense)
     if is_present(begin, end, now, sentence.tense):
         return asked._replace(time_words=words)
+    if sentence.tense == "past" and begin > now:  # "where was it tonight?"
+        unclear = Unclear("ambiguous", asking.say("since", words=words), ())
+        return asked._replace(time_words=words, unclear=asked.unclear or unclear)
     return asked._replace(
         span=count_steps(memory, begin, end), is_past=end <= now, time_words=words
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from sgm.finder.answers import Answered, ThingRow, WhereIs, WhereOne
 from sgm.finder.asked_things import MOST_THINGS, AskedThings, count_steps
@@ -148,7 +149,13 @@ class PlaceAnswers(EventAnswers):
             raise Unclear("unknown", self._say("no question"), ())
         places = self._find_places(phrase.where)
         found = [row for row in self._list_rows(phrase.name) if row.is_there]
-        return self._tell_rows(phrase.where, places, [row for row in found if row.place in places])
+        told = self._tell_rows(phrase.where, places, [row for row in found if row.place in places])
+        at_place = {row.thing for row in self._list_at(places)}
+        others = [name for name in self._resolve(phrase.name).unsorted if name in at_place]
+        if not others:
+            return told
+        names = self._asking.list_names(others, "and", plain=True, most=_MOST_TOLD)
+        return replace(told, said=f"{told.said} {self._say('unsorted', names=names)}")
 
     def _find_ahead(self) -> int | None:
         """Return the first time step of a time to come; None where none is meant."""

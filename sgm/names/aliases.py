@@ -66,6 +66,7 @@ class AliasTable:
         self._names_of: dict[int, tuple[str, ...]] = {}
         self._above: dict[int, tuple[int, ...]] = {}
         self._below: dict[int, tuple[int, ...]] = {}
+        self._broad: set[int] = set()
         self._number_of: dict[str, int] = {}  # by a thing's name as it is written
         self._add(self.rows)
 
@@ -117,6 +118,15 @@ class AliasTable:
         """List the things that belong to a kind, the nearest first."""
         return _walk(thing, self._below)
 
+    def is_broad(self, thing: int) -> bool:
+        """Tell whether a kind is a broad one, "toy", of which the table may not know all things."""
+        return thing in self._broad
+
+    def list_sorted(self) -> frozenset[int]:
+        """List the broad kinds, and all things that belong to one."""
+        below = (thing for kind in self._broad for thing in self.list_below(kind))
+        return frozenset(self._broad).union(below)
+
     def list_siblings(self, thing: int, most: int) -> list[int]:
         """List the other things of its direct kinds, of those that have at most `most` things."""
         families = [self._below[kind] for kind in self._above.get(thing, ())]
@@ -138,7 +148,7 @@ class AliasTable:
         table._things, table._singular = {**self._things}, {**self._singular}
         table._names_of = {**self._names_of}
         table._above, table._below = {**self._above}, {**self._below}
-        table._number_of = {**self._number_of}
+        table._broad, table._number_of = {*self._broad}, {**self._number_of}
         table._add(rows)
         return table
 
@@ -158,7 +168,9 @@ class AliasTable:
             for kind in kinds:
                 above = self._ensure(kind.removeprefix(_BROAD), entered)
                 entered.below.add(above, thing)
-                if not kind.startswith(_BROAD):
+                if kind.startswith(_BROAD):
+                    self._broad.add(above)
+                else:
                     entered.above.add(thing, above)
         for groups in entered:
             groups.finish()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from sgm.names.clause import Clause
 from sgm.names.clause_words import ClauseWords
@@ -33,7 +34,10 @@ class ClauseChooser:
         self._endings = (POSSESSIVE, *language.list_phrases("verb endings"))
         self._past, self._whens = listed("past words"), listed("time conjunctions")
         self._ahead = listed("future words") | listed("usual")
-        self._narrowing = listed("one") | listed("other") | listed("narrowing")
+        self._ones = listed("one") | listed("other")
+        self._narrowing = self._ones | listed("narrowing")
+        self._linking = listed("from") | listed("of") | listed("linking")
+        self._plain = words.free | words.around
         self._selves, self._plural = listed("asker's own"), listed("plural pronouns")
         self._if = listed("if")
         self.questions = listed("who words") | listed("question words") | words.where
@@ -68,7 +72,8 @@ class ClauseChooser:
             asks = not clause.is_aside or any(map(self.asks, asked))
             is_plural = any(not self._plural.isdisjoint(other.words) for other in asked)
             if is_named and is_open and asks and self._may_be_it(clause, is_plural):
-                asked.insert(0, clause._replace(left=()))
+                said = tuple(word for word in clause.words if word not in clause.left)
+                asked.insert(0, clause._replace(words=said, left=()))
                 continue
             again = any(set(clause.things) & set(other.things) for other in asked)
             if is_named and (is_open or number > last or again or self.asks(clause)):
@@ -144,7 +149,7 @@ class ClauseChooser:
         """Tell whether a clause says nothing of which thing is meant."""
         words = clause.words
         if not clause.left and not clause.is_broken:
-            return not self.asks(clause)
+            return not (self.asks(clause) or self._says_whose(words))
         has_verb = clause.is_aside or not self._words.finite.isdisjoint(words)
         # "taxi's here", "the battery died"
         has_verb = has_verb or any(word.endswith(self._endings) for word in words)
@@ -165,3 +170,14 @@ class ClauseChooser:
         if clause.owners:
             return False
         return has_verb or not (is_after and is_short)
+
+    def _says_whose(self, words: Sequence[str]) -> bool:
+        """Tell whether words without a verb say which one: "from grandma", "the other one"."""
+        if not self._words.finite.isdisjoint(words):
+            return False
+        bare = [word for word in words if word not in self._words.articles]
+        whose = any(
+            before in self._linking and (word in self._words.people or word not in self._plain)
+            for before, word in pairwise(bare)
+        )
+        return whose or (not self._ones.isdisjoint(words) and self._words.openers.isdisjoint(words))

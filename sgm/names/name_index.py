@@ -322,6 +322,7 @@ class NameIndex:
             "where": phrase.where,
             "is_not_there": phrase.is_not_there,
             "quantity": phrase.quantity,
+            "unsorted": self._name(self._matcher.list_unsorted(readings)),
         }
         unused = self._list_unused(phrase)
         if phrase.where and groups:
@@ -431,8 +432,13 @@ class NameIndex:
 
     def _is_no_word(self, excluded: str) -> bool:
         """Tell whether what something is not says nothing that is known: "not zorb"."""
+        if not self.read_phrase(excluded).name:  # "except in"
+            return True
         words = [word.removesuffix(POSSESSIVE) for word in excluded.split()]
         is_known = self._tables.has_name(excluded) or self._tables.owners.issuperset(words)
+        others = [word for word in excluded.split() if not self._is_property(word)]
+        if len(others) > 1 and not is_known and not self._matcher.read_main(excluded)[0].things:
+            return any(spell(word) not in self._tables.words for word in others)  # "anna bought"
         return not is_known and not any(
             is_word(self._reader.translate(word)) or self._tables.words.get(spell(word))
             for word in words
@@ -486,7 +492,10 @@ class NameIndex:
             words = excluded.split()
             is_bare = all(self._is_property(word) or word.endswith(POSSESSIVE) for word in words)
             meant = " ".join((*words, *head)) if is_bare else excluded
-            resolution, _ = self._resolve_phrase(meant, self.read_phrase(meant), similarity)
+            other = self.read_phrase(meant)
+            if not other.name:
+                continue
+            resolution, _ = self._resolve_phrase(meant, other, similarity)
             out |= {*resolution.matches, *resolution.doubtful}
         kept = [[n for n in group if self._tables.descriptions[n] not in out] for group in groups]
         left_out = sorted({n for group in groups for n in group} - {n for g in kept for n in g})

@@ -304,6 +304,18 @@ class NameMatcher:
             found += self.find_spelled(Name.read(text))
         return list(dict.fromkeys(found))
 
+    def list_unsorted(self, readings: Sequence[Reading]) -> list[int]:
+        """List what may be of the broad kind asked for, as it is of no kind of the table."""
+        asked = (thing for reading in readings for thing in reading.things)
+        if not any(map(self._aliases.is_broad, asked)):
+            return []
+        known = self._aliases.list_sorted()
+        return [
+            number
+            for number, said in enumerate(self._tables.readings)
+            if all(known.isdisjoint(reading.things) for reading in said)
+        ]
+
     def find_spelled(self, asked: Name) -> list[int]:
         """Find what is spelled nearly alike; names that differ in a number are compared once."""
         alike = [numbers for name, numbers in self._tables.spelled.items() if is_near(asked, *name)]

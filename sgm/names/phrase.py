@@ -216,6 +216,18 @@ class PhraseReader:
         x = "" if self._articles.issuperset(x.split()) else x  # "the non-red mug"
         phrase = self._read_words(x) if x else Phrase(name="")
         place = self._where.match(y)
+        bare = self._drop_articles(y).split()
+        if bare[0] in self._one and len(bare) > 1:  # "except the one on the desk"
+            said = self._that_is.match(y)
+            after_one = said["y"] if said else "".join(f" {word}" for word in bare[1:])
+            place, y = (
+                (self._where.match(after_one), after_one)
+                if self._where.match(after_one)
+                else (place, y)
+            )
+        owned = self._owned.match(y)
+        if owned is not None:  # "except the one that belongs to anna"
+            y = f" {self._make_owner(owned['y'])}{self._drop_articles(owned['x'])}"
         if place is not None:  # "the mug that is not on the desk"
             name = f"{phrase.name} {phrase.where}".strip()  # two places are no name
             return phrase._replace(name=name, where=y.strip(), is_not_there=True)

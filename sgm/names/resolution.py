@@ -46,6 +46,7 @@ class Resolution:
         is_soft: whether that place is a room before a name, "kitchen scissors".
         places: furniture that the words of a place mean; the finder fills it in.
         contradiction: how what is known contradicts that place, in one sentence.
+        unsorted: where it is a broad kind, "toy": descriptions that the table knows no kind of.
         quantity: "both", "every" or a number, where the question says so.
         language: in which is asked back.
     """
@@ -64,6 +65,7 @@ class Resolution:
     is_soft: bool = False
     places: tuple[int, ...] = ()
     contradiction: str = ""
+    unsorted: tuple[str, ...] = ()
     quantity: str = ""
     language: str = ENGLISH
 

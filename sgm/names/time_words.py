@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from sgm.names.language import Language
 
 _DAY = timedelta(days=1)
+_WEEK = timedelta(weeks=1)
 _CLOCK = re.compile(r"(?P<hour>\d{1,2})(?:[:.](?P<minutes>\d{2}))?(?P<half>[a-z]+)?")
 _LONGEST = 8  # words
 _LONGEST_HOUR = 3  # words: "six thirty pm"
@@ -81,6 +82,8 @@ class TimeSaid(NamedTuple):
         if self.hours is None:
             return (day, min(now, day + _DAY)) if day <= now else (day, day + _DAY)
         begin, end = self._bound_hours(day)
+        if tense == "past" and begin > now and self.weekday is not None:
+            return begin - _WEEK, end - _WEEK  # "on Tuesday at noon", said on Tuesday at nine
         half = timedelta(hours=12)
         if tense == "past" and begin == end and now < begin <= now + half and begin.hour >= 12:
             if self.day is not None:  # "at six today", said at nine

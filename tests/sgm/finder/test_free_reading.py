@@ -71,6 +71,8 @@ def test_words_around_a_question_that_say_nothing_are_left_out(asked, speaker, k
         "I don't need the torch",
         "never fetch the torch, where is it",
         "the kettle, the one from grandma, where",
+        "the kettle, from Zoe, where is it?",
+        "the laptop, the other one, where is it?",
         "Where does Tom hide from the laptop?",
         "the green one, where is the mug",
         "Turn off the kettle",

@@ -74,6 +74,11 @@ def service(tmp_path_factory):
         ("Saw and kettle, where are they?", "where", ["saw", "kettle"]),
         ("I left the camera on the sofa last night, is it still there?", "is_at", ["probably not"]),
         ("Has the corkscrew gone in the wash? Where is it?", "where", ["counter"]),
+        (
+            "on the bench, minus the camera, what do we have?",
+            "what_at",
+            ["on the bench: mia's green phone and scissors."],
+        ),
         ("check the fridge for the butter", "is_at", ["yes"]),
         ("I bet the butter is in the fridge", "is_at", ["yes"]),
         # events
@@ -118,8 +123,9 @@ def test_a_frame_around_a_question_is_read(service, asked, kind, said):
         "is the camera on the shelf on the bench?",
         "where is the kettle cord",
         "When I sleep at ten, where is the camera?",
-        "on the bench, minus the camera, what do we have?",
         "Back on Tuesday afternoon the camera was where?",
+        "where was the camera on tuesday afternoon?",  # a week ago: nothing is known of then
+        "where was the camera this evening?",  # asked in the morning
     ],
 )
 def test_what_a_frame_may_say_more_is_asked_back(service, asked):
