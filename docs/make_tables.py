@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datamodules.feature_config import FEATURES
+from sgm.evidence.columns import COLUMNS_OF_PLACES, COLUMNS_OF_QUESTIONS, UNITS
 from sgm.memory.moments import COLUMNS
 from sgm.schema import HOME, TABLES
 from sgm.serve.documents import make_tables
@@ -13,6 +14,7 @@ def make_table_pages() -> dict[str, str]:
     return {
         "reference/calls.md": make_tables(),
         "reference/columns.md": list_columns(),
+        "reference/evidence.md": list_evidence(),
         "reference/features.md": list_features(),
     }
 
@@ -37,4 +39,14 @@ def list_features() -> str:
         f"| {feature.name} | {feature.of} | {feature.width} | `features.{feature.group}` |"
         for feature in FEATURES
     ]
+    return "\n".join([*lines, ""])
+
+
+def list_evidence() -> str:
+    """List the columns of evidence, which the network for any home reads."""
+    lines = ["# Columns of evidence", "", "| unit | is |", "| --- | --- |"]
+    lines += [f"| {unit} | {text} |" for unit, text in UNITS.items()]
+    for title, columns in (("place", COLUMNS_OF_PLACES), ("question", COLUMNS_OF_QUESTIONS)):
+        lines += ["", f"## Of a {title}", "", "| column | unit | is |", "| --- | --- | --- |"]
+        lines += [f"| `{c.group}.{c.name}` | {c.unit} | {c.text} |" for c in columns]
     return "\n".join([*lines, ""])

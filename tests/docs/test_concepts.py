@@ -7,8 +7,9 @@ from contextlib import closing
 import pytest
 
 from datamodules.feature_config import FEATURES
-from docs.make_tables import list_columns, list_features
+from docs.make_tables import list_columns, list_evidence, list_features
 from sgm import SceneGraphMemory, Sighting
+from sgm.evidence.columns import PLACE_COLUMNS, QUESTION_COLUMNS
 from sgm.schema import HOME
 from tests.guides import DOCS, read_page
 
@@ -39,6 +40,11 @@ def test_the_page_of_columns_says_what_a_memory_file_holds(tmp_path):
     of_tables = {name.replace("_counters.", ".") for name in held if "." in name}
     assert {"edges.object", "furniture.num_observed", "positions.object"} <= of_tables <= named
     assert {("home", column.name) for column in HOME} <= shown
+
+
+def test_the_page_of_evidence_has_a_row_for_each():
+    shown = re.findall(r"^\| `([\w.]+)` \| .+ \| .+ \|$", list_evidence(), re.MULTILINE)
+    assert shown == [*PLACE_COLUMNS, *QUESTION_COLUMNS]
 
 
 def test_the_page_of_features_has_a_row_for_each():

@@ -7,10 +7,13 @@ import pytest
 
 from sgm.evidence.columns import (
     CLOCK_GROUPS,
+    COLUMNS_OF_PLACES,
+    COLUMNS_OF_QUESTIONS,
     PLACE_COLUMNS,
     PLACE_GROUP_COLUMNS,
     QUESTION_COLUMNS,
     QUESTION_GROUP_COLUMNS,
+    UNITS,
 )
 from sgm.evidence.evidence_features import compute_features, compute_groups
 from sgm.policies.adaptive import Adaptive
@@ -19,6 +22,10 @@ from simulator.tasks.rollout import Rollout
 
 FRIDGE, SHELF, TABLE, BED, BEDROOM_SHELF, DESK = range(6)
 MUG, PLATE = 0, 4
+ANY = (-math.inf, math.inf)
+BOUNDS = dict.fromkeys(UNITS, ANY)
+BOUNDS |= dict.fromkeys(("0 or 1", "share", "probability", "rank", "moves"), (0, 1))
+BOUNDS |= {"cosine": (-1, 1), "count": (0, math.inf), "hours": (0, math.inf)}
 
 
 def see(memory, furniture, *objects, home=0):
@@ -247,6 +254,30 @@ def test_every_group_has_its_columns(make_tiny_memory, memory):
                 assert set(columns) == set(() if group in without else names[group])
                 assert {np.shape(column) for column in columns.values()} <= {shape}
     assert len(set(PLACE_COLUMNS)) == len(PLACE_COLUMNS)
+
+
+def test_every_column_says_what_it_is_in_a_unit_of_the_table():
+    columns = [*COLUMNS_OF_PLACES, *COLUMNS_OF_QUESTIONS]
+    assert {column.unit for column in columns} == set(UNITS)
+    assert all(len(column.text.split()) > 1 for column in columns)
+
+
+@pytest.mark.parametrize("thing", [MUG, PLATE])
+def test_columns_lie_where_their_unit_says(rollout, memory, thing):
+    """Of things that moved, and that were seen a while ago: what is a share is one."""
+    first = compute_features(memory, ask(memory, thing))
+    then = compute_features(rollout.memory, ask(rollout.memory, thing, home=1))
+    for values, columns in (
+        ((first.place, then.place), COLUMNS_OF_PLACES),
+        ((first.question, then.question), COLUMNS_OF_QUESTIONS),
+    ):
+        joined = np.concatenate([one.reshape(-1, len(columns)) for one in values])
+        for column, of_column in zip(columns, joined.T, strict=True):
+            low, high = BOUNDS[column.unit]
+            assert of_column.min() >= low - 1e-6, column
+            assert of_column.max() <= high + 1e-6, column
+            if column.unit == "0 or 1":
+                assert set(of_column.ravel()) <= {0, 1}, column
 
 
 def test_a_question_is_the_same_among_others(make_tiny_homes, rollout):
