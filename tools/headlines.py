@@ -177,17 +177,21 @@ def make_first_rows(played: ScoreCache, kitchens: ScoreCache) -> str:
 
 def say_trust(played: ScoreCache, kitchens: ScoreCache) -> str:
     """Say in one sentence how far the network's probabilities can be believed."""
-    most, seen, moved = (f"{error:.0%}" for error in _list_errors(played, kitchens))
+    most, seen, moved, marked = (f"{error:.0%}" for error in _list_errors(played, kitchens))
     return (
         f"Its probabilities are off by {most} at most on average in simulated homes and by {seen} "
-        f"in the kitchens, but by {moved} for what was moved minutes ago: look before you tell."
+        f"in the kitchens, but by {moved} for what was moved minutes ago: look before you tell. "
+        f"Asked with `in_use=True`, they are off by {marked} there."
     )
 
 
 def _list_errors(played: ScoreCache, kitchens: ScoreCache) -> list[float]:
-    """Return the calibration error in simulated homes, the largest, and of each pool."""
+    """Return the calibration error in simulated homes, the largest, and of each pool.
+
+    The last is that of what has just been moved, asked for as a thing in use.
+    """
     errors = [max(players[_NETWORK]["calibration_error"][0] for players in played.scores.values())]
-    for pool in _POOLS:
+    for pool in (*_POOLS, "marked"):
         errors.append(compute_calibration_error(_sum_kitchens(kitchens, pool)[_NETWORK]["bins"]))
     return errors
 
@@ -228,12 +232,14 @@ def say_decided(played: ScoreCache, kitchens: ScoreCache) -> str:
     counted = [comparison for comparison in rows if comparison.same_as is None]
     decided = [comparison for comparison in counted if comparison.corrected < 1 - LEVEL]
     ahead = sum(comparison.is_ahead for comparison in decided)
-    most, seen, moved = (_write(error, ".2f") for error in _list_errors(played, kitchens))
+    errors = _list_errors(played, kitchens)
+    most, seen, moved, marked = (_write(error, ".2f") for error in errors)
     return (
         f"In {len(counted)} comparisons with the best rule in {len(played.about)} kinds of homes, "
         f"the network is ahead in {ahead} and a rule in {len(decided) - ahead}, after Holm's "
-        f"correction. Its calibration error is at most {most} in these kinds, and in the "
-        f"kitchens {seen} for what was seen and {moved} for what has just been moved."
+        f"correction. Its calibration error is at most {most} in these kinds. In the "
+        f"kitchens it is {seen} for what was seen, {moved} for what has just been moved, and "
+        f"{marked} if that is asked for with `in_use=True`."
     )
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from sgm.belief import Belief, Detector, Posterior, compute_posterior
+from sgm.belief.in_use import weigh_in_use
 from sgm.belief.posterior import compute_each
 from sgm.checks import check_kind, check_shares
 from sgm.finder.expected_things import ExpectedThing, list_expected
@@ -138,6 +139,7 @@ class Finder:
         at: datetime | int | None = None,
         *,
         exactly: bool = False,
+        in_use: bool = False,
     ) -> Ranking:
         """Rank the places where something may be, now or at a time to come.
 
@@ -152,6 +154,8 @@ class Finder:
                 None for the present step.
             exactly: whether only what is seen under this description is meant, and no other thing
                 that it may name.
+            in_use: whether it was in someone's hand within the last ten minutes, as who works with
+                it asks. Then it is less likely where it was last seen.
 
         Raises:
             ValueError: if the description is no name (`read_words`), there is no furniture yet,
@@ -175,7 +179,7 @@ class Finder:
             question=description,
             miss_rate=None if given is None else given.miss_rate,
         )
-        cosines, posterior = self._get_cosines(asked), self._compute_posterior(asked)
+        cosines, posterior = self._get_cosines(asked), self._compute_posterior(asked, in_use)
         order = order_places(asked, posterior.places)
         if resolution.places:  # what is asked for there comes first
             is_said = [asked.furniture_ids[place] in resolution.places for place in order]
@@ -361,12 +365,14 @@ class Finder:
         names = dict.fromkeys(descriptions)
         return SeveralSearch(memory, [self.search(memory, name, start, **rules) for name in names])
 
-    def _compute_posterior(self, asked: Asked) -> Posterior:
+    def _compute_posterior(self, asked: Asked, in_use: bool = False) -> Posterior:
         """Return where any of the things asked for is."""
         settings = (self._policy, self._detector)
         detector = self.learn_detector(asked.batch.history)
         with self._lock:  # policies keep caches
             prior = self._judged.recall(asked, settings, self._believe, self._policy.answers_apart)
+        if in_use:
+            prior = weigh_in_use(prior, asked)
         return compute_posterior(prior, asked, detector)
 
     def _believe_each(

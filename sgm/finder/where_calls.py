@@ -56,6 +56,7 @@ class WhereCalls:
         at: datetime | int | None = None,
         k: int | None = None,
         speaker: str = "",
+        in_use: bool = False,
     ) -> WhereIs:
         """Say where a thing may be, the likeliest place first; of several things, each.
 
@@ -66,6 +67,7 @@ class WhereCalls:
             k: most places; None for three, or fewer where the answer would have more than 600
                 bytes for each thing.
             speaker: who says "my".
+            in_use: whether each was in someone's hand within the last ten minutes (`Finder.rank`).
 
         Raises:
             ValueError: if the name is none, the home has no place, the time has passed, or k is out
@@ -78,13 +80,17 @@ class WhereCalls:
         if asked.span is not None and at is not None:
             ask = self._asking.tell_unused((asked.time_words,))
             asked = asked._replace(span=None, unclear=Unclear("ambiguous", ask, ()))
-        return self.tell_asked(asked, at, k)
+        return self.tell_asked(asked, at, k, in_use)
 
     def tell_asked(
-        self, asked: AskedThings, at: datetime | int | None = None, k: int | None = None
+        self,
+        asked: AskedThings,
+        at: datetime | int | None = None,
+        k: int | None = None,
+        in_use: bool = False,
     ) -> WhereIs:
         """Say where the things are that a call is asked for; arguments as of `where_is`."""
-        answers = [self._locate(asked, name, at, k) for name in asked.things]
+        answers = [self._locate(asked, name, at, k, in_use) for name in asked.things]
         if k is None:
             answers = [_fit_beside_picture(answer) for answer in answers]
         first, *others = answers
@@ -104,7 +110,12 @@ class WhereCalls:
         """Let time pass until a question, where a clock tells it; that of a copy stands."""
 
     def _locate(
-        self, asked: AskedThings, thing: str, at: datetime | int | None, k: int | None
+        self,
+        asked: AskedThings,
+        thing: str,
+        at: datetime | int | None,
+        k: int | None,
+        in_use: bool,
     ) -> WhereOne:
         """Say where one thing may be, at a time that is given or asked about."""
         if asked.span is not None and asked.is_past:
@@ -112,7 +123,12 @@ class WhereCalls:
         if asked.span is not None:
             at = asked.span[0]
         ranking = self.finder.rank(
-            self.memory, thing, k or DEFAULT_PLACES, at=at, exactly=asked.is_exact
+            self.memory,
+            thing,
+            k or DEFAULT_PLACES,
+            at=at,
+            exactly=asked.is_exact,
+            in_use=in_use,
         )
         seen = _choose_last_seen(ranking)
         unclear = None if ranking.asked_for != "thing" else self._doubt(ranking)

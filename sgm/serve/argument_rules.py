@@ -200,6 +200,11 @@ THINGS = Rule(
     is_text=True,
 )
 SHARE = make_number_rule(0, 1)
+YES_NO = Rule(
+    {"type": "boolean"},
+    "be true or false",
+    lambda _, value: value if isinstance(value, bool) else None,
+)
 # How things lie at a place, spelled as `read_relation` reads it.
 RELATION = Rule(
     {"type": "string", "enum": list(SPELLINGS)},
@@ -289,7 +294,7 @@ FURNITURE = _make_entries_rule(
         "position": POSITION.schema,
         **{name: rule.schema for name, rule in EXTENTS.items()},
         "open_cost": COST.schema,
-        "is_open": {"type": "boolean"},
+        "is_open": YES_NO.schema,
     },
 )
 # A position, or a place.

@@ -28,6 +28,7 @@ from sgm.serve.argument_rules import (
     TEXT,
     THINGS,
     TIME,
+    YES_NO,
     Rule,
     make_choice_rule,
     make_number_rule,
@@ -233,8 +234,9 @@ _CALLS: Final[tuple[Call, ...]] = (
         (
             _THINGS,
             _AT,
-            _rows("most places; left out: three, or fewer, so that the answer is short", None),
+            _rows("most places; else three, or fewer", None),
             _SPEAKER,
+            Argument("in_use", YES_NO, "whether it was in hand minutes ago"),
         ),
         MemoryService.where_is,
     ),
@@ -377,7 +379,7 @@ _CALLS: Final[tuple[Call, ...]] = (
         MemoryService.changes,
     ),
     Call(
-        "List what may be at a place, now or at a time to come, the likeliest first.",
+        "List what may be at a place, now or later, the likeliest first.",
         (
             _PLACE,
             _AT,
@@ -391,7 +393,7 @@ _CALLS: Final[tuple[Call, ...]] = (
         MemoryService.next_looks,
     ),
     Call(
-        "Say what was learnt of how the home goes: which thing is where at which hours.",
+        "Say which thing is where at which hours, as was learnt.",
         (_rows("most rows", 20),),
         MemoryService.learnt,
     ),

@@ -12,6 +12,7 @@ _TYPES: Mapping[str, tuple[type, ...]] = {
     "string": (str,),
     "integer": (int,),
     "number": (int, float),
+    "boolean": (bool,),
     "array": (list,),
     "object": (dict,),
 }
@@ -55,7 +56,7 @@ def _is_whole(value: Any) -> bool:
 
 
 def _fits(value: Any, name: str) -> bool:
-    return isinstance(value, _TYPES[name]) and not isinstance(value, bool)
+    return isinstance(value, _TYPES[name]) and isinstance(value, bool) == (name == "boolean")
 
 
 def _coerce_parts(value: Any, schema: Mapping[str, Any]) -> Any:

@@ -25,6 +25,7 @@ NUM_BINS = 10  # of probabilities, all as wide
 POOLS = {
     "seen": "anything that it has seen",
     "in use": "what was moved within ten minutes",
+    "marked": "the same, with `in_use=True`",
     "moved": "of both, what had moved since it was seen",
 }
 _IN_USE = 600.0  # seconds
@@ -154,7 +155,7 @@ class KitchenGame(Game):
                 if where != GONE and descriptions[thing] in last_seen
             ]
             in_use = [thing for thing in known if time - moved[thing] < _IN_USE]
-            for pool, things in (("seen", known), ("in use", in_use)):
+            for pools, things in ((("seen",), known), (("in use", "marked"), in_use)):
                 if not things:
                     continue
                 name = descriptions[things[int(rng.integers(len(things)))]]
@@ -168,7 +169,7 @@ class KitchenGame(Game):
                     memory,
                     name,
                     frozenset(furniture[place] for place in places),
-                    (pool, "moved") if has_moved else (pool,),
+                    (*pools, "moved") if has_moved else pools,
                 )
 
 
@@ -203,12 +204,13 @@ def add_answer(
     sums: Mapping[str, dict[str, Any]], finder: Finder, question: MinuteQuestion
 ) -> None:
     """Ask a finder, and add what it says to the sums of the question's pools."""
-    ranking = finder.rank(question.memory, question.description)
-    right = sum(place.probability for place in ranking.places if place.furniture in question.places)
-    is_right = [place.furniture in question.places for place in ranking.places[:_NUM_FIRST]]
-    confidence = ranking.places[0].probability
-    number = min(int(confidence * NUM_BINS), NUM_BINS - 1)
     for pool in question.pools:
+        ranking = finder.rank(question.memory, question.description, in_use=pool == "marked")
+        places = ranking.places
+        right = sum(place.probability for place in places if place.furniture in question.places)
+        is_right = [place.furniture in question.places for place in places[:_NUM_FIRST]]
+        confidence = places[0].probability
+        number = min(int(confidence * NUM_BINS), NUM_BINS - 1)
         pool_sums = sums[pool]
         pool_sums["number"] += 1
         pool_sums["first"] += is_right[0]

@@ -88,7 +88,7 @@ def test_sums_by_hand():
         places = (Place(4, 0.6), Place(2, 0.3), Place(7, 0.1))
 
     class Always:
-        def rank(self, memory, description):
+        def rank(self, memory, description, in_use):
             return Said()
 
     sums = {pool: make_sums() for pool in POOLS}
