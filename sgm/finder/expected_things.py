@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 
+from sgm.belief import Posterior
 from sgm.finder.days_seen import DaysSeen, count_days
+from sgm.memory.memory_questions import Asked
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.asking import make_asking
 
@@ -42,20 +43,17 @@ class ExpectedThing:
 def list_expected(
     memory: SceneGraphMemory,
     furniture: int,
-    at: datetime | int | None,
-    compute_probability: Callable[[str], float],
+    ask: Callable[[Sequence[str]], tuple[Asked, Sequence[Posterior]]],
 ) -> list[ExpectedThing]:
     """List what was ever seen or said to be at a place, the likeliest first.
 
     Args:
         memory: what was seen so far.
         furniture: id of the place.
-        at: the time, None for now.
-        compute_probability: of a thing, by its id or description, that it is there then.
+        ask: asks for things by ids or descriptions, and returns besides where each is.
 
     Raises:
         KeyError: if there is no such furniture.
-        ValueError: if the time has passed or is too far ahead.
     """
     memory.layout.check_furniture(furniture)
     named = memory.list_named(*dict.fromkeys(memory.descriptions))
@@ -66,10 +64,15 @@ def list_expected(
     ]
     if not things:
         return []
-    asked = memory.ask(things, at=at)
+    asked, posteriors = ask(things)
     place, counts = asked.furniture_ids.index(furniture), count_days(asked)
     expected = [
-        ExpectedThing(thing, compute_probability(thing), counts[row].get(place), memory.language)
-        for thing, row in zip(things, asked.question.tolist(), strict=True)
+        ExpectedThing(
+            thing,
+            float(posterior.places[place]),
+            counts[meant[0]].get(place),
+            memory.language,
+        )
+        for thing, posterior, meant in zip(things, posteriors, asked.meant, strict=True)
     ]
     return sorted(expected, key=lambda each: -each.probability)

@@ -219,11 +219,15 @@ class Finder:
             ValueError: if the time has passed or is more than a year ahead.
         """
 
-        def compute_probability(thing: str) -> float:
-            ranking = self.rank(memory, thing, at=at, exactly=True)
-            return next(place.probability for place in ranking if place.furniture == furniture)
+        def ask(things: Sequence[str]) -> tuple[Asked, Sequence[Posterior]]:
+            asked, prior = self._ask_each(memory, things, at)
+            detector = self.learn_detector(asked.batch.history)
+            return asked, [
+                compute_posterior(prior.take([*meant]), asked.take(number), detector)
+                for number, meant in enumerate(asked.meant)
+            ]
 
-        return list_expected(memory, furniture, at, compute_probability)
+        return list_expected(memory, furniture, ask)
 
     def learnt(self, memory: SceneGraphMemory, k: int | None = None) -> Learnt:
         """Say what a memory with a clock has learnt of how its home goes.
@@ -379,14 +383,22 @@ class Finder:
         self, memory: SceneGraphMemory, things: Sequence[str]
     ) -> tuple[Asked, np.ndarray, np.ndarray]:
         """Ask for things, and return where each of V is, and how likely a look shows it, (V, F)."""
-        given = self._detector
-        asked = memory.ask(things, miss_rate=None if given is None else given.miss_rate)
-        detector = self.learn_detector(asked.batch.history)
-        alone = replace(asked.queries, more_asked=np.ones(len(asked.rows), dtype=np.int64))
-        with self._lock:
-            prior = believe_bounded(self._believe, asked.batch, alone)
-        places, _, shown = compute_each(prior, asked, detector)
+        asked, prior = self._ask_each(memory, things)
+        places, _, shown = compute_each(prior, asked, self.learn_detector(asked.batch.history))
         return asked, places, shown
+
+    def _ask_each(
+        self, memory: SceneGraphMemory, things: Sequence[str], at: datetime | int | None = None
+    ) -> tuple[Asked, Belief]:
+        """Ask for things, and return what is believed of each as if it were asked for alone."""
+        given = self._detector
+        asked = memory.ask(things, at=at, miss_rate=None if given is None else given.miss_rate)
+        number = np.ones(len(asked.rows), dtype=np.int64)
+        for meant in asked.meant:
+            number[[*meant]] = len(meant)
+        alone = replace(asked.queries, more_asked=number)
+        with self._lock:
+            return asked, believe_bounded(self._believe, asked.batch, alone)
 
     def _believe(self, batch: MemoryBatch, queries: Queries) -> Belief:
         """Return what the policy believes about each of the K things."""

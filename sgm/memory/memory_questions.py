@@ -56,8 +56,7 @@ class Asked:
             that ask of that state.
         queries: the objects asked for in it, (K,).
         current: the memory as it is now.
-        question: for each name that was asked for, which of the K things it means, the first of
-            several with ids, (n,).
+        meant: for each name that was asked for, which of the K things it means.
         rows: the objects' rows in `current.objects`, -1 for what it does not know, (K,).
         edges: rows of the edges that lead from them in `current.edges`, ascending, (n,).
         said: the last statement about each, None where there was none, or a look has shown it
@@ -80,7 +79,7 @@ class Asked:
     origin: object
     queries: Queries
     current: MemoryBatch
-    question: np.ndarray
+    meant: tuple[tuple[int, ...], ...]
     rows: np.ndarray
     edges: np.ndarray
     said: tuple[Statement | None, ...]
@@ -96,6 +95,28 @@ class Asked:
     furniture_names: tuple[str, ...]
     open_costs: tuple[float | None, ...]
     clock: Clock | None = None
+
+    def take(self, number: int) -> Asked:
+        """Return what was asked for by one of the names alone: beliefs of it are the same.
+
+        How it lies at each place, and where it was ever seen, stays that of all.
+        """
+        things = self.meant[number]
+        chosen = list(things)
+        is_kept = np.isin(self.current.edges["object"][self.edges], self.rows[chosen])
+        return replace(
+            self,
+            queries=self.queries.take(np.array(chosen)),
+            meant=(tuple(range(len(chosen))),),
+            rows=self.rows[chosen],
+            edges=self.edges[is_kept],
+            said=tuple(self.said[thing] for thing in things),
+            statements=tuple(self.statements[thing] for thing in things),
+            looks=self.looks.take(chosen, [False] * len(chosen)),
+            num_instances=self.num_instances[chosen],
+            was_seen=self.was_seen[chosen],
+            carried=self.carried[chosen],
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,7 +285,7 @@ def _ask(
     """Ask for objects by names or ids, of what `_share` gave."""
     places = state.furniture
     current, batch, origin = shared
-    positions, known, names = _find_asked(state, descriptions)
+    meant, known, names = _find_asked(state, descriptions)
     words = "" if question is None else state.things.read(question).words
     texts = state.things.descriptions
     queries = replace(_put(state, batch, known, names), miss_rate=miss_rate)
@@ -289,7 +310,7 @@ def _ask(
         origin=origin,
         queries=queries,
         current=current,
-        question=positions,
+        meant=meant,
         rows=known,
         edges=edges,
         said=last_said,
@@ -354,29 +375,30 @@ def _choose_relation(memory: MemoryBatch, queries: Queries, edges: np.ndarray) -
 
 def _find_asked(
     state: MemoryState, names: Sequence[str]
-) -> tuple[np.ndarray, np.ndarray, list[Name]]:
+) -> tuple[tuple[tuple[int, ...], ...], np.ndarray, list[Name]]:
     """Find the objects that names and ids mean; of things with ids, a name means all.
 
     Returns:
-        Where among the K things that of each name is, the first of several, (n,); the row of each
-        thing, -1 for a new one, (K,), and its name, K of them.
+        Which of the K things each name means; the row of each thing, -1 for a new one, (K,), and
+        its name, K of them.
     """
     rows: list[int] = []
-    firsts, read, things = [], [], state.things
+    meant, read, things = [], [], state.things
     for text in names:
         asked, new = [], []
         for object_row in state.find_rows(text):
             if object_row in rows and (
                 things[object_row].id or len(state.list_members(object_row)) > 1
             ):
-                asked.append(object_row)  # by another of its names
+                asked.append(rows.index(object_row))  # by another of its names
             else:
                 new.append(object_row)
-        firsts.append(rows.index(asked[0]) if asked else len(rows))
-        for object_row in new if new or asked else [-1]:
+        new = new if new or asked else [-1]
+        meant.append((*asked, *range(len(rows), len(rows) + len(new))))
+        for object_row in new:
             rows.append(object_row)
             read.append(things.read(text if object_row < 0 else things[object_row].description))
-    return np.array(firsts), np.array(rows), read
+    return tuple(meant), np.array(rows), read
 
 
 def _list_looks(

@@ -4,6 +4,7 @@ from datetime import timedelta
 
 import pytest
 
+from sgm.finder.days_seen import count_days
 from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
@@ -61,6 +62,50 @@ def test_probabilities_are_those_of_rank_and_ordered(finder, home):
         assert probabilities == sorted(probabilities, reverse=True)
     assert {thing.thing for thing in finder.expect(memory, table)} == {"lamp", "tablet"}
     assert [thing.thing for thing in finder.expect(memory, shelf)] == ["tablet"]
+
+
+def test_all_things_are_believed_at_once_and_days_are_counted_once(monkeypatch):
+    memory, places = make_mixed_home()
+    believed, counted = [], []
+
+    class Counting(Adaptive):
+        def believe(self, batch, queries):
+            believed.append(len(queries.object))
+            return super().believe(batch, queries)
+
+    def count(asked):
+        counted.append(len(asked.rows))
+        return count_days(asked)
+
+    monkeypatch.setattr("sgm.finder.expected_things.count_days", count)
+    expected = Finder(Counting()).expect(memory, places[0])
+    assert len(expected) == 4
+    assert believed == counted == [4]  # the mug with the id is one of two that are called mug
+
+
+def test_things_of_one_name_copies_and_what_is_carried_are_as_in_rank(finder):
+    memory, places = make_mixed_home()
+    for place in places:
+        for thing in finder.expect(memory, place):
+            ranking = finder.rank(memory, thing.thing, exactly=True)
+            (found,) = [each for each in ranking if each.furniture == place]
+            assert thing.probability == pytest.approx(found.probability, abs=1e-12)
+
+
+def make_mixed_home():
+    """Mugs with an id and without, two cups at once, a pen that the robot took, and a bowl."""
+    memory = SceneGraphMemory()
+    room = memory.add_room("kitchen")
+    places = [memory.add_furniture(place, room) for place in ("table", "shelf")]
+    table, shelf = places
+    seen = ["mug", "cup", "cup", "pen"]
+    memory.observe(table, [Sighting("mug", id="a"), *(Sighting(name) for name in seen[1:])])
+    memory.observe(shelf, [Sighting(name) for name in ("mug", "bowl")])
+    memory.step(3)
+    memory.picked_up("pen")
+    memory.observe(table, [Sighting("cup"), Sighting("mug", id="a")])
+    memory.step()
+    return memory, places
 
 
 def test_things_with_ids_are_each_expected(finder):
