@@ -70,8 +70,13 @@ class QuestionAnswers(PlaceAnswers):
                 yield sentence
         read = reader.read(self._text, known)
         if read is not None:
-            things = [self._read_sentence(thing).things for thing in read.things]
-            yield read._replace(things=tuple(name for named in things for name in named))
+            things = tuple(name for thing in read.things for name in self._list_named(thing))
+            yield read._replace(things=things)
+
+    def _list_named(self, thing: str) -> tuple[str, ...]:
+        """List the things of a name; a "saw" is one, and nothing that was seen."""
+        sentence = self._read_sentence(thing)
+        return sentence.things if sentence.kind == "thing" else (thing,)
 
     def _read_sentence(self, text: str) -> Sentence:
         sentence: Sentence = self._memory.read_sentence(text, self._speaker)
@@ -291,7 +296,7 @@ class QuestionAnswers(PlaceAnswers):
             )
             return self._make(told, where=(drop_also(found),), probability=chance)
         several = found.taken_for if len(found.taken_for) > 1 else ()
-        chances = {match: self._compute_chance(match, places) for match in several}
+        chances = {match: self._compute_chance(match, places, exactly=True) for match in several}
         likely = [match for match in several if chances[match] >= LIKELY]
         if not likely:
             likely, chances = [name], {name: chance}
@@ -308,10 +313,13 @@ class QuestionAnswers(PlaceAnswers):
             yes += [self._tell_place(other, "is") for other in others]
         return self._make(" ".join(yes), where=(drop_also(found),), probability=chance)
 
-    def _compute_chance(self, thing: str, places: Sequence[int]) -> float:
-        """Compute the probability that a thing, or one of a kind, is at one of some places."""
+    def _compute_chance(self, thing: str, places: Sequence[int], *, exactly: bool = False) -> float:
+        """Compute the probability that a thing, or one of a kind, is at one of some places.
+
+        With `exactly` a name means what is called so, and no other thing of that kind.
+        """
         missing = 1.0
-        for place in self._calls.finder.rank(self._memory, thing):
+        for place in self._calls.finder.rank(self._memory, thing, exactly=exactly):
             if place.furniture in places:
                 missing *= 1 - place.probability
         return 1 - missing
@@ -336,14 +344,21 @@ class QuestionAnswers(PlaceAnswers):
     def _tell_together(self) -> Answered:
         """Say whether things are at one place."""
         self._refuse_time()
-        names = [self._resolve_one(thing).matches[0] for thing in self._sentence.things]
+        names: list[str] = []
+        for thing in self._sentence.things:
+            found = self._resolve(thing)
+            is_all = bool(found.quantity) and found.has_quantity  # "both mugs"
+            names += found.matches if is_all else self._resolve_one(thing).matches[:1]
         names = list(dict.fromkeys(names))
         if not 2 <= len(names) <= MOST_THINGS:
             raise Unclear("unknown", self._say("no question"), ())
         asked = AskedThings(things=tuple(names), is_exact=True)
         answers = list_answers(self._calls.tell_asked(asked))
-        places = {found.places[0].place if found.places else None for found in answers}
-        said = self._say("yes alone" if len(places) == 1 and None not in places else "no alone")
+        at = {found.places[0].place if found.places else None for found in answers}
+        if self._sentence.where:  # "in the same room?"
+            furniture = self._memory.layout.furniture
+            at = {None if place is None else furniture[place].room for place in at}
+        said = self._say("yes alone" if len(at) == 1 and None not in at else "no alone")
         told = " ".join([said, *(self._tell_place(found, "is") for found in answers)])
         return self._make(told, where=tuple(answers))
 
@@ -405,12 +420,14 @@ class QuestionAnswers(PlaceAnswers):
 
     def _tell_room_of(self, thing: str) -> tuple[str, WhereOne, float] | None:
         """Say in which room a thing is; None for what is a place."""
-        resolution = self._resolve(thing)
         found = self._calls.where_is(thing, speaker=self._speaker)
         if found.asked_for != "thing":
             return None
+        resolution = self._resolve(thing)
         few = 1 < len(resolution.matches) <= MOST_CANDIDATES
-        rooms = [self._find_room(name) for name in (resolution.matches if few else (thing,))]
+        rooms = [
+            self._find_room(name, exactly=few) for name in (resolution.matches if few else (thing,))
+        ]
         names = resolution.matches if few else (self._name(found.thing, found.taken_for),)
         said = [
             self._say("in room", name, where=self._asking.say_the(room), percent=_percent(chance))
@@ -418,10 +435,10 @@ class QuestionAnswers(PlaceAnswers):
         ]
         return " ".join(said), drop_also(found), rooms[0][1]
 
-    def _find_room(self, thing: str) -> tuple[str, float]:
-        """Return the likeliest room of a thing, and how likely it is."""
+    def _find_room(self, thing: str, *, exactly: bool) -> tuple[str, float]:
+        """Return the likeliest room of a thing, or of what is called just so; and how likely."""
         layout, chances = self._memory.layout, dict[str, float]()
-        for place in self._calls.finder.rank(self._memory, thing):
+        for place in self._calls.finder.rank(self._memory, thing, exactly=exactly):
             room = str(layout.rooms[layout.furniture[place.furniture].room])
             chances[room] = chances.get(room, 0.0) + place.probability
         room, chance = max(chances.items(), key=lambda pair: pair[1])

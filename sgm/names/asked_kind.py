@@ -68,10 +68,14 @@ class KindFinder:
         self._aims, self._aimed = listed("aims"), listed("aimed")
         self._moving, self._having = listed("moving"), listed("having")
         self._lacking, self._being = listed("lacking"), listed("being")
+        self._ever = listed("ever")
         self._which, self._rooms = listed("which words"), listed("room words")
         self._all, self._any = listed("all that is there"), listed("no more than all")
         self._tags, self._explicit = listed("tags"), listed("asks yes or no")
-        self._telling, self._plural = listed("telling"), listed("plural pronouns")
+        self._telling, self._plural = (
+            listed("telling"),
+            listed("plural pronouns") | listed("quantities"),
+        )
         self._future, self._without = listed("future words"), listed("but")
         self._bare = words.articles | words.and_ | words.pronouns
         self._in = language.list_phrases("at")[0]
@@ -213,12 +217,20 @@ class KindFinder:
         if not is_at and len(asked.things) > 1:
             return None
         thing = f"{asked.things[-1]} {asked.places[0]}"
-        sentence = asked.make("is_at" if is_at else "where", (*asked.things[:-1], thing))
+        kind = "is_at" if is_at else "where"
+        if is_at and asked.when["time"] is None and asked.said & self._ever:
+            kind = "when_at"
+        sentence = asked.make(kind, (*asked.things[:-1], thing))
         return sentence._replace(text=thing)
 
     def _is_gone(self, clauses: Sequence[Clause]) -> bool:
         """Tell whether a place is where a thing was: "the mug on the desk is gone, where is it?"""
-        is_told = any(c.places and self._chooser.questions.isdisjoint(c.words) for c in clauses)
+        is_told = any(
+            c.places
+            and self._chooser.questions.isdisjoint(c.words)
+            and not self._bare.issuperset(c.words)  # "the mug on the desk, where is it?"
+            for c in clauses
+        )
         return is_told and any(
             not (clause.things or self._words.where.isdisjoint(clause.words)) for clause in clauses
         )

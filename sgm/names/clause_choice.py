@@ -14,6 +14,7 @@ from sgm.names.language import Language
 from sgm.names.modifiers import COLOURS, FAULTS, is_property, spell
 from sgm.names.words import POSSESSIVE
 
+_ASKING_CUES = ("count", "when", "whose", "together")  # kinds that only a question has words of
 _SHORTEST_CLAUSE = 3  # words of one that says more after the question
 
 
@@ -124,6 +125,8 @@ class ClauseChooser:
             return False
         if clause.is_negated:  # "I do not want the kettle, where is it?"
             return False
+        if clause.named and not self._words.finite.isdisjoint(clause.words):
+            return True  # "the piano is dusty, what is on it?"
         if clause.left and not (self._words.and_ | self._words.or_).isdisjoint(clause.words):
             return False  # "sourdough and peanut butter": two things, one of them not known
         return self.is_left_out(clause, False)
@@ -134,7 +137,7 @@ class ClauseChooser:
 
     def asks(self, clause: Clause) -> bool:
         """Tell whether a clause has a word that only questions have: "where", "how many"."""
-        is_cue = not clause.is_aside and self._cues.match(clause) in ("count", "when", "whose")
+        is_cue = not clause.is_aside and self._cues.match(clause) in _ASKING_CUES
         return is_cue or not self.questions.isdisjoint(clause.words)
 
     def _is_asking(self, clause: Clause) -> bool:
@@ -143,7 +146,8 @@ class ClauseChooser:
             return False
         if clause.is_negated and not (clause.things and clause.places):
             return False
-        return clause.is_named or not self._asks_any.isdisjoint(clause.words)
+        is_asked = clause.is_named or not self._asks_any.isdisjoint(clause.words)
+        return is_asked or self._cues.match(clause) == "together"
 
     def is_left_out(self, clause: Clause, is_after: bool) -> bool:
         """Tell whether a clause says nothing of which thing is meant."""

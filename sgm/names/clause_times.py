@@ -66,13 +66,19 @@ class ClauseDater:
         if any(c.time is not None and not wanting.isdisjoint(c.words) for c in core):
             return None
         if any(not self._words.finite.isdisjoint(clause.words) for clause in core):
-            return core
+            return [*core, *(clause for clause in asked if self._says_when(clause, core))]
         # "on Tuesday the tin was where?"
         core = [c for c in asked if wanting.isdisjoint(c.words) or c in core]
         is_told = any(not self._telling.isdisjoint(clause.words) for clause in asked)
         if is_told and any(clause.time is not None for clause in core):
             return None  # "I left it there last night": is it still?
         return core
+
+    def _says_when(self, clause: Clause, core: Sequence[Clause]) -> bool:
+        """Tell whether a clause without a verb adds a time: "on the desk at noon, what was"."""
+        has_verb = not (self._words.finite | self._words.wanting).isdisjoint(clause.words)
+        is_added = clause.time is not None and not (has_verb or clause.is_aside or clause.verbs)
+        return is_added and clause not in core
 
     def _is_date(self, clause: Clause) -> bool:
         """Tell whether a clause says when, and tells of no person."""

@@ -280,6 +280,8 @@ class ClauseReader:
         """Tell whether words may follow a thing: "i need those", "resting"; no "charging cable"."""
         if words[0] in self._words.subjects:
             return self._is_wanted(words)
+        if words[0] in self._words.links and not self._same.isdisjoint(words[1:3]):
+            return True  # "in the same room"
         return words[0] in self._words.known and not is_word(words[0])
 
     def _is_wanted(self, words: Sequence[str]) -> bool:

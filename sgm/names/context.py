@@ -56,6 +56,7 @@ class ContextReader:
         self._narrowing = language.list_words("one") | language.list_words("other")
         self._function_words = language.list_words("function words") | self._finite
         self._questions = language.list_words("question words")
+        self._where = language.list_words("where words")
         self._relative = re.compile(language.compile_section("that is"))
         links = "|".join(map(language.compile_section, ("at", "near", "from")))
         self._links = re.compile(rf"(?:{links})(?= )")
@@ -94,6 +95,8 @@ class ContextReader:
         words = pad_words(said)
         if not self._questions.isdisjoint(said):
             return None
+        if question.time is not None and not self._where.isdisjoint(said):
+            return None  # "where is it now, and where was it at noon?"
         if self.is_denied(said) or self._relative.search(words):
             return None
         if not is_open and self._tells(said):

@@ -52,9 +52,9 @@ class CueReader:
         self._moving, self._past = listed("moving"), listed("past words")
         self._seen = self._past | listed("asks when beside")
         self._future = listed("future words")
-        self._same = listed("as before")
+        self._same, self._quantities = listed("as before"), listed("quantities")
         self._aside = listed("not")
-        self._telling = listed("telling")
+        self._telling, self._rooms = listed("telling"), listed("room words")
         self._in = language.list_phrases("at")[0]
 
     def find(self, asked: Sequence[Clause], free: frozenset[str]) -> str:
@@ -64,7 +64,8 @@ class CueReader:
             return ""
         num_things = len({thing for clause in asked for thing in clause.things})
         for kind in filter(None, map(self.match, asked)):
-            kind = "moved" if kind == "together" and num_things < 2 else kind
+            is_several = num_things > 1 or any(map(self._is_of_several, asked))
+            kind = "moved" if kind == "together" and not is_several else kind
             known = free | self._cues[kind][1] | self._beside[kind]
             is_plain = kind == "whose" or self._who.isdisjoint(words)
             return kind if is_plain and words <= known else ""
@@ -75,6 +76,10 @@ class CueReader:
         padded = pad_words(clause.words)
         found = (kind for kind, (pattern, _) in self._cues.items() if pattern.search(padded))
         return next(found, "")
+
+    def _is_of_several(self, clause: Clause) -> bool:
+        """Tell whether a clause names several things at once: "both mugs"."""
+        return any(not self._quantities.isdisjoint(thing.split()[:1]) for thing in clause.things)
 
     def _asks_which(self, asked: Sequence[Clause]) -> bool:
         """Tell whether "which food" or "what kind of toys" is asked for, and at which place."""
@@ -98,9 +103,11 @@ class CueReader:
         places += [f"{self._in} {name}" for clause in asked for name in clause.named]
         words = {word for clause in asked for word in clause.words}
         if kind == "together":
-            is_both = len(things) > 1 and not places and when["time"] is None
+            is_both = len(things) > 1 or any(map(self._is_of_several, asked))
+            is_both = is_both and not places and when["time"] is None
             text = " ".join(things)
-            made = Sentence(kind=kind, things=tuple(things), text=text, **when)
+            where = next(iter(self._rooms & words), "")
+            made = Sentence(kind=kind, things=tuple(things), where=where, text=text, **when)
             return made if is_both else None
         if len(things) > 1 or len(places) > 1:
             return None

@@ -8,6 +8,7 @@ from sgm.names.clause import Clause, Known
 from sgm.names.clause_words import ClauseWords
 from sgm.names.language import Language
 from sgm.names.modifiers import says_how, spell
+from sgm.names.words import POSSESSIVE
 
 
 class Replacer:
@@ -16,6 +17,8 @@ class Replacer:
     def __init__(self, language: Language, words: ClauseWords) -> None:
         """Read by the words of a language."""
         self._corrected, self._ones = language.list_words("corrected"), language.list_words("one")
+        self._owned = language.list_words("owned") - self._ones
+        self._where = words.where
         self._bare = words.articles | self._ones | words.where
 
     def replace(self, clauses: Sequence[Clause], known: Known) -> list[Clause]:
@@ -40,11 +43,16 @@ class Replacer:
     def _refine(self, clauses: Sequence[Clause], known: Known) -> list[Clause]:
         """Write "yellow cup" of "the green cup? No, the yellow one", in place of what was said.
 
-        So of "the apron, red", and of "not the tin mug, the blue one".
+        So of "the apron, red", and of "not the tin mug, the blue one". Of "the mug, the one on the
+        desk" the place is that of the mug, and "the mug, which belongs to Anna" is Anna's.
         """
         kept: list[Clause] = []
         for clause in clauses:
             named = [number for number, other in enumerate(kept) if other.things]
+            told = self._tell_more(clause, kept[-1:], known)
+            if told is not None:
+                kept[-1] = told
+                continue
             said = [word for word in clause.left if word not in self._ones]
             if not (named and said and self._says_how(clause)):
                 kept.append(clause)
@@ -55,6 +63,23 @@ class Replacer:
                 return list(clauses)
             kept[named[-1]] = before._replace(things=(name,))
         return kept
+
+    def _tell_more(self, clause: Clause, last: Sequence[Clause], known: Known) -> Clause | None:
+        """Add to the last clause whose its thing is, or where, "the one on the desk"; else None."""
+        if not last or len(last[0].things) != 1 or last[0].places or clause.things:
+            return None
+        (before,), owners = last, known.owners.intersection(clause.words)
+        if clause.left or clause.named or clause.excluded or clause.time is not None:
+            return None
+        if clause.places and len(clause.places) == 1 and not self._ones.isdisjoint(clause.words):
+            is_place = (self._bare - self._where).issuperset(clause.words)
+            return before._replace(places=clause.places) if is_place else None
+        is_else = self._owned.isdisjoint(clause.words) or len(owners) != 1
+        if is_else or not (self._bare | self._owned | owners).issuperset(clause.words):
+            return None
+        (owner,) = owners
+        name = f"{owner}{POSSESSIVE} {before.things[0]}"
+        return before._replace(things=(name,)) if len(known.find_thing(name)) == 1 else None
 
     def _says_how(self, clause: Clause) -> bool:
         """Tell whether a clause says how a thing is, and nothing else: "the yellow one"."""

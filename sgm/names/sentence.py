@@ -24,6 +24,7 @@ _IN_PLACE = frozenset(
 _SMILEY = re.compile(r"[()<>^;:*'_\-|\[\]]+|[:;=x]-?[()dp]+")
 # Kinds that say nothing of where something is.
 _EVENTS = frozenset(("who", "when", "when_at", "when_moved", "moved", "count", "whose", "history"))
+_AT_A_TIME = frozenset(("past", "future"))  # and these, where something was or will be
 _LONGEST_SHORTENED = 3  # letters and a point: "no. 4"
 _APOSTROPHE = "\u2019"
 _SLASH = re.compile(r"(?<=[^\W\d_]{2})/(?=[^\W\d_]{2})")
@@ -38,7 +39,8 @@ class Sentence(NamedTuple):
             "what_at", "which",
             "is_at", "is_there", "together", "room", "place"; "command" of what is no question.
         things: what is asked for, each in words of its own ("red mug", "blue mug").
-        where: of `what_at` and `count`, "in the fridge"; of `whose`, who may own it.
+        where: of `what_at` and `count`, "in the fridge"; of `whose`, who may own it; of `together`,
+            "room" where that is what is asked for.
         time: when, if that is said.
         tense: "past" or "future", where a word says so.
         text: what is asked for, as it stands.
@@ -129,7 +131,7 @@ class SentenceReader:
             return Sentence(kind="thing", things=(text,), text=text)
         words = [word for word in words if word not in self._fillers] or words
         words, is_corrected = self._correct(words)
-        whole = set(words)
+        whole, num_asked = set(words), self._count_where(words)
         tense = self._find_tense(words)
         padded = self.strip_chat(pad_words(words))
         words, time = self._times.split(padded.split())
@@ -138,7 +140,10 @@ class SentenceReader:
         padded = self.strip_chat(pad_words(words))
         kind, asked, where = self._match(padded)
         stripped = whole - set(padded.split())
-        if kind in _EVENTS and not self._where_words.isdisjoint(stripped):  # "and where is it"
+        is_else = kind in _EVENTS and not self._where_words.isdisjoint(stripped)
+        if kind in _AT_A_TIME:  # "where was it on Monday, and where is it now?"
+            is_else = self._count_where(padded.split()) < num_asked
+        if is_else:  # "and where is it"
             return Sentence(kind="command", things=(), time=time, tense=tense, text=padded.strip())
         if kind == "thing" and self._is_command(padded):
             return Sentence(kind="command", things=(), time=time, tense=tense, text=padded.strip())
@@ -162,6 +167,9 @@ class SentenceReader:
             text=text,
             is_corrected=is_corrected,
         )
+
+    def _count_where(self, words: Sequence[str]) -> int:
+        return sum(word in self._where_words for word in words)
 
     def _correct(self, words: list[str]) -> tuple[list[str], bool]:
         """Write a comma for what takes back what was said: "the red pen - no, the black one"."""

@@ -54,6 +54,11 @@ class TimeSaid(NamedTuple):
             {name: said[name] for name, default in defaults.items() if said[name] != default}
             for said in (self._asdict(), other._asdict())
         )
+        spans = [said for said in (first, second) if "ago" in said]
+        if spans and first != second:  # "two days ago" and "at noon"; no "now" and "on Monday"
+            days = all(abs(said["ago"]) >= _DAY.total_seconds() for said in spans)
+            if not days or not {"day", "weekday"}.isdisjoint({*first, *second}):
+                return None
         if not _agree(first, second):
             return None
         return TimeSaid(words=f"{self.words}, {other.words}", **{**first, **second})

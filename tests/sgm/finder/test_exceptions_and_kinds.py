@@ -58,3 +58,13 @@ def test_things_of_a_kind_that_is_not_known_are_named(service):
     assert said == "Nothing is known in the box. Of a kind that I do not know: gizmo."
     # A mug is no broad kind: what is none is known not to be one.
     assert service.ask("which mugs are on the shelf?").said == "On the shelf: mug."
+
+
+def test_the_room_of_a_thing_is_not_that_of_others_of_its_kind():
+    memory = SceneGraphMemory()
+    for room, place, thing in (("den", "sofa", "cushion"), ("loft", "bed", "pillow")):
+        furniture = memory.add_furniture(place, room=memory.add_room(room))
+        memory.observe(furniture, [Sighting(thing)])
+    memory.step()
+    answer = MemoryService(memory, Finder(Adaptive()), None).ask("which room is the pillow in?")
+    assert "The pillow is in the loft" in answer.said

@@ -80,6 +80,21 @@ def service(tmp_path_factory):
             ["on the bench: mia's green phone and scissors."],
         ),
         ("check the fridge for the butter", "is_at", ["yes"]),
+        ("The saw, I think it's in the kitchen, isn't it?", "is_at", ["yes"]),
+        ("If the camera is not on the sofa, then where is it?", "is_at", ["bench"]),
+        # said after the name
+        ("The phone, which belongs to Mia, where is it?", "where", ["mia's green phone", "bench"]),
+        ("the camera, the one on the sofa, where is it", "where", ["none is known on the sofa"]),
+        ("One more question: the umbrella?", "where", ["key hook"]),
+        # what was, and in which room
+        ("On the shelf on Monday evening, what was there?", "what_at", ["then: camera and"]),
+        ("Has the camera been on the sofa at any time?", "when_at", ["sofa", "9:00"]),
+        ("was the camera ever on the key hook?", "when_at", ["never seen on the key hook"]),
+        ("Are the saw and the milk in the same room?", "together", ["yes.", "fridge"]),
+        ("the saw and the milk, same place?", "together", ["no.", "fridge"]),
+        ("which room is the bench in?", "room", ["bench in hall"]),
+        ("the camera is not on the sofa, so where did it go?", "where", ["bench"]),
+        ("milk, butter: both in the fridge?", "is_at", ["the milk is in", "the butter is in"]),
         ("I bet the butter is in the fridge", "is_at", ["yes"]),
         # events
         ("has anything moved since nine", "changes", ["camera"]),
@@ -124,6 +139,10 @@ def test_a_frame_around_a_question_is_read(service, asked, kind, said):
         "where is the kettle cord",
         "When I sleep at ten, where is the camera?",
         "Back on Tuesday afternoon the camera was where?",
+        "Where's the camera now and where was it on Monday evening?",  # two questions
+        "On Monday, where was the camera, and where is it now?",
+        "the camera, the one that belongs to Leo, where is it",
+        "Where should the kettle go?",
         "where was the camera on tuesday afternoon?",  # a week ago: nothing is known of then
         "where was the camera this evening?",  # asked in the morning
     ],

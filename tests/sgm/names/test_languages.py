@@ -66,6 +66,9 @@ def service():
         ("etwas Rotes", "where", "Der rote Becher"),
         ("Was war gestern im Kühlschrank?", "what_at", "Milch"),
         ("Ist die Katze auf dem Sofa oder in der Spüle?", "is_at", "Sofa"),
+        ("Wann lagen die Schlüssel auf dem Schreibtisch?", "when_at", "Schreibtisch"),
+        ("War die Katze schon mal in der Spüle?", "when_at", "nie"),
+        ("Die Katze ist nicht in der Spüle, wo ist sie dann?", "where", "Sofa"),
     ],
 )
 def test_a_german_sentence_is_answered_in_german(service, asked, kind, said):
