@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import webbrowser
 from collections.abc import Sequence
@@ -180,10 +181,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             return
         server = PageServer(desk, options.port, next(iter(asked), ""))
         Thread(target=judges.get, args=(judges.names[0],), daemon=True).start()  # seconds
-    print(f"Open {server.address}\nCtrl-C ends it.", flush=True)
-    if not options.no_browser:
-        webbrowser.open(server.address)
     try:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends it as Ctrl-C does
+        print(f"Open {server.address}\nCtrl-C ends it.", flush=True)
+        if not options.no_browser:
+            webbrowser.open(server.address)
         server.serve_forever()
     except KeyboardInterrupt:
         print()

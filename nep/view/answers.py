@@ -144,6 +144,7 @@ class Desk:
                         "furniture": index[look.place.furniture],
                         "say": look.instruction,
                         "cost": round(look.cost, 1),
+                        "shows": round(look.place.detection, _DIGITS),
                     }
                     for look in search
                 ],

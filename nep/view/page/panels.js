@@ -46,8 +46,11 @@ const fillAnswer = (parent, answer, showsSearch, choose) => {
   if (!showsSearch || !answer.search.looks.length) return;
   addText(parent, "h3", "Search plan");
   const plan = addText(parent, "ol", undefined, "search");
-  for (const look of answer.search.looks) addText(plan, "li", `${look.say}, cost ${look.cost}`);
-  addText(parent, "p", `found with ${sayExactly(answer.search.found)}, expected cost ${answer.search.cost}`);
+  for (const look of answer.search.looks) {
+    const item = addText(plan, "li", `${look.say}, cost ${look.cost}`);
+    addText(item, "small", `a look shows it with ${sayExactly(look.shows)}, if it is there`);
+  }
+  addText(parent, "p", `shown by these looks with ${sayExactly(answer.search.found)}, expected cost ${answer.search.cost}`);
 };
 
 const fillTables = (parent, tables) => {
