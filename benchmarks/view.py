@@ -15,7 +15,7 @@ from _measure import Benchmark, Measure, run
 from nep.view.answers import Desk
 from nep.view.page_state import Judges, Stage
 from simulator import PriorGraph, SceneGraphMemory, Sighting
-from simulator.replay.replay import StillMemory
+from simulator.story.past_memory import StillMemory
 
 
 def prepare(tiny: bool) -> tuple[Measure, str]:

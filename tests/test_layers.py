@@ -40,7 +40,7 @@ ORDER = """
     simulator.fan_out
     simulator.priors simulator.world simulator.policies
     simulator.snapshots simulator.tasks simulator.events simulator.trace simulator.drawing
-    simulator.replay
+    simulator.story
     simulator.home_options simulator.command_line simulator.import_command simulator.gym
     simulator.igridson
     simulator.box_world simulator.collect simulator.compile simulator.testing simulator.test_sets

@@ -107,7 +107,7 @@ PAGES = """
 import nep.view.answers, nep.any_home.onnx_export
 from nep.view.texts import _tell_look
 from sgm.network.network import EDGE_COLUMNS
-from simulator.replay.story import PastLook
+from simulator.story.story import PastLook
 
 look = PastLook(1, 0, ("cup",), coverage=(0.5, 0.25, 1.0))
 print(_tell_look(look))

@@ -23,10 +23,10 @@ from nep.reproduce.experiments import (
     list_ablations,
     list_full_models,
 )
+from nep.reproduce.job_stages import make_console, run_stages, stop_if_failed, work_in, write_files
 from nep.reproduce.paper_tables import load_table_1, make_table_1, make_table_2
 from nep.reproduce.plan import PAPER_TABLES, Plan
 from nep.reproduce.weights import check_weights, export_weights
-from nep.reproduce.work import make_console, run_stages, stop_if_failed, work_in, write_files
 from sgm.checks import check_at_least, check_choice
 from simulator.command_line import (
     add_worker_arguments,

@@ -23,10 +23,10 @@ from nep.reproduce.experiments import (
     list_ablations,
     list_full_models,
 )
+from nep.reproduce.job_stages import Job
 from nep.reproduce.paper_game import PaperGame
 from nep.reproduce.paper_tables import Provenance
 from nep.reproduce.training import Training, collect_data
-from nep.reproduce.work import Job
 from sgm.checks import check_at_least, check_seed
 from sgm.files import compute_checksum
 from sgm.messages import shorten

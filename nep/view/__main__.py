@@ -25,9 +25,9 @@ from simulator.command_line import add_home_arguments, make_parser, one_line_err
 from simulator.home_options import SOURCES, HomeOptions
 from simulator.policies import find_policy
 from simulator.process import run_main
-from simulator.replay.record import record_run
-from simulator.replay.replay import Replay, StillMemory
-from simulator.replay.story import Story
+from simulator.story.past_memory import Replay, StillMemory
+from simulator.story.run_recorder import record_run
+from simulator.story.story import Story
 from simulator.trace.trace import find_traces
 
 WEEK = "routine"  # a simulated week with people
@@ -119,7 +119,7 @@ def open_source(source: str, homes: HomeOptions, options: ViewOptions | None = N
     seed, policy = options.seed, options.robot
     story: Story
     if source == GRID:
-        from simulator.igridson.replay import record_searches  # an extra
+        from simulator.igridson.recorded_searches import record_searches  # an extra
 
         story = record_searches(options.steps or GRID_SEARCHES, seed=seed, policy=policy)
         return Stage(lambda: story, doors=doors)

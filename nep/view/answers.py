@@ -20,7 +20,7 @@ from sgm.memory.seen_positions import tell_positions
 from sgm.memory.sighting import Point
 from sgm.schema import RELATION_TABLE, PlaceCode
 from simulator.drawing.history import History
-from simulator.replay.story import Story
+from simulator.story.story import Story
 
 MOST_PLACES = 12  # of a ranking, in words
 MOST_CHANGES = 300  # the latest ones

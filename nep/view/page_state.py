@@ -18,7 +18,7 @@ from sgm.layout.furniture import read_position
 from sgm.messages import shorten
 from sgm.network.shipped import find_trained, list_shipped, split_name
 from simulator.policies import POLICIES, find_policy
-from simulator.replay.story import Story
+from simulator.story.story import Story
 
 _PLANS_KEPT = 32
 

@@ -19,7 +19,7 @@ from sgm.messages import shorten, shorten_text
 from sgm.schema import MAX_TIME
 from sgm.serve.argument_rules import TEXT, make_choice_rule, make_whole_rule
 from sgm.serve.guard import Guard, Refused
-from simulator.replay.replay import StillMemory
+from simulator.story.past_memory import StillMemory
 
 MOST_BYTES = 10_000  # of a request; the page sends a hundred
 

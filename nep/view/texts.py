@@ -11,7 +11,7 @@ import numpy as np
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.thing import ROBOT
 from sgm.schema import RELATION_TABLE
-from simulator.replay.story import PastLook, PastStatement, Story
+from simulator.story.story import PastLook, PastStatement, Story
 
 MOST_LOOKS = 12  # at a furniture node
 MOST_THINGS = 60  # at a furniture node

@@ -245,8 +245,8 @@ hour
   away_at_this_hour  share  of its sightings at this hour, those away from its usual place
   gone_at_this_hour  share  of the looks at this hour where it was seen last, those that missed it
 week
-  in_at_this_hour  share  of the looks at this hour of the week that should show it, those that did
-  home_in_at_this_hour  share  the same, of all things of the home
+  in_at_this_hour  ratio  looks at this hour of the week that showed it, by those that should
+  home_in_at_this_hour  ratio  the same, of all things of the home
 """
 
 

@@ -47,6 +47,12 @@ def test_the_page_of_evidence_has_a_row_for_each():
     assert shown == [*PLACE_COLUMNS, *QUESTION_COLUMNS]
 
 
+def test_the_page_of_the_network_says_how_wide_its_inputs_are():
+    page = read_page("reference/network.md")
+    assert f"`place` | (Q, F, {len(PLACE_COLUMNS)})" in page
+    assert f"`question` | (Q, 1, {len(QUESTION_COLUMNS)})" in page
+
+
 def test_the_page_of_features_has_a_row_for_each():
     rows = list_features().splitlines()[4:]
     assert [row.split(" | ")[0].removeprefix("| ") for row in rows] == [

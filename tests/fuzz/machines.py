@@ -15,7 +15,7 @@ import numpy as np
 
 from nep.view.texts import tell_furniture, tell_step
 from sgm.memory.memory_event import read_events
-from simulator.replay.replay import Replay
+from simulator.story.past_memory import Replay
 from simulator.trace.from_log import make_trace
 from tests.sgm.finder.session_machine import MACHINES, MemoryMachine, play
 from tests.sgm.memory.sessions import dump

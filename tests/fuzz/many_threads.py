@@ -14,7 +14,7 @@ import numpy as np
 
 from sgm.memory.memory_event import read_events
 from simulator import Bayesian, SceneGraphMemory, Sighting
-from simulator.replay.replay import Replay
+from simulator.story.past_memory import Replay
 
 Rng = np.random.Generator
 THINGS = ("mug", "red mug", "plate", "keys", "phone")

@@ -16,7 +16,7 @@ import targets
 from nep.view.answers import Desk
 from nep.view.page_state import Judges, Stage
 from nep.view.server import CALLS, PageServer
-from simulator.replay.replay import StillMemory
+from simulator.story.past_memory import StillMemory
 
 Rng = np.random.Generator
 # A good value of each argument.

@@ -41,8 +41,8 @@ from simulator import (
 from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
 from simulator.igridson.layout_file import DEFAULT_LAYOUT, load_layout
-from simulator.replay.replay import Replay
 from simulator.snapshots.shards import MANIFEST, load_shard, save_shard
+from simulator.story.past_memory import Replay
 from simulator.trace.from_log import make_trace as make_trace_of_log
 from simulator.trace.importers.procthor import read_procthor
 from simulator.trace.record import record_homes

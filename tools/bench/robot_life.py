@@ -12,8 +12,8 @@ from nep.games.game import Game
 from sgm.arrays.week import DAY_SECONDS
 from sgm.memory.clock import DEFAULT_STEP_SECONDS
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from simulator.replay.record import record_run
-from simulator.replay.replay import Replay
+from simulator.story.past_memory import Replay
+from simulator.story.run_recorder import record_run
 from simulator.world.source import HomeSource
 
 

@@ -23,7 +23,7 @@ from sgm.network.shipped import find_trained
 from sgm.prior.prior_graph import PriorGraph
 from simulator.command_line import make_parser, one_line_errors, parse
 from simulator.process import run_main
-from simulator.replay.record import record_run
+from simulator.story.run_recorder import record_run
 from simulator.world.config import HomeConfig
 from simulator.world.mixture.lived_in_homes import draw_sessions
 from simulator.world.source import SampledSource

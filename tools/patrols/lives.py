@@ -13,9 +13,9 @@ from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.prior.prior_graph import PriorGraph
-from simulator.replay.record import record_run
-from simulator.replay.replay import Replay
-from simulator.replay.story import TruePlaces
+from simulator.story.past_memory import Replay
+from simulator.story.run_recorder import record_run
+from simulator.story.story import TruePlaces
 from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.source import SampledSource

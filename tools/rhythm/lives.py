@@ -12,7 +12,7 @@ from sgm.arrays.week import DAY_SECONDS
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.prior.prior_graph import PriorGraph
-from simulator.replay.record import record_run
+from simulator.story.run_recorder import record_run
 from simulator.world.config import HomeConfig
 from simulator.world.routine.dynamics import RoutineDynamics
 from simulator.world.source import SampledSource

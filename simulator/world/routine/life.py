@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from simulator.world.own_places import NUM_OWN_PLACES, USUAL, draw_own_places
 from simulator.world.routine.activity_kinds import (
     compute_object_weights,
     compute_spot_weights,
@@ -26,6 +25,7 @@ from simulator.world.routine.life_kernel import (
 from simulator.world.routine.rules import ROLES, RoutineRules
 from simulator.world.sampled_state import SampledState
 from simulator.world.timed_life import TimedLife, draw_seed
+from simulator.world.usual_places import NUM_OWN_PLACES, USUAL, draw_own_places
 
 
 class RoutineLife(TimedLife):

@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from simulator.kernel import kernel
-from simulator.world.own_places import FIRST_OTHER, NUM_OTHERS, SECOND, USUAL
 from simulator.world.routine.rules import RoutineRules
+from simulator.world.usual_places import FIRST_OTHER, NUM_OTHERS, SECOND, USUAL
 
 DAY = 86_400.0
 HOUR = 3600.0
@@ -86,7 +86,7 @@ class State(NamedTuple):
 
     Attributes:
         place: where every object is, -1 for an empty slot or one that is out, int32 (H, C).
-        own_place: of an object, in the order of `simulator.world.own_places`, int32 (H, C, 4).
+        own_place: of an object, in the order of `simulator.world.usual_places`, int32 (H, C, 4).
         random: state of each home's generator, uint64 (H,).
         day_end: until when events are drawn, (H,).
         num_residents: int32 (H,).

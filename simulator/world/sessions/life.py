@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sgm.schema import PlaceCode
-from simulator.world.own_places import NUM_OWN_PLACES, USUAL, draw_own_places
 from simulator.world.routine.activity_kinds import (
     compute_object_weights,
     compute_spot_weights,
@@ -32,6 +31,7 @@ from simulator.world.sessions.life_kernel import (
 )
 from simulator.world.sessions.rules import SessionRules
 from simulator.world.timed_life import TimedLife, draw_seed
+from simulator.world.usual_places import NUM_OWN_PLACES, USUAL, draw_own_places
 
 _OTHER_USES = 0.4  # how readily a thing is used for what it is not for, beside what it is for
 _KEPT = 0.5  # how much ways lead to where things of the group are kept, beside where they are used

@@ -19,8 +19,8 @@ import numpy as np
 
 from sgm.schema import NUM_RELATIONS
 from simulator.kernel import kernel
-from simulator.world.own_places import FIRST_OTHER, NUM_OTHERS, SECOND, USUAL
 from simulator.world.sessions.rules import SessionRules
+from simulator.world.usual_places import FIRST_OTHER, NUM_OTHERS, SECOND, USUAL
 
 DAY = 86_400.0
 HOUR = 3600.0
@@ -82,7 +82,7 @@ class SessionState(NamedTuple):
 
     Attributes:
         place: where every thing is, -1 for an empty slot or one that is out, int32 (H, C).
-        own_place: of a thing, in the order of `simulator.world.own_places`, int32 (H, C, 4).
+        own_place: of a thing, in the order of `simulator.world.usual_places`, int32 (H, C, 4).
         back_at: when a thing that is in use, or out, is put at its usual place, (H, C).
         next_back: the earliest of them, (H,).
         random: state of each home's generator, uint64 (H,).

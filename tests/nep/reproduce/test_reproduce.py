@@ -26,9 +26,9 @@ from nep.reproduce.experiments import (
     enter,
     find_models,
 )
+from nep.reproduce.job_stages import _THREAD_VARIABLES, LOCK
 from nep.reproduce.plan import SCORES
 from nep.reproduce.training import Training
-from nep.reproduce.work import _THREAD_VARIABLES, LOCK
 from simulator.command_line import parse, pick
 from simulator.policies import POLICIES
 

@@ -11,7 +11,7 @@ from nep.view.server import PageServer
 from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
-from simulator.replay.replay import Replay
+from simulator.story.past_memory import Replay
 
 _FLAGS = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run "

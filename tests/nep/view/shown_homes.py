@@ -11,7 +11,7 @@ from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
 from sgm.memory.memory_event import read_events
 from simulator import SceneGraphMemory, Sighting
-from simulator.replay.replay import Replay
+from simulator.story.past_memory import Replay
 
 CLOCK = Clock(datetime(2026, 11, 16, 7), 3600.0)
 DOORS = [(4.1, 2.0), (2.0, 4.1), (5.6, 4.1), (8.6, 4.1)]

@@ -227,7 +227,7 @@ def test_a_page_follows_a_file_that_goes_on(browser, serve, log):
     from nep.view.page_state import Judges, Stage
     from sgm.memory.scene_graph_memory import SceneGraphMemory
     from sgm.memory.sighting import Sighting
-    from simulator.replay.replay import StillMemory
+    from simulator.story.past_memory import StillMemory
 
     memory = SceneGraphMemory.load(log.parent / "home.sgm")
     desk = Desk(Stage(lambda: StillMemory(memory.copy(), "home"), lambda: memory.time), Judges())

@@ -12,7 +12,7 @@ from nep.view.answers import Desk
 from nep.view.page_state import Judges, Stage
 from nep.view.server import CALLS, MOST_BYTES, PageServer
 from simulator import SceneGraphMemory, Sighting
-from simulator.replay.replay import StillMemory
+from simulator.story.past_memory import StillMemory
 
 HEADERS = {"host": "127.0.0.1:8050", "content-type": "application/json"}
 # A good value of each argument, at step 6 of the log.

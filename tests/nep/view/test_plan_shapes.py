@@ -13,7 +13,7 @@ from simulator import SceneGraphMemory
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.igridson.floor_plan import make_plan
 from simulator.igridson.layout_file import load_layout
-from simulator.replay.replay import StillMemory
+from simulator.story.past_memory import StillMemory
 
 
 def overlap(one, other):

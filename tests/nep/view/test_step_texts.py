@@ -12,7 +12,7 @@ from sgm.memory.memory_event import read_events
 from sgm.store.event import insert_event, read_rows
 from simulator import SceneGraphMemory, Sighting
 from simulator.home_options import HomeOptions
-from simulator.replay.replay import Replay, StillMemory
+from simulator.story.past_memory import Replay, StillMemory
 
 NIGHTSTAND, TABLE, DRAWER = range(3)
 

@@ -24,7 +24,7 @@ from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.memory_event import read_events
 from simulator import Bayesian, SceneGraphMemory, Sighting
-from simulator.replay.replay import Replay, StillMemory
+from simulator.story.past_memory import Replay, StillMemory
 
 ROOT = Path(__file__).resolve().parents[3]
 

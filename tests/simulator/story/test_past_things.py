@@ -6,7 +6,7 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.memory.memory_event import read_events
 from simulator import Bayesian, SceneGraphMemory, Sighting
-from simulator.replay.replay import Replay, StillMemory
+from simulator.story.past_memory import Replay, StillMemory
 
 DRAWER, SHELF, TABLE = range(3)
 

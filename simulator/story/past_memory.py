@@ -16,8 +16,8 @@ from sgm.memory.thing import STATEMENTS, ThingName
 from sgm.prior.prior_graph import PriorGraph
 from sgm.schema import MAX_TIME
 from simulator.drawing.floor_plan import FloorPlan
-from simulator.replay.past_things import PastThings
-from simulator.replay.story import PastLook, PastQuestion, PastStatement, Story, TruePlaces
+from simulator.story.past_things import PastThings
+from simulator.story.story import PastLook, PastQuestion, PastStatement, Story, TruePlaces
 
 _KEEP_EVERY = 64  # lines between memories that are kept, to go on from
 _EDGES_KEPT = 1_000_000  # of all memories that are kept, a hundred bytes each

@@ -6,7 +6,7 @@ from functools import partial
 
 from rich.console import Console
 
-from nep.reproduce.work import Job, run_stages
+from nep.reproduce.job_stages import Job, run_stages
 from sgm.files import write_whole
 
 CONSOLE = Console(quiet=True)

@@ -7,8 +7,8 @@ from simulator.igridson.find_object import RunConfig, make_homes
 from simulator.igridson.floor_plan import make_plan
 from simulator.igridson.layout_file import load_layout
 from simulator.policies import make_policy
-from simulator.replay.record import RunRecorder
-from simulator.replay.replay import Replay
+from simulator.story.past_memory import Replay
+from simulator.story.run_recorder import RunRecorder
 from simulator.tasks.find_object import FindObject
 from simulator.world.streams import Streams
 

@@ -19,7 +19,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.words import read_name
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.history import History
-from simulator.replay.past_things import PastThings
+from simulator.story.past_things import PastThings
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from sgm.memory.memory_event import MemoryEvent
 from sgm.schema import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import make_policy
-from simulator.replay.replay import Replay
-from simulator.replay.story import PastQuestion, TruePlaces
+from simulator.story.past_memory import Replay
+from simulator.story.story import PastQuestion, TruePlaces
 from simulator.tasks.answer import Answer
 from simulator.tasks.registry import find_task
 from simulator.tasks.task import Task

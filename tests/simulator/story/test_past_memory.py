@@ -18,8 +18,8 @@ from simulator import (
     SceneGraphMemory,
     Sighting,
 )
-from simulator.replay.record import record_run
-from simulator.replay.replay import Replay, StillMemory
+from simulator.story.past_memory import Replay, StillMemory
+from simulator.story.run_recorder import record_run
 from simulator.trace.from_log import make_trace
 from simulator.world.routine.dynamics import RoutineDynamics
 
@@ -216,7 +216,7 @@ def test_a_still_memory_tells_its_last_sightings():
 
 def test_searches_on_the_grid():
     pytest.importorskip("minigrid", reason="minigrid is not installed: extra igridson")
-    from simulator.igridson.replay import record_searches
+    from simulator.igridson.recorded_searches import record_searches
 
     replay = record_searches(12, seed=1)
     assert replay.num_steps == 12
