@@ -295,8 +295,7 @@ class MapCalls(WriteCalls):
         Raises:
             ValueError: if one is of another kind or not finite.
         """
-        offset = (0.0, 0.0) if shift is None else read_stand(shift, "shift")
-        self.memory.transform(angle, offset, map_id or "")
+        self.memory.transform(angle, (0.0, 0.0) if shift is None else shift, map_id or "")
         return self._note("transform_map", "", None, self._say("note new map"))
 
     def _find_room(self, room: int | str) -> int:

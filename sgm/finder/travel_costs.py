@@ -35,7 +35,7 @@ class StraightLines:
         if furniture not in self.positions:  # added since
             self.positions.update(self._memory.layout.compute_positions())
         is_id = isinstance(origin, (int, np.integer))
-        start: Any = self.positions.get(origin) if is_id else origin
+        start: Any = self.positions.get(origin) if is_id else read_position(origin)
         end = self.positions.get(furniture)
         return math.inf if start is None or end is None else math.dist(start, end)
 

@@ -118,17 +118,20 @@ class Furniture:
 
 
 def read_position(position: Any = None) -> tuple[float, float] | None:
-    """Return a position as two floats; None stays None, other values raise ValueError."""
+    """Return a position as two floats; None stays None, other values raise ValueError.
+
+    Of three numbers, as answers have them, the last is a height, on which one does not stand.
+    """
     if position is None:
         return None
     try:
-        x, y = (
+        x, y, *height = (
             float(value) if is_number(value) and -_FAR <= value <= _FAR else math.nan
             for value in position
         )
     except (TypeError, ValueError):
-        x = y = math.nan
-    if math.isnan(x) or math.isnan(y):
+        x, y, height = math.nan, math.nan, []
+    if math.isnan(sum((x, y, *height))) or len(height) > 1:
         raise ValueError(
             f"position must be two numbers, got {shorten(position)}. Give metres, such as (1.5, 4)."
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +15,7 @@ from sgm.memory.memory_state import MemoryState
 from sgm.memory.seen_positions import is_beside, keep_positions_at, turn_positions
 from sgm.memory.sighting import Point, read_point
 from sgm.memory.thing import SaidOf
+from sgm.messages import shorten
 from sgm.names.name import Name
 from sgm.names.words import read_words
 
@@ -182,14 +184,17 @@ class MemoryLayout:
     def transform(
         self,
         angle: float = 0.0,
-        shift: tuple[float, float] = (0.0, 0.0),
+        shift: Sequence[float] = (0.0, 0.0),
         map_id: str = "",
     ) -> None:
         """Move all positions and boxes into the frame of another map; nothing else changes."""
         turn = float(read_numbers("angle", angle, ()))
         offset = read_position(shift)
-        if offset is None:
-            raise ValueError("shift must be two numbers, got None. Give metres, or leave it out.")
+        if offset is None or tuple(shift)[2:] not in ((), (0,)):
+            raise ValueError(
+                f"shift must be two numbers, got {shorten(shift)}. Give metres, or leave it out: "
+                "heights stay as they are."
+            )
         with self._state.lock:
             layout = self._state.layout.transform(turn, offset, read_map_id(map_id))
             turn_positions(self._state.batch.positions, turn, offset)  # or it is refused

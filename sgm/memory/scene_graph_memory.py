@@ -453,7 +453,7 @@ class SceneGraphMemory:
     def transform(
         self,
         angle: float = 0.0,
-        shift: tuple[float, float] = (0.0, 0.0),
+        shift: Sequence[float] = (0.0, 0.0),
         map_id: str = "",
     ) -> None:
         """Move all positions and boxes into the frame of another map; nothing else changes.

@@ -42,6 +42,8 @@ def test_rows_hold_what_is_known(layout):
         ([3, "desk", 7, "desk"], "there is no room 7"),
         ([3, "desk", 0, "desk", [1, "x"]], "position must be two numbers, got"),
         ([3, "desk", 0, "desk", "12"], "position must be two numbers, got"),
+        ([3, "desk", 0, "desk", [1, 2, 3, 4]], "position must be two numbers, got"),
+        ([3, "desk", 0, "desk", [1, 2, float("nan")]], "position must be two numbers, got"),
         ([3, "desk", 0, "desk", [1, 1e308]], "position must be two numbers, got"),
     ],
 )

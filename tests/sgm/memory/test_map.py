@@ -74,6 +74,7 @@ def test_it_is_logged_and_saved(memory, tmp_path):
         ((math.nan,), "angle must"),
         ((0.0, (1,)), "position must be two numbers|shift must"),
         ((0.0, None), "shift must be two numbers, got None"),
+        ((0.0, (1, 2, 0.3)), "shift must be two numbers, got .*: heights stay as they are"),
         ((0.0, (0, 0), "a\nb"), "map_id must be a text of one line"),
         ((0.0, (1e9, 0)), "box must lie within"),
     ],

@@ -55,6 +55,26 @@ def test_moved_furniture_keeps_its_history(memory, tmp_path):
         memory.add_furniture("sofa", 0, position=(1, math.nan))
 
 
+def test_a_position_of_an_answer_is_taken_back(memory):
+    """Answers have three numbers: they are where a place is put, and where a search starts."""
+    plan = Finder(Bayesian()).search_plan(memory, "milk", start=(6, 1))
+    position = plan.looks[0].position
+    assert len(position) == 3
+    stool = memory.add_furniture("stool", 0, position=position)
+    assert memory.get_position(stool) == position[:2]
+    memory.move_furniture(stool, position=(1, 2, 0.5))
+    assert memory.get_position(stool) == (1, 2)
+    memory.remove_furniture(stool)
+    again = Finder(Bayesian()).search_plan(memory, "milk", start=(6, 1, 0.7))
+    assert (
+        again.expected_cost
+        == Finder(Bayesian()).search_plan(memory, "milk", start=(6, 1)).expected_cost
+    )
+    before = memory.get_position(0)
+    memory.transform(shift=(1, 0, 0.0))
+    assert memory.get_position(0) == (before[0] + 1, before[1])
+
+
 def test_positions_stand_for_distances(memory):
     plan = Finder(Bayesian()).search_plan(memory, "milk", start=(0, 0))
     # The fridge is 4 m away and has the milk; then 3 m to the desk or 5 m to the counter.
