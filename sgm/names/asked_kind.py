@@ -68,7 +68,7 @@ class KindFinder:
         self._aims, self._aimed = listed("aims"), listed("aimed")
         self._moving, self._having = listed("moving"), listed("having")
         self._lacking, self._being = listed("lacking"), listed("being")
-        self._ever = listed("ever")
+        self._ever, self._absent = listed("ever"), listed("not there")
         self._which, self._rooms = listed("which words"), listed("room words")
         self._all, self._any = listed("all that is there"), listed("no more than all")
         self._tags, self._explicit = listed("tags"), listed("asks yes or no")
@@ -103,6 +103,8 @@ class KindFinder:
                 return None
             free |= self._future
         cue = self._cues.find(clauses, free)
+        if cue == "count" and _name_others(loose):
+            return None  # "how many are on the desk, if you leave out the pen?"
         if cue:
             return self._cues.make(cue, clauses, dated._asdict(), people)
         if not words <= free or any(self._is_aim(c) or self._is_compared(c) for c in clauses):
@@ -143,7 +145,7 @@ class KindFinder:
                 return None
             asked.said -= self._whose
         if not asked.things:
-            return self._make_all_at(asked, people)
+            return self._make_all_at(asked)
         places = asked.places + asked.named
         if len(places) > 1 and len(asked.things) == 1 and asked.said & self._words.or_:
             return asked.make("where", asked.things)  # "kitchen or balcony: where is it?"
@@ -152,12 +154,15 @@ class KindFinder:
             return asked.make("where", asked.things)  # "which is in the sink, the fork or the saw?"
         return self._make_of_things(asked, is_whose, people)
 
-    def _make_all_at(self, asked: _Asked, people: frozenset[str]) -> Sentence | None:
+    def _make_all_at(self, asked: _Asked) -> Sentence | None:
         """Make what asks for all that is at a place."""
         where = [*asked.places, *(f"{self._in} {name}" for name in asked.named)]
         is_all = bool(asked.said & self._all) and not asked.said & (self._rooms | self._words.where)
-        is_persons = bool(asked.said & people and asked.said & self._telling)
-        if len(where) != 1 or not is_all or is_persons or len(asked.excluded) > 1:
+        # "Does Anna have anything there?", "what is missing?", "I have the pen: what is left?"
+        is_some = bool(asked.said & (asked.known.owners | self._absent)) or _name_others(
+            asked.loose
+        )
+        if len(where) != 1 or not is_all or is_some or len(asked.excluded) > 1:
             return None
         told = (where[0], *(f"{self._but} {thing}" for thing in asked.excluded))
         return asked.make("what_at", where=" ".join(told))
@@ -260,6 +265,11 @@ class KindFinder:
         """Tell whether a clause asks if a thing is where it was: "is it where I left it?"."""
         is_opened = bool(clause.words) and clause.words[0] in self._being
         return is_opened and not self._words.where.isdisjoint(clause.words)
+
+
+def _name_others(loose: Sequence[Clause]) -> bool:
+    """Tell whether clauses that do not ask name things: the others may be asked for."""
+    return any(clause.things or clause.excluded for clause in loose)
 
 
 def _list_things(clauses: Sequence[Clause], known: Known) -> list[str]:

@@ -152,6 +152,8 @@ class ClauseChooser:
     def is_left_out(self, clause: Clause, is_after: bool) -> bool:
         """Tell whether a clause says nothing of which thing is meant."""
         words = clause.words
+        if self._words.finite.isdisjoint(words) and self._words.negations & set(words[:-1]):
+            return False  # "the van, not the house keys, where?"
         if not clause.left and not clause.is_broken:
             return not (self.asks(clause) or self._says_whose(words))
         has_verb = clause.is_aside or not self._words.finite.isdisjoint(words)

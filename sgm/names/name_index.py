@@ -57,7 +57,9 @@ class NameIndex:
         self._sentences = make_sentence_reader(self._aliases.language)
         self._contexts = make_context_reader(self._aliases.language)
         self._phrases = make_phrase_reader(self._aliases.language)
-        self._nobodys = self._sentences.language.list_words("nobody's")
+        listed = self._sentences.language.list_words
+        self._nobodys = listed("nobody's")
+        self._asking = listed("question words") | listed("where words")
         # By question alone where words said what it means, else by the way to compare names, too.
         self._resolved: dict[str | tuple[str, Similarity | None], Resolution] = {}
         self._described: tuple[str, ...] = ()
@@ -361,7 +363,9 @@ class NameIndex:
         owners = {self._tables.readings[number][0].owner for number in found}
         if phrase.is_speakers and len(found) == 1 and owners != {""}:  # "my watch", and Lisa's
             how = "another property"
-        if phrase.clause and len(found) > 1:  # which of them that was, nothing says
+        # Which of them that was, nothing says; "which fell was where" is more than a clause.
+        is_more = not self._asking.isdisjoint(phrase.clause.split()[1:])
+        if phrase.clause and (len(found) > 1 or is_more):
             unused = (*unused, phrase.clause)
         unread = (
             () if any_that_is or any_of else self._unread.list_words(text, readings, found, how)
