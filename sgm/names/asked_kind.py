@@ -103,8 +103,8 @@ class KindFinder:
                 return None
             free |= self._future
         cue = self._cues.find(clauses, free)
-        if cue == "count" and _name_others(loose):
-            return None  # "how many are on the desk, if you leave out the pen?"
+        if cue and self._asks_more(cue, clauses, loose):
+            return None
         if cue:
             return self._cues.make(cue, clauses, dated._asdict(), people)
         if not words <= free or any(self._is_aim(c) or self._is_compared(c) for c in clauses):
@@ -132,6 +132,18 @@ class KindFinder:
         if any(clause.is_negated for clause in clauses):  # and each says where a thing is
             free |= self._words.negations
         return free
+
+    def _asks_more(self, cue: str, asked: Sequence[Clause], loose: Sequence[Clause]) -> bool:
+        """Tell whether clauses say or ask more than what a kind answers."""
+        if cue == "count":  # "how many are on the desk, if you leave out the pen?"
+            return _name_others(loose)
+        if cue not in ("which", "whose"):
+            return False
+        # "Which of them is not there?", "whose is the mug there, and is anything else?"
+        is_denied = any(c.is_negated for c in asked) and cue == "which"
+        others = [c for c in asked if not c.things]
+        is_denied = is_denied or any(self._words.negations & set(c.words) for c in others)
+        return is_denied or any(map(self._chooser.is_opened, others))
 
     def _make(self, asked: _Asked, people: frozenset[str]) -> Sentence | None:
         if asked.excluded and asked.things:

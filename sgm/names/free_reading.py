@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 from sgm.names.asked_kind import KindFinder
-from sgm.names.clause import Known
+from sgm.names.clause import Clause, Known
 from sgm.names.clause_choice import ClauseChooser
 from sgm.names.clause_words import make_clause_words
 from sgm.names.clauses import make_clause_reader
@@ -37,6 +37,7 @@ class FreeReader:
         self._replacer = Replacer(language, self._words)
         self._pairs = PairReader(language, self._words, self._chooser)
         self._kinds = KindFinder(language, self._words, cues, self._chooser)
+        self._all = language.list_words("all that is there")
         self._asking = (
             self._chooser.questions | self._words.openers | language.list_words("asking verbs")
         )
@@ -70,7 +71,8 @@ class FreeReader:
             return
         for number, clause in enumerate(clauses):
             others = [
-                self._chooser.is_left_out(other, place > number) and not other.is_named
+                self._chooser.is_left_out(other, place > number)
+                and not (other.is_named or self._asks_all(other))
                 for place, other in enumerate(clauses)
                 if place != number
             ]
@@ -82,6 +84,10 @@ class FreeReader:
                         break
                     if words[place] in self._asking:
                         yield " ".join(words[place:])
+
+    def _asks_all(self, clause: Clause) -> bool:
+        """Tell whether a clause is a question of its own: "and is anything else there?"."""
+        return self._chooser.is_opened(clause) and not self._all.isdisjoint(clause.words)
 
 
 @lru_cache(maxsize=8)

@@ -141,6 +141,7 @@ class SentenceReader:
         kind, asked, where = self._match(padded)
         stripped = whole - set(padded.split())
         is_else = kind in _EVENTS and not self._where_words.isdisjoint(stripped)
+        is_else |= kind == "whose" and not self._where_words.isdisjoint(whole)
         if kind in _AT_A_TIME:  # "where was it on Monday, and where is it now?"
             is_else = self._count_where(padded.split()) < num_asked
         if is_else:  # "and where is it"
