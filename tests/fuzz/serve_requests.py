@@ -27,6 +27,7 @@ GOOD = {
     "thing": "mug",
     "at": 9,
     "k": 3,
+    "in_use": True,
     "from": [1, 2],
     "budget": 9,
     "search_id": "x",
