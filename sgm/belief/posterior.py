@@ -13,6 +13,7 @@ Nothing else changes what a policy believes. The numbers are those of the `Detec
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -233,12 +234,13 @@ def find_last_word(asked: Asked) -> tuple[np.ndarray, np.ndarray]:
     return last, np.where(confidence > 0, confidence, 1.0)
 
 
-def _count_others(asked: Asked, last: np.ndarray) -> np.ndarray:
-    """Count the sightings of each thing by place, but for the last one, (K, F + 1)."""
+def _count_others(asked: Asked, last: np.ndarray, things: np.ndarray | None = None) -> np.ndarray:
+    """Count the sightings by place of K things, or n of them, but for the last one, (n, F + 1)."""
     edges = asked.batch.edges
     query, edge = asked.batch.edges_of(asked.queries)
-    counts = np.zeros((len(last), asked.batch.num_furniture + 1))
+    counts = np.zeros((len(asked.queries.object), asked.batch.num_furniture + 1))
     np.add.at(counts, (query, edges["furniture"][edge]), edges["num_true"][edge])
+    counts = counts if things is None else counts[things]
     counts[np.arange(len(last)), last] -= 1  # where it was never seen: elsewhere, below 0
     return np.maximum(counts, 0)
 
@@ -250,50 +252,94 @@ def list_copies(belief: Belief, asked: Asked) -> tuple[Belief, Looks, np.ndarray
 
     - Whatever was seen in this step is known, and says nothing about the others but that they were
       missed there.
-    - One that was last seen at a place stays there as the one that was seen last of all: the
-      policy's belief, with the two places exchanged.
+    - One that was last seen at a place is there as the one that was seen last of all: the policy's
+      belief Q, with the two places exchanged. It was seen d earlier at l, and may have left
+      meanwhile; then it is where the n other sightings were, or where Q has it if not at l:
+
+          P(p) = s Q(p) + (1 - s) (n_p + Q(p | not l)) / (n + 1)    s = `compute_stay` (d)
+
     - Of others nothing is known but what the policy believes. They are counted only where one was
       seen in this step, or is in the robot's hand.
     """
     looks, carried = asked.looks, asked.carried
     rows: list[int] = []
-    moved_to: list[int] = []  # where a copy was last seen, -1 where it is as the policy has it
+    moved_to: list[_Held] = []  # where a copy was last seen
     is_another: list[bool] = []
     for number, num_things in enumerate(asked.num_instances.tolist()):
-        others: list[int] = []
+        others: list[_Held] = []
         if num_things > 1:
             num_seen = int(looks.num_seen[number].sum())
             num_others = num_things - max(num_seen, 1)
             is_seen = looks.num_seen[number] > 0
-            held = [place for place in _list_held(asked, number) if not is_seen[place]]
+            held = [copy for copy in _list_held(asked, number) if not is_seen[copy.place]]
             if num_seen == 0 and not carried[number]:
                 others = held[1:][:num_others]
             else:
-                others = (held + [-1] * num_others)[: max(num_others, 0)]
+                others = (held + [_UNKNOWN] * num_others)[: max(num_others, 0)]
         rows += [number] * (1 + len(others))
-        moved_to += [-1, *others]
+        moved_to += [_UNKNOWN, *others]
         is_another += [False] + [True] * len(others)
     if len(rows) == len(carried):
         return belief, looks, carried
     log_weights = belief.log_weights[rows]
     last = asked.batch.objects["last_furniture"][asked.queries.object[rows]]
-    for copy, place in enumerate(moved_to):
-        from_place = last[copy] if last[copy] >= 0 else int(log_weights[copy, :-1].argmax())
+    for copy, (place, _) in enumerate(moved_to):
         if place >= 0:
+            from_place = last[copy] if last[copy] >= 0 else int(log_weights[copy, :-1].argmax())
             log_weights[copy, [from_place, place]] = log_weights[copy, [place, from_place]]
-    looks = looks.take(rows, is_another)
-    return Belief(log_weights), looks, np.where(is_another, 0.0, carried[rows])
+    belief = _age_copies(Belief(log_weights), asked, rows, moved_to)
+    return belief, looks.take(rows, is_another), np.where(is_another, 0.0, carried[rows])
 
 
-def _list_held(asked: Asked, number: int) -> list[int]:
+def _age_copies(
+    belief: Belief, asked: Asked, rows: Sequence[int], moved_to: Sequence[_Held]
+) -> Belief:
+    """Weigh a belief of V things, whose rows of the K these are, by when each was seen."""
+    places, earlier = np.array(moved_to).T  # (V,) each
+    copies = np.flatnonzero(earlier > 0)
+    if not len(copies):
+        return belief
+    place = places[copies]
+    not_there = belief.log_weights[copies]
+    not_there[np.arange(len(copies)), place] = -np.inf
+    gone = Belief(not_there).probabilities + _count_others(asked, place, np.array(rows)[copies])
+    total = gone.sum(axis=1, keepdims=True)
+    gone[:, -1] += total[:, 0] == 0  # it can be at no other place
+    stay = compute_stay(asked.batch, earlier[copies])[:, None]
+    log_weights = belief.log_weights.copy()
+    with np.errstate(divide="ignore"):
+        log_weights[copies] = np.log(
+            stay * belief.probabilities[copies] + (1 - stay) * gone / np.where(total > 0, total, 1)
+        )
+    return Belief(log_weights)
+
+
+class _Held(NamedTuple):
+    """Where a thing was, -1 for unknown, and how many steps before it was seen last of all."""
+
+    place: int
+    earlier: int
+
+
+_UNKNOWN = _Held(-1, 0)
+
+
+def _list_held(asked: Asked, number: int) -> list[_Held]:
     """List the places where a thing was before this step's looks, the one seen last first."""
-    edges = asked.batch.edges
+    edges, row = asked.batch.edges, asked.queries.object[number]
     _, held = asked.batch.edges_of(asked.queries.take(np.array([number])))
     held = held[edges["is_true"][held]]
     held = held[np.argsort(-edges["last_true"][held], kind="stable")]
-    last = int(asked.batch.objects["last_furniture"][asked.queries.object[number]])
-    places = edges["furniture"][held].tolist()
-    return list(dict.fromkeys(([last] if last in places else []) + places))
+    last, time = (
+        int(asked.batch.objects[name][row]) for name in ("last_furniture", "last_observed")
+    )
+    seen: dict[int, int] = {}
+    for place, seen_at in zip(
+        edges["furniture"][held].tolist(), edges["last_true"][held].tolist(), strict=True
+    ):
+        seen.setdefault(place, max(time - seen_at, 0))
+    places = ([last] if last in seen else []) + list(seen)
+    return [_Held(place, seen[place]) for place in dict.fromkeys(places)]
 
 
 def compute_log_likelihood(looks: Looks, memory: MemoryBatch, detector: Detector) -> np.ndarray:
