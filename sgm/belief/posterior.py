@@ -321,7 +321,7 @@ class _Held(NamedTuple):
     earlier: int
 
 
-_UNKNOWN = _Held(-1, 0)
+_UNKNOWN = _Held(place=-1, earlier=0)
 
 
 def _list_held(asked: Asked, number: int) -> list[_Held]:
@@ -339,7 +339,7 @@ def _list_held(asked: Asked, number: int) -> list[_Held]:
     ):
         seen.setdefault(place, max(time - seen_at, 0))
     places = ([last] if last in seen else []) + list(seen)
-    return [_Held(place, seen[place]) for place in dict.fromkeys(places)]
+    return [_Held(place=place, earlier=seen[place]) for place in dict.fromkeys(places)]
 
 
 def compute_log_likelihood(looks: Looks, memory: MemoryBatch, detector: Detector) -> np.ndarray:
