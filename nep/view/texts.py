@@ -11,6 +11,7 @@ import numpy as np
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.thing import ROBOT
 from sgm.schema import RELATION_TABLE
+from sgm.store.event_kinds import get_by_kind
 from simulator.story.story import PastLook, PastStatement, Story
 
 MOST_LOOKS = 12  # at a furniture node
@@ -52,23 +53,27 @@ def tell_step(story: Story, memory: SceneGraphMemory, step: int) -> list[str]:
     return lines or ["nothing was seen or asked"]
 
 
+# The text of an event by its kind, for all that `simulator.story.past_memory` tells.
+STATEMENT_TEXTS = {
+    "picked_up": "the robot picked up {thing}",
+    "put_down": "the robot put down {thing} at {place}",
+    "moved": "{thing} at {place}",
+    "rename": "{thing} is called {other}",
+    "merge": "{thing} and {other} are one thing",
+    "split": "{thing} is no longer one thing with others",
+    "split_off": "{thing} at {place} is another thing, {other}",
+    "remove_object": "there is no {thing}; it is forgotten",
+    "remove_furniture": "{place} is gone; it is forgotten",
+    "name": "{place} is called {other}",
+    "merge_furniture": "{place} and {other} are one piece of furniture",
+}
+
+
 def tell_statement(said: PastStatement) -> str:
     """Tell what was said, or what the robot did."""
-    thing, other = said.thing, said.other
-    told = {
-        "picked_up": f"the robot picked up {thing}",
-        "put_down": f"the robot put down {thing} at {said.place}",
-        "moved": f"{thing} at {said.place}",
-        "rename": f"{thing} is called {other}",
-        "merge": f"{thing} and {other} are one thing",
-        "split": f"{thing} is no longer one thing with others",
-        "split_off": f"{thing} at {said.place} is another thing, {other}",
-        "remove_object": f"there is no {thing}; it is forgotten",
-        "remove_furniture": f"{said.place} is gone; it is forgotten",
-        "name": f"{said.place} is called {other}",
-        "merge_furniture": f"{said.place} and {other} are one piece of furniture",
-    }[said.kind]
-    if said.kind in ("picked_up", "put_down") or not said.by:
+    text = get_by_kind(STATEMENT_TEXTS, said.kind, __name__)
+    told = text.format(thing=said.thing, other=said.other, place=said.place)
+    if text.startswith("the robot") or not said.by:
         return told
     return f"{'the robot' if said.by == ROBOT else said.by} said: {told}"
 

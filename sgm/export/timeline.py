@@ -23,6 +23,7 @@ from sgm.memory.replayer import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Point
 from sgm.messages import shorten
+from sgm.store.event_kinds import QUESTION, list_kinds
 
 if TYPE_CHECKING:
     from sgm.export.mcap_file import McapFile
@@ -32,7 +33,6 @@ CAMERA_FRAME = "camera"
 _EPOCH = datetime(1970, 1, 1)
 _LAST = datetime(2262, 1, 1)  # what fits into 63 bits of nanoseconds
 _MOST_IN_STEP = 1000  # changes of a time step that have a time of their own
-_CHANGES_NOTHING = ("query",)
 
 
 class Timeline:
@@ -77,7 +77,7 @@ class Timeline:
             if line.kind == "step":
                 self._write_beliefs()
             self._replayer.apply(line)
-            if line.kind in _CHANGES_NOTHING:
+            if line.kind in list_kinds(QUESTION):
                 continue
             self._go_on()
             if line.kind == "step":

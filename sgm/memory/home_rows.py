@@ -11,9 +11,10 @@ import numpy as np
 from sgm.layout.layout import Layout
 from sgm.memory.clock import Clock
 from sgm.memory.sighting import Sighting
-from sgm.memory.thing import STATEMENTS, Thing, ThingName
+from sgm.memory.thing import Thing, ThingName
 from sgm.names.name import Name
 from sgm.schema import RELATIONS, Columns
+from sgm.store.event_kinds import STATEMENTS
 from sgm.store.event_rows import SightingRow, find_point
 from sgm.store.new_file import fill_new, write_new
 from sgm.store.snapshot import Snapshot

@@ -17,38 +17,14 @@ from sgm.memory.clock import Clock
 from sgm.memory.look import parse_coverage
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.score_calibration import ScoreCalibration
-from sgm.memory.thing import LEAST_CONFIDENCE, STATEMENTS, ThingName
+from sgm.memory.thing import LEAST_CONFIDENCE, ThingName
 from sgm.messages import shorten
 from sgm.names.words import read_words
 from sgm.schema import MAX_TIME
 from sgm.store.event import StoredEvent
+from sgm.store.event_kinds import EVENT_KINDS, START, STATEMENTS
 from sgm.store.home_reader import HomeReader
 
-# What the arguments of an event must name, by kind.
-_FIELDS: Mapping[str, tuple[str, ...]] = {
-    "room": ("room", "label"),
-    "rename_room": ("room", "label"),
-    "furniture": ("furniture", "label", "room", "description", "position"),
-    "move": ("furniture", "room", "position"),
-    "name": ("furniture", "label", "description"),
-    "merge_furniture": ("furniture", "other"),
-    "remove_room": ("room",),
-    "remove_furniture": ("furniture",),
-    "remove_object": ("description",),
-    "look": ("furniture", "coverage", "seen"),
-    "absent": ("furniture", "description", "coverage"),
-    "query": ("description",),
-    "moved": ("description", "furniture", "relation", "by", "confidence", "was_at"),
-    "picked_up": ("description", "by", "confidence", "was_at"),
-    "put_down": ("description", "furniture", "relation", "by", "confidence"),
-    "step": ("num_steps",),
-    "rename": ("description", "name", "by"),
-    "merge": ("description", "other", "by"),
-    "split": ("description", "by"),
-    "split_off": ("description", "furniture", "name", "by"),
-    "transform": ("angle", "shift", "map_id"),
-    "configure": (),
-}
 # How many arguments a sighting has: without and with an owner, an id, a position and a picture.
 _SIGHTING_LENGTHS = (3, 4, 6, 8, 9)
 # Id of the thing; who said it; what a clock said that was wrong; what a memory goes on with.
@@ -60,12 +36,10 @@ class MemoryEvent:
     """One change of a memory.
 
     Attributes:
-        kind: "start", the first one: a memory begins with this `layout` and this clock; `memory` is
-            all that it holds then, a `MemoryContent`. "room", "rename_room",
-            "furniture", "move", "name", "merge_furniture", "remove_room", "remove_furniture",
-            "remove_object", "look", "absent", "query", "step", "moved", "picked_up", "put_down",
-            "rename", "merge", "split", "split_off", "transform": what was called, with its
-            arguments as values; a thing is named by its description and, where it has one, its id.
+        kind: a row of `EVENT_KINDS`: what was called, with its arguments as values. The first one
+            is a "start": a memory begins with this `layout` and this clock; `memory` is all that
+            it holds then, a `MemoryContent`. A thing is named by its description and, where it has
+            one, its id.
             `seen` of a look holds the arguments of each sighting: description, relation, confidence
             (a score where the memory calibrates it) and, of some, owner, id and embedding;
             `coverage` is one share or those of `RELATIONS`, `viewpoint` of a look is None or
@@ -87,7 +61,7 @@ class MemoryEvent:
 def start_event(content: MemoryContent, number: int = 0) -> MemoryEvent:
     """Return the event with which a memory of some content begins, after that of a number."""
     values = {"clock": content.clock, "layout": content.layout, "memory": content}
-    return MemoryEvent("start", content.time, values, number)
+    return MemoryEvent(START, content.time, values, number)
 
 
 def read_events(path: str | Path) -> list[MemoryEvent]:
@@ -144,11 +118,12 @@ def parse_rows(rows: Iterable[StoredEvent], path: Path) -> list[MemoryEvent]:
 
 def _parse_row(row: StoredEvent) -> MemoryEvent:
     kind, time, data = row.kind, row.time, parse_json(row.arguments)
-    if kind not in _FIELDS or not _is_time(time):
+    if kind not in EVENT_KINDS or kind == START or not _is_time(time):
         raise ValueError(f"kind {shorten(kind)} at time {shorten(time)}")
-    if row.by is not None or "by" in _FIELDS[kind]:
+    arguments = EVENT_KINDS[kind].arguments
+    if row.by is not None or "by" in arguments:
         data["by"] = row.by
-    values = {name: data[name] for name in _FIELDS[kind]}
+    values = {name: data[name] for name in arguments}
     values |= {name: data[name] for name in _OPTIONAL if name in data}
     if kind == "step" and not _is_time(values["num_steps"]):
         raise ValueError(f"{shorten(values['num_steps'])} steps")

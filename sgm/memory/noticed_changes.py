@@ -13,9 +13,10 @@ from sgm.arrays.grouped import compute_starts, join_groups
 from sgm.memory.clock import Clock
 from sgm.memory.memory_batch import MemoryBatch
 from sgm.memory.sighting import SeenAt
-from sgm.memory.thing import STATEMENTS, Thing
+from sgm.memory.thing import Thing
 from sgm.messages import shorten
 from sgm.schema import MAX_TIME, NEVER, RELATIONS
+from sgm.store.event_kinds import STATEMENTS
 from sgm.store.past import StoredSighting
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -11,9 +11,10 @@ from sgm.memory.clock import Clock
 from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_event import MemoryEvent
 from sgm.memory.sighting import Sighting
-from sgm.memory.thing import STATEMENTS, Statement, ThingName
+from sgm.memory.thing import Statement, ThingName
 from sgm.prior.prior_graph import PriorGraph, find_shipped
 from sgm.schema import RELATIONS
+from sgm.store.event_kinds import get_by_kind
 
 
 class HasParts(Protocol):
@@ -72,83 +73,25 @@ class Replayer(Generic[Memory]):
         """Make a change.
 
         Raises:
-            ValueError: if it names a room or furniture that was never added.
+            ValueError: if it names a room or furniture that was never added, or is of a kind that
+                `CHANGES` does not list.
         """
+        change = get_by_kind(CHANGES, event.kind, __name__)
         try:
-            self._apply(event)
+            change(self, event)
         except KeyError as error:
             raise ValueError(
                 f"every {event.kind} of a memory must be of what was added, got {error.args[0]} at "
                 f"time step {event.time}. Use a copy of the file."
             ) from None
 
-    def _apply(self, event: MemoryEvent) -> None:
-        parts, kind, values = self.memory.parts, event.kind, event.values
-        place = self._find(None if kind == "furniture" else values.get("furniture"))
-        if kind == "start":
-            self._start(values)
-        elif kind == "configure":
-            self._configure(values)
-        elif kind == "room":
-            self._rooms[values["room"]] = parts.layout.add_room(values["label"])
-        elif kind == "rename_room":
-            parts.layout.rename_room(self._rooms[values["room"]], values["label"])
-        elif kind == "furniture":
-            about = map(values.get, ("description", "position", "box", "open_cost"))
-            furniture = parts.layout.add_furniture(
-                values["label"], self._rooms[values["room"]], *about
-            )
-            self.furniture[values["furniture"]] = furniture
-        elif kind == "move":
-            about = map(values.get, ("position", "box", "open_cost"))
-            parts.layout.move_furniture(place, self._rooms[values["room"]], *about)
-        elif kind == "name":
-            parts.layout.name_furniture(place, values["label"], values["description"])
-        elif kind == "merge_furniture":
-            parts.layout.merge_furniture(place, self.furniture.pop(values["other"]))
-        elif kind == "remove_room":
-            self._remove_room(values["room"])
-        elif kind == "remove_furniture":
-            furniture = self.furniture.pop(values["furniture"])
-            parts.layout.remove_furniture(furniture, values.get("by"))
-        elif kind == "remove_object":
-            node = (values["description"], values.get("id", ""), values.get("by"))
-            parts.statements.remove_object(*node)
-        elif kind == "look":
-            seen = [Sighting(*arguments) for arguments in values["seen"]]
-            coverage = values["coverage"]
-            if isinstance(coverage, tuple):
-                coverage = dict(zip(RELATIONS, coverage, strict=True))
-            hidden, is_named = values.get("hidden", ()), values.get("is_named", False)
-            parts.looks.take(place, seen, coverage, hidden, is_named=is_named)
-        elif kind == "absent":
-            parts.looks.note_absent(place, values["description"], values["coverage"])
-        elif kind in STATEMENTS:
-            relation, speaker, sure = values.get("relation"), values["by"], values["confidence"]
-            statement = Statement(parts.state.time, kind, place, relation, speaker, sure)
-            was_at = self._find(values.get("was_at"))
-            parts.statements.note(ThingName.from_json(values), statement, was_at)
-        elif kind == "rename":
-            parts.statements.rename(ThingName.from_json(values), values["name"], values["by"])
-        elif kind == "merge":
-            parts.statements.merge(ThingName.from_json(values), values["other"], values["by"])
-        elif kind == "split":
-            parts.statements.split(ThingName.from_json(values), by=values["by"])
-        elif kind == "split_off":
-            parts.statements.split(ThingName.from_json(values), place, values["name"], values["by"])
-        elif kind == "transform":
-            parts.layout.transform(values["angle"], values["shift"], values["map_id"])
-        elif kind == "query":
-            parts.questions.query(values["description"])
-        else:
-            parts.clock.step(values["num_steps"], accept_jump=True)
-
-    def _find(self, number: int | None) -> Any:
-        """Return the furniture here that a file means by a number; None where it names none."""
+    def _find(self, event: MemoryEvent, name: str = "furniture") -> Any:
+        """Return the furniture here that an argument means; None where it names none."""
+        number = event.values.get(name)
         return None if number is None else self.furniture[number]
 
-    def _start(self, values: Mapping[str, Any]) -> None:
-        content: MemoryContent = values["memory"]
+    def _start(self, event: MemoryEvent) -> None:
+        content: MemoryContent = event.values["memory"]
         if self._clock is not None:
             content = replace(content, clock=self._clock)
         if self._gives_new_ids and not content.layout.num_rooms_ever:  # a new memory
@@ -158,8 +101,9 @@ class Replayer(Generic[Memory]):
         self._go_on_from(content)
         self.start_from(content.layout)
 
-    def _configure(self, values: Mapping[str, Any]) -> None:
+    def _configure(self, event: MemoryEvent) -> None:
         """Go on with what is set otherwise from then on."""
+        values = event.values
         content = self.memory.parts.state.get_content_to_save().copy()
         if "clock" in values and self._clock is None:
             content = replace(content, clock=values["clock"])
@@ -173,10 +117,122 @@ class Replayer(Generic[Memory]):
         prior = self._prior or find_shipped(content.prior) or PriorGraph.household()
         self.memory.parts.files.go_on_from(content, prior)
 
-    def _remove_room(self, number: int) -> None:
+    def _step(self, event: MemoryEvent) -> None:
+        self.memory.parts.clock.step(event.values["num_steps"], accept_jump=True)
+
+    def _add_room(self, event: MemoryEvent) -> None:
+        values = event.values
+        self._rooms[values["room"]] = self.memory.parts.layout.add_room(values["label"])
+
+    def _rename_room(self, event: MemoryEvent) -> None:
+        values = event.values
+        self.memory.parts.layout.rename_room(self._rooms[values["room"]], values["label"])
+
+    def _remove_room(self, event: MemoryEvent) -> None:
         """Remove a room with its furniture, whose numbers then lead nowhere."""
-        layout = self.memory.parts.layout
+        layout, number = self.memory.parts.layout, event.values["room"]
         gone = layout.list_furniture(self._rooms[number])
         layout.remove_room(self._rooms.pop(number))
         for key in [key for key, furniture in self.furniture.items() if furniture in gone]:
             del self.furniture[key]
+
+    def _add_furniture(self, event: MemoryEvent) -> None:
+        values = event.values
+        about = map(values.get, ("description", "position", "box", "open_cost"))
+        add = self.memory.parts.layout.add_furniture
+        furniture = add(values["label"], self._rooms[values["room"]], *about)
+        self.furniture[values["furniture"]] = furniture
+
+    def _move_furniture(self, event: MemoryEvent) -> None:
+        place, room = self._find(event), self._rooms[event.values["room"]]
+        about = map(event.values.get, ("position", "box", "open_cost"))
+        self.memory.parts.layout.move_furniture(place, room, *about)
+
+    def _name_furniture(self, event: MemoryEvent) -> None:
+        names = event.values["label"], event.values["description"]
+        self.memory.parts.layout.name_furniture(self._find(event), *names)
+
+    def _merge_furniture(self, event: MemoryEvent) -> None:
+        kept, gone = self._find(event), self.furniture.pop(event.values["other"])
+        self.memory.parts.layout.merge_furniture(kept, gone)
+
+    def _remove_furniture(self, event: MemoryEvent) -> None:
+        furniture = self.furniture.pop(event.values["furniture"])
+        self.memory.parts.layout.remove_furniture(furniture, event.values.get("by"))
+
+    def _transform(self, event: MemoryEvent) -> None:
+        turn = map(event.values.get, ("angle", "shift", "map_id"))
+        self.memory.parts.layout.transform(*turn)
+
+    def _take_look(self, event: MemoryEvent) -> None:
+        place, values = self._find(event), event.values
+        seen = [Sighting(*arguments) for arguments in values["seen"]]
+        coverage = values["coverage"]
+        if isinstance(coverage, tuple):
+            coverage = dict(zip(RELATIONS, coverage, strict=True))
+        hidden, is_named = values.get("hidden", ()), values.get("is_named", False)
+        self.memory.parts.looks.take(place, seen, coverage, hidden, is_named=is_named)
+
+    def _note_absent(self, event: MemoryEvent) -> None:
+        about = event.values["description"], event.values["coverage"]
+        self.memory.parts.looks.note_absent(self._find(event), *about)
+
+    def _note_statement(self, event: MemoryEvent) -> None:
+        parts, values = self.memory.parts, event.values
+        place, was_at = self._find(event), self._find(event, "was_at")
+        relation, speaker, sure = values.get("relation"), values["by"], values["confidence"]
+        statement = Statement(parts.state.time, event.kind, place, relation, speaker, sure)
+        parts.statements.note(ThingName.from_json(values), statement, was_at)
+
+    def _rename(self, event: MemoryEvent) -> None:
+        about = ThingName.from_json(event.values), event.values["name"], event.values["by"]
+        self.memory.parts.statements.rename(*about)
+
+    def _merge(self, event: MemoryEvent) -> None:
+        about = ThingName.from_json(event.values), event.values["other"], event.values["by"]
+        self.memory.parts.statements.merge(*about)
+
+    def _split(self, event: MemoryEvent) -> None:
+        thing, speaker = ThingName.from_json(event.values), event.values["by"]
+        self.memory.parts.statements.split(thing, by=speaker)
+
+    def _split_off(self, event: MemoryEvent) -> None:
+        place, thing = self._find(event), ThingName.from_json(event.values)
+        name, speaker = event.values["name"], event.values["by"]
+        self.memory.parts.statements.split(thing, place, name, speaker)
+
+    def _remove_object(self, event: MemoryEvent) -> None:
+        values = event.values
+        thing = values["description"], values.get("id", ""), values.get("by")
+        self.memory.parts.statements.remove_object(*thing)
+
+    def _ask(self, event: MemoryEvent) -> None:
+        self.memory.parts.questions.query(event.values["description"])
+
+
+# What each kind changes in the memory.
+CHANGES: Mapping[str, Callable[[Replayer[Any], MemoryEvent], None]] = {
+    "start": Replayer._start,
+    "configure": Replayer._configure,
+    "step": Replayer._step,
+    "room": Replayer._add_room,
+    "rename_room": Replayer._rename_room,
+    "remove_room": Replayer._remove_room,
+    "furniture": Replayer._add_furniture,
+    "move": Replayer._move_furniture,
+    "name": Replayer._name_furniture,
+    "merge_furniture": Replayer._merge_furniture,
+    "remove_furniture": Replayer._remove_furniture,
+    "transform": Replayer._transform,
+    "look": Replayer._take_look,
+    "absent": Replayer._note_absent,
+    "moved": Replayer._note_statement,
+    "picked_up": Replayer._note_statement,
+    "put_down": Replayer._note_statement,
+    "rename": Replayer._rename,
+    "merge": Replayer._merge,
+    "split": Replayer._split,
+    "split_off": Replayer._split_off,
+    "remove_object": Replayer._remove_object,
+    "query": Replayer._ask,
+}

@@ -16,13 +16,13 @@ from sgm.names.name import Name
 from sgm.names.words import read_words
 from sgm.prior.copies import get_copies
 from sgm.schema import RELATIONS
+from sgm.store.event_kinds import PLACED, STATEMENTS
 
 ROBOT = "robot"  # who says what the robot itself did
 # How far a statement is believed where its confidence is not given: people err and mix things up,
 # and a hand slips. Assumptions, until a home's own statements are compared with its looks.
 PERSON_CONFIDENCE, ROBOT_CONFIDENCE = 0.9, 0.97
 LEAST_CONFIDENCE = 0.5  # of less, the opposite would be likelier
-STATEMENTS = ("moved", "picked_up", "put_down")
 MOST_KEPT = 8  # statements of each thing; what older ones said has been overtaken
 MOST_PICTURES = 8  # of each thing, one for each of the places where it was seen last
 
@@ -72,7 +72,7 @@ class Statement:
     def from_json(cls, data: Any, furniture: Collection[int], time: int) -> Statement:
         """Read JSON values of a memory with this furniture; raises TypeError or ValueError."""
         said, kind, place, relation, speaker, confidence, was_at, num_observed = data
-        is_held = kind == "picked_up"
+        is_held = kind not in PLACED
         if (
             not isinstance(said, int)
             or not 0 <= said <= time

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import sqlite3
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
+
+from sgm.store.event_kinds import START, get_by_kind
 
 Values = Mapping[str, Any]
 _MOST_ASKED = 500  # things at once: older builds of SQLite take 999 values
@@ -43,7 +45,7 @@ def write_rows(
     connection: sqlite3.Connection, number: int, time: int, kind: str, values: Values
 ) -> None:
     """Take over what an event says of rooms, places and things."""
-    change = CHANGES.get(kind)
+    change = get_by_kind(CHANGES, kind, __name__)
     if change is not None:
         change(connection.execute, values)
     if kind == "look":
@@ -235,8 +237,8 @@ def _forget_thing(execute: Any, values: Values) -> None:
     )
 
 
-# By kind: what it changes of rooms, places and things.
-CHANGES = {
+# By kind: what it changes of rooms, places and things; None where it names no other ones.
+CHANGES: Mapping[str, Callable[[Any, Values], None] | None] = {
     "room": _add_room,
     "rename_room": _rename_room,
     "remove_room": _remove_room,
@@ -251,4 +253,6 @@ CHANGES = {
     "split": _split_things,
     "split_off": _split_off,
     "remove_object": _forget_thing,
+    **dict.fromkeys(("look", "moved", "picked_up", "put_down"), None),  # sightings are written
+    **dict.fromkeys((START, "absent", "query", "step", "configure"), None),
 }

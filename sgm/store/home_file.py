@@ -199,7 +199,7 @@ class HomeFile:
                     f"one in {self.path}. End it, and open the file again."
                 ) from None
             write_rows(self._connection, row.number, time, kind, row_values)
-            if kind in CHANGES:
+            if CHANGES[kind] is not None:
                 self._things.clear()
             if sightings:
                 numbers = [row.number] * len(sightings)

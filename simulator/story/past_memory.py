@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from threading import RLock
 
@@ -12,9 +12,10 @@ from sgm.memory.clock import Clock
 from sgm.memory.memory_event import MemoryEvent
 from sgm.memory.replayer import Replayer
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from sgm.memory.thing import STATEMENTS, ThingName
+from sgm.memory.thing import ThingName
 from sgm.prior.prior_graph import PriorGraph
 from sgm.schema import MAX_TIME
+from sgm.store.event_kinds import get_by_kind
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.story.past_things import PastThings
 from simulator.story.story import PastLook, PastQuestion, PastStatement, Story, TruePlaces
@@ -22,9 +23,19 @@ from simulator.story.story import PastLook, PastQuestion, PastStatement, Story, 
 _KEEP_EVERY = 64  # lines between memories that are kept, to go on from
 _EDGES_KEPT = 1_000_000  # of all memories that are kept, a hundred bytes each
 _FEWEST_KEPT, _MOST_KEPT = 8, 512  # memories
-_OF_THINGS = (*STATEMENTS, "rename", "merge", "split", "split_off", "remove_object")
-_OF_FURNITURE = ("name", "merge_furniture")
-_OF_CLOCK = ("start", "configure")
+# What a story makes of an event of a kind: a look, or what it tells of a thing or of furniture.
+# The rest is in the memory of a later step alone, or left out.
+_LOOK, _TOLD, _TOLD_OF_PLACE, _KNOWN, _LEFT_OUT = "look", "told", "told of a place", "known", ""
+PARTS: Mapping[str, str] = {
+    **dict.fromkeys(("look", "absent"), _LOOK),
+    **dict.fromkeys(("moved", "picked_up", "put_down"), _TOLD),
+    **dict.fromkeys(("rename", "merge", "split", "split_off", "remove_object"), _TOLD),
+    **dict.fromkeys(("name", "merge_furniture"), _TOLD_OF_PLACE),
+    "remove_furniture": _TOLD_OF_PLACE,  # where it is known who said so
+    **dict.fromkeys(("start", "configure", "step", "transform"), _KNOWN),
+    **dict.fromkeys(("room", "rename_room", "remove_room", "furniture", "move"), _KNOWN),
+    "query": _LEFT_OUT,
+}
 
 
 Player = Replayer[SceneGraphMemory]
@@ -66,7 +77,7 @@ class Replay(Story):
         self.questions = tuple(questions)
         self.plan = plan
         self._prior = prior
-        clocks = [line.values.get("clock") for line in lines if line.kind in _OF_CLOCK]
+        clocks = [line.values["clock"] for line in lines if "clock" in line.values]
         self.clock = clock or next(filter(None, clocks), None)
         # Every line says when it was: those that only let time pass are needed for the end alone.
         timed = list(_follow_time(lines))
@@ -140,8 +151,8 @@ class Replay(Story):
         """Yield all statements with the ids of the replayed memory; looks and names are noted."""
         player = self._make_player()
         for line in self._lines:
-            values = line.values
-            if line.kind in ("look", "absent") and values["furniture"] in player.furniture:
+            values, part = line.values, get_by_kind(PARTS, line.kind, __name__)
+            if part == _LOOK and values["furniture"] in player.furniture:
                 furniture = player.furniture[values["furniture"]]
                 is_look = line.kind == "look"
                 seen = tuple(sighting[0] for sighting in values["seen"]) if is_look else ()
@@ -165,9 +176,9 @@ class Replay(Story):
                         values.get("viewpoint"),
                     )
                 )
-            elif line.kind != "query":
+            elif part != _LEFT_OUT:
                 said = _read_statement(line, player, len(looks))
-                if line.kind not in _OF_THINGS:  # a look at no furniture is an error
+                if part != _TOLD:  # a look at no furniture is an error
                     player.apply(line)
                 if said is not None:
                     name = ThingName.from_json(values) if said.thing else None
@@ -179,8 +190,8 @@ class Replay(Story):
 def _read_statement(line: MemoryEvent, player: Player, num_looks: int) -> PastStatement | None:
     """Return what a line says that was said or done; None of another line."""
     values = line.values
-    is_gone = line.kind == "remove_furniture" and "by" in values
-    if line.kind not in (*_OF_THINGS, *_OF_FURNITURE) and not is_gone:
+    has_text = PARTS[line.kind] in (_TOLD, _TOLD_OF_PLACE)
+    if not has_text or (line.kind == "remove_furniture" and "by" not in values):
         return None
     furniture = _find_furniture(line, values.get("furniture"), player)
     merged, other = None, values.get("name", "")

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
-from sgm.memory.memory_content import MemoryContent
 from sgm.memory.memory_event import MemoryEvent
 from sgm.memory.thing import ThingName
 from sgm.names.words import read_name
+from sgm.store.event_kinds import (
+    LAYOUT,
+    LOOK,
+    QUESTION,
+    SETTINGS,
+    STATEMENT,
+    TIME,
+    get_by_kind,
+    list_kinds,
+)
 
 _Key = tuple[str, ...] | str  # by which a thing is known: its words, or its id
 
@@ -48,29 +57,38 @@ class PastThings:
 
         `furniture` are the ids of the places, by those of the file.
         """
-        values, time = line.values, line.time
-        if line.kind == "start":
-            self._start(time, values["memory"])
-        elif line.kind in ("rename", "merge", "split", "split_off", "remove_object"):
-            thing_name = ThingName.from_json(values)
-            number = self._find(time, thing_name.description, thing_name.id)
-            if line.kind == "rename":
-                name = values["name"]
-                self._names[number].append((time, name))
-                if not thing_name.id:
-                    del self._number_of[read_name(thing_name.description)]
-                    self._number_of[read_name(name)] = number
-            elif line.kind == "merge":
-                other: ThingName = values["other"]
-                self._same_as[self._find(time, other.description, other.id)] = number
-            elif line.kind == "split_off":
-                # What was seen of the thing at the place so far is another thing.
-                place, new = furniture[values["furniture"]], self._find(time, values["name"], "")
-                for looked, seen in zip(self._furniture, self.seen, strict=True):
-                    if looked == place:
-                        seen[:] = [new if number == thing else thing for thing in seen]
-            elif self._same_as.pop(number, None) is None:  # it stands for others: split all
-                self._same_as = {n: root for n, root in self._same_as.items() if root != number}
+        get_by_kind(CHANGES, line.kind, __name__)(self, line, furniture)
+
+    def _rename(self, line: MemoryEvent, furniture: Mapping[int, int]) -> None:
+        number, name = self._find_named(line), line.values["name"]
+        self._names[number].append((line.time, name))
+        if not line.values.get("id"):
+            del self._number_of[read_name(line.values["description"])]
+            self._number_of[read_name(name)] = number
+
+    def _merge(self, line: MemoryEvent, furniture: Mapping[int, int]) -> None:
+        number, other = self._find_named(line), line.values["other"]
+        self._same_as[self._find(line.time, other.description, other.id)] = number
+
+    def _split(self, line: MemoryEvent, furniture: Mapping[int, int]) -> None:
+        number = self._find_named(line)
+        if self._same_as.pop(number, None) is None:  # it stands for others: split all
+            self._same_as = {n: root for n, root in self._same_as.items() if root != number}
+
+    def _split_off(self, line: MemoryEvent, furniture: Mapping[int, int]) -> None:
+        """Let what was seen of the thing at the place so far be another thing."""
+        number, place = self._find_named(line), furniture[line.values["furniture"]]
+        new = self._find(line.time, line.values["name"], "")
+        for looked, seen in zip(self._furniture, self.seen, strict=True):
+            if looked == place:
+                seen[:] = [new if number == thing else thing for thing in seen]
+
+    def _find_named(self, line: MemoryEvent) -> int:
+        name = ThingName.from_json(line.values)
+        return self._find(line.time, name.description, name.id)
+
+    def _pass(self, line: MemoryEvent, furniture: Mapping[int, int]) -> None:
+        """Note nothing."""
 
     def find(self, names: Iterable[str], step: int) -> frozenset[int]:
         """Return the numbers of the things of some names, and of all that are one with them.
@@ -106,8 +124,9 @@ class PastThings:
             self._names.append([(time, description)])
         return self._number_of[key]
 
-    def _start(self, time: int, content: MemoryContent) -> None:
+    def _start(self, line: MemoryEvent, furniture: Mapping[int, int]) -> None:
         """Go on with a memory, which says itself what is one."""
+        time, content = line.time, line.values["memory"]
         same_as = np.asarray(content.tables["objects"]["same_as"]).tolist()
         numbers = [self._find(time, thing.description, thing.id) for thing in content.things]
         self._same_as = {
@@ -118,3 +137,17 @@ class PastThings:
         for _ in self._same_as:  # links lead to links where things were merged again and again
             number = self._same_as.get(number, number)
         return number
+
+
+# What each kind changes of names, or of which things are one.
+CHANGES: Mapping[str, Callable[[PastThings, MemoryEvent, Mapping[int, int]], None]] = {
+    "start": PastThings._start,
+    "rename": PastThings._rename,
+    "merge": PastThings._merge,
+    "split": PastThings._split,
+    "split_off": PastThings._split_off,
+    "remove_object": PastThings._split,
+    **dict.fromkeys(
+        list_kinds(LAYOUT, LOOK, STATEMENT, QUESTION, TIME, SETTINGS), PastThings._pass
+    ),
+}

@@ -17,6 +17,7 @@ from sgm.memory.clock import Clock
 from sgm.memory.look import Coverage
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.words import read_name
+from sgm.store.event_kinds import PLACED
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.drawing.history import History
 from simulator.story.past_things import PastThings
@@ -65,7 +66,6 @@ class TruePlaces:
 
 
 MOST_PLACES = 12  # of a history
-_PLACED = ("moved", "put_down")  # statements that say where a thing is
 _WORTH_SHOWING = 0.03  # probability of a place that a history shows
 
 
@@ -241,7 +241,7 @@ class Story(ABC):
         said = [
             (statement, index[statement.furniture])
             for statement, number in zip(self.statements, self.things.spoken_of, strict=True)
-            if number in wanted and statement.kind in _PLACED and statement.furniture in index
+            if number in wanted and statement.kind in PLACED and statement.furniture in index
         ]
         weight = np.zeros(len(index))
         if belief is not None and len(index):
