@@ -6,13 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from sgm.finder.answers import Noted
 from sgm.finder.home_map import HomeMap, read_extents, read_stand
 from sgm.finder.meanings import ask_room, find_place, find_rooms
 from sgm.finder.written import WriteCalls, writes
+from sgm.layout.box import Box
 
 # Corners of a footprint, x, y of each, metres in the map.
 Corners = Sequence[Sequence[float]]
+_FARTHEST_STAND = 3.0  # metres from a place to where one looks at it
 
 
 class MapCalls(WriteCalls):
@@ -127,6 +131,7 @@ class MapCalls(WriteCalls):
             },
             "place",
         )
+        _check_stand(stand, box)
         place = self.memory.add_furniture(label, number, name, stand, box, open_cost)
         said = self._say("note place", place=self._tell_place(place))
         return self._note("add_place", "", place, said, number)
@@ -201,6 +206,7 @@ class MapCalls(WriteCalls):
             moved = read_extents(extents | shape, "place")
         else:
             moved = replace(box, **said) if said else None
+        _check_stand(stand, moved or (box if number is None else None))
         self.memory.move_furniture(furniture, number, stand, moved, open_cost)
         told = self._say("note place moved", place=self._tell_place(furniture))
         return self._note("move_place", "", furniture, told)
@@ -315,3 +321,16 @@ class MapCalls(WriteCalls):
 
 def _read_position(position: Sequence[float] | None) -> tuple[float, float] | None:
     return None if position is None else read_stand(position, "place")
+
+
+def _check_stand(stand: tuple[float, float] | None, box: Box | None) -> None:
+    """Refuse a point from where nobody looks at a place: the place was meant to be there."""
+    if stand is None or box is None:
+        return
+    apart = float(box.compute_distance(np.array([[*stand, box.center[2]]]))[0])
+    if apart > _FARTHEST_STAND:
+        raise ValueError(
+            f"position must be where one stands to look at the place, {_FARTHEST_STAND:g} m or "
+            f"less from its extents, got {list(stand)}, {apart:.1f} m away. Say center, too, if "
+            "the place is there."
+        )

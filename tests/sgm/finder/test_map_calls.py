@@ -116,6 +116,28 @@ def test_calls_do_as_python_does(service):
     assert dump(service.memory) == dump(other)
 
 
+@pytest.mark.parametrize(
+    ("call", "arguments"),
+    [
+        ("add_place", {"label": "rack", "room": "kitchen", "center": (0, 0, 1)}),
+        ("move_place", {"place": "shelf"}),
+        ("move_place", {"place": "shelf", "center": (0, 0, 1)}),
+    ],
+)
+def test_who_gives_the_place_as_the_point_to_stand_at_is_told(service, call, arguments):
+    # A robot would be told that the shelf was moved, drive there, and look 4 m back.
+    size = (1, 0.3, 2)
+    service.add_room("kitchen")
+    service.add_place("shelf", "kitchen", center=(0, 0, 1), size=size)
+    content = dump(service.memory)
+    with pytest.raises(ValueError, match=r"or less from its extents, got \[3.0, 3.0\], 3.8 m away"):
+        getattr(service, call)(**arguments, size=size, position=(3, 3))
+    assert dump(service.memory) == content
+    service.move_place("shelf", position=(3, 2), center=(3, 3, 1))
+    service.move_place("shelf", position=(3, 1))
+    assert service.memory.boxes[0].center == (3, 3, 1)
+
+
 def test_a_map_in_one_call_and_again(service):
     noted = service.set_map(**MAP)
     assert noted.said == "3 rooms added, 5 places added"
