@@ -323,8 +323,8 @@ def _read_position(position: Sequence[float] | None) -> tuple[float, float] | No
     return None if position is None else read_stand(position, "place")
 
 
+def _check_stand(stand: tuple[float, float] | None, box: Box | None) -> None:
     """Refuse a point too far from a place to look at it: the place was meant to be there."""
-    """Refuse a point from where nobody looks at a place: the place was meant to be there."""
     if stand is None or box is None:
         return
     apart = float(box.compute_distance(np.array([[*stand, box.center[2]]]))[0])
