@@ -16,7 +16,7 @@ from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.names.asking import make_asking
 from sgm.store.event import StoredEvent
 from sgm.store.event_kinds import EVENT_KINDS, PLACED, STATEMENTS, EventKind
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 from simulator.story.past_things import PastThings
 from simulator.story.story import PastStatement
 from simulator.trace.from_log import make_trace
@@ -65,7 +65,7 @@ def painted(monkeypatch):
     ("module", "use"),
     [
         ("sgm.memory.replayer", lambda line: replayer.Replayer(SceneGraphMemory()).apply(line)),
-        ("simulator.story.past_memory", lambda line: Replay([line], "home")),
+        ("simulator.story.past_memory", lambda line: PastMemory([line], "home")),
         ("simulator.story.past_things", lambda line: PastThings().note_change(line, {})),
         ("simulator.trace.log_reader", lambda line: make_trace([line])),
         ("nep.view.texts", lambda line: texts.tell_statement(PastStatement(0, line.kind, "", ""))),

@@ -25,7 +25,7 @@ from simulator.command_line import add_home_arguments, make_parser, one_line_err
 from simulator.home_options import SOURCES, HomeOptions
 from simulator.policies import find_policy
 from simulator.process import run_main
-from simulator.story.past_memory import Replay, StillMemory
+from simulator.story.past_memory import PastMemory, StillMemory
 from simulator.story.run_recorder import record_run
 from simulator.story.story import Story
 from simulator.trace.trace import find_traces
@@ -135,7 +135,7 @@ def open_source(source: str, homes: HomeOptions, options: ViewOptions | None = N
         events = read_events(path)
         if len(events) == 1:  # saved without what led to it
             return StillMemory(SceneGraphMemory.load(path, prior), path.name)
-        story = Replay(events, path.name, prior=prior)
+        story = PastMemory(events, path.name, prior=prior)
         story.memory_at(story.num_steps)  # a line that cannot be made again is refused now
         return story
 

@@ -7,13 +7,13 @@ from simulator.igridson.find_object import RunConfig, make_homes
 from simulator.igridson.floor_plan import make_plan
 from simulator.igridson.layout_file import load_layout
 from simulator.policies import make_policy
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 from simulator.story.run_recorder import RunRecorder
 from simulator.tasks.find_object import FindObject
 from simulator.world.streams import Streams
 
 
-def record_searches(num_searches: int, *, seed: int = 0, policy: str = "bayesian") -> Replay:
+def record_searches(num_searches: int, *, seed: int = 0, policy: str = "bayesian") -> PastMemory:
     """Search the shipped home again and again, a step of time between searches.
 
     Raises:

@@ -41,7 +41,7 @@ PARTS: Mapping[str, str] = {
 Player = Replayer[SceneGraphMemory]
 
 
-class Replay(Story):
+class PastMemory(Story):
     """What happened to a memory, from the first of its events on."""
 
     first_step = 0

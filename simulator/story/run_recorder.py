@@ -9,7 +9,7 @@ from sgm.memory.memory_event import MemoryEvent
 from sgm.schema import RELATIONS
 from simulator.drawing.floor_plan import FloorPlan
 from simulator.policies import make_policy
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 from simulator.story.story import PastQuestion, TruePlaces
 from simulator.tasks.answer import Answer
 from simulator.tasks.registry import find_task
@@ -49,7 +49,7 @@ class RunRecorder:
         self._note_truth()
         self._lines.append(MemoryEvent("step", self._rollout.memory.time, {"num_steps": 1}))
 
-    def finish(self, title: str, plan: FloorPlan | None = None) -> Replay:
+    def finish(self, title: str, plan: FloorPlan | None = None) -> PastMemory:
         """Return the run; title and, if it has one, plan are those of the home."""
         codes, number = np.unique(np.stack(self._code), return_inverse=True)
         text = self._homes.object_descriptions.text
@@ -58,7 +58,7 @@ class RunRecorder:
             number.reshape(len(self._code), -1).astype(np.int32),
             tuple(text(int(code)) for code in codes),  # those that came up
         )
-        return Replay(
+        return PastMemory(
             self._lines,
             title,
             prior=self._homes.prior,
@@ -105,7 +105,7 @@ def record_run(
     seed: int = 0,
     policy: str = "bayesian",
     task: str = "predict_location",
-) -> Replay:
+) -> PastMemory:
     """Let a robot live in a home, and return what it saw and what was true.
 
     Args:

@@ -15,7 +15,7 @@ import numpy as np
 
 from nep.view.texts import tell_furniture, tell_step
 from sgm.memory.memory_event import read_events
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 from simulator.trace.from_log import make_trace
 from tests.sgm.finder.session_machine import MACHINES, MemoryMachine, play
 from tests.sgm.memory.sessions import dump
@@ -31,7 +31,7 @@ class ToldMachine(MemoryMachine):
         log = getattr(self, "log", None)
         if log is not None:
             events = read_events(log)
-            story = Replay(events, "home")
+            story = PastMemory(events, "home")
             assert dump(story.memory_at(story.num_steps)) == dump(self.memory)
             tell(story)
             error = _catch(make_trace, events)
@@ -48,7 +48,7 @@ def _catch(call: Callable[[Any], Any], argument: Any) -> ValueError | None:
     return None
 
 
-def tell(story: Replay) -> None:
+def tell(story: PastMemory) -> None:
     """Say in words what happened, and what was known then."""
     for step in story.choose_steps(20):
         memory = story.memory_at(step)

@@ -14,7 +14,7 @@ import numpy as np
 
 from sgm.memory.memory_event import read_events
 from simulator import Bayesian, SceneGraphMemory, Sighting
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 
 Rng = np.random.Generator
 THINGS = ("mug", "red mug", "plate", "keys", "phone")
@@ -54,7 +54,7 @@ def use(folder: Path) -> None:
     load(path)
     assert not list(folder.glob("*.part")), "a file that is not whole was left"
     try:
-        story = Replay(read_events(log), "home")
+        story = PastMemory(read_events(log), "home")
         again = story.memory_at(story.num_steps)
     except ValueError as error:
         raise AssertionError("a log of legal calls must replay") from error

@@ -42,7 +42,7 @@ from simulator.collect.folder import collect
 from simulator.collect.settings import CollectConfig
 from simulator.igridson.layout_file import DEFAULT_LAYOUT, load_layout
 from simulator.snapshots.shards import MANIFEST, load_shard, save_shard
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 from simulator.trace.from_log import make_trace as make_trace_of_log
 from simulator.trace.importers.procthor import read_procthor
 from simulator.trace.record import record_homes
@@ -270,7 +270,7 @@ def change_log(folder: Path, rng: Rng) -> None:
 def use_log(folder: Path) -> None:
     """Go through time, make a trace of it."""
     lines = read_events(folder / "looks.sgm")
-    replay = Replay(lines, "home")
+    replay = PastMemory(lines, "home")
     for step in {0, replay.num_steps // 2, replay.num_steps}:
         memory = replay.memory_at(step)
         if memory.num_furniture:

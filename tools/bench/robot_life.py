@@ -12,7 +12,7 @@ from nep.games.game import Game
 from sgm.arrays.week import DAY_SECONDS
 from sgm.memory.clock import DEFAULT_STEP_SECONDS
 from sgm.memory.scene_graph_memory import SceneGraphMemory
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 from simulator.story.run_recorder import record_run
 from simulator.world.source import HomeSource
 
@@ -100,7 +100,7 @@ class RobotLife:
         seed: of the questions.
     """
 
-    run: Replay
+    run: PastMemory
     num_learnt: int
     seed: int
 

@@ -13,7 +13,7 @@ from sgm.finder.finder import Finder
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
 from sgm.prior.prior_graph import PriorGraph
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 from simulator.story.run_recorder import record_run
 from simulator.story.story import TruePlaces
 from simulator.world.config import HomeConfig
@@ -92,7 +92,7 @@ class PatrolledHome:
         seed: of what looks miss: a look at a place at a time step misses the same on every patrol.
     """
 
-    run: Replay
+    run: PastMemory
     miss: float
     seed: int
 

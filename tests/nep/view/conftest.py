@@ -11,7 +11,7 @@ from nep.view.server import PageServer
 from sgm.memory.memory_event import read_events
 from sgm.memory.scene_graph_memory import SceneGraphMemory
 from sgm.memory.sighting import Sighting
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 
 _FLAGS = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
@@ -42,7 +42,7 @@ def log(tmp_path):
 @pytest.fixture
 def desk(log):
     """Answers about that log."""
-    desk = Desk(Stage(lambda: Replay(read_events(log), "my home")), Judges())
+    desk = Desk(Stage(lambda: PastMemory(read_events(log), "my home")), Judges())
     desk.judges.names = ["bayesian", "last_seen_prior"]  # no seconds for torch
     return desk
 

@@ -11,7 +11,7 @@ from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.clock import Clock
 from sgm.memory.memory_event import read_events
 from simulator import SceneGraphMemory, Sighting
-from simulator.story.past_memory import Replay
+from simulator.story.past_memory import PastMemory
 
 CLOCK = Clock(datetime(2026, 11, 16, 7), 3600.0)
 DOORS = [(4.1, 2.0), (2.0, 4.1), (5.6, 4.1), (8.6, 4.1)]
@@ -125,6 +125,8 @@ def make_large_home(folder, num_rooms=100, num_steps=60, num_things=2000, seed=0
 
 def open_desk(path, doors=()):
     """Return answers about a log, by a policy that needs no network."""
-    desk = Desk(Stage(lambda: Replay(read_events(path), path.parent.name), doors=doors), Judges())
+    desk = Desk(
+        Stage(lambda: PastMemory(read_events(path), path.parent.name), doors=doors), Judges()
+    )
     desk.judges.names = ["bayesian", "last_seen_prior"]
     return desk

@@ -12,7 +12,7 @@ from sgm.memory.memory_event import read_events
 from sgm.store.event import insert_event, read_rows
 from simulator import SceneGraphMemory, Sighting
 from simulator.home_options import HomeOptions
-from simulator.story.past_memory import Replay, StillMemory
+from simulator.story.past_memory import PastMemory, StillMemory
 
 NIGHTSTAND, TABLE, DRAWER = range(3)
 
@@ -53,7 +53,7 @@ def test_a_step_of_a_log_says_who_said_what_in_order(memory, log):
     memory.forget("fork", "tom")
     memory.remove_object("spare keys")
     memory.forget(TABLE)
-    story = Replay(read_events(log), "home")
+    story = PastMemory(read_events(log), "home")
     assert tell(story, 1) == [
         "anna said: keys is called car keys",
         "looked at drawer in bedroom: saw fork",
@@ -85,7 +85,7 @@ def test_a_memory_file_says_who_said_it_instead_of_a_look(memory):
 
 @pytest.mark.parametrize("is_log", [True, False])
 def test_furniture_says_by_what_a_thing_is_gone(memory, log, is_log):
-    story = Replay(read_events(log), "home") if is_log else StillMemory(memory, "home.sgm")
+    story = PastMemory(read_events(log), "home") if is_log else StillMemory(memory, "home.sgm")
     things, _ = tell_furniture(story, story.memory_at(1), TABLE)
     assert {row[:2] for row in things.rows} == {
         ("car keys", "said to be elsewhere"),
@@ -93,13 +93,13 @@ def test_furniture_says_by_what_a_thing_is_gone(memory, log, is_log):
     }
     memory.step()
     memory.observe(TABLE, [])
-    story = Replay(read_events(log), "home") if is_log else StillMemory(memory, "home.sgm")
+    story = PastMemory(read_events(log), "home") if is_log else StillMemory(memory, "home.sgm")
     things, _ = tell_furniture(story, story.memory_at(2), TABLE)
     assert {row[1] for row in things.rows} == {"missing at the last look"}
 
 
 def test_a_history_marks_what_was_said(memory, log):
-    story = Replay(read_events(log), "home")
+    story = PastMemory(read_events(log), "home")
     told = tell_history(story.trace_object("car keys"), 1.0)
     assert [(step, by) for step, _, by in told["said"]] == [(1, "anna")]
     assert tell_history(story.trace_object("fork"), 1.0)["said"] == []
@@ -122,7 +122,7 @@ def test_furniture_that_is_named_and_merged_is_told_with_its_looks(memory, log):
     memory.observe(TABLE, [Sighting("plate")])
     memory.name_furniture(DRAWER, "desk", "white desk")
     memory.merge_furniture(DRAWER, TABLE)
-    story = Replay(read_events(log), "home")
+    story = PastMemory(read_events(log), "home")
     assert tell(story, 2) == [
         "looked at table in bedroom: saw plate",
         "drawer in bedroom is called white desk",

@@ -24,7 +24,7 @@ from sgm.layout.box import Box
 from sgm.layout.viewpoint import Viewpoint
 from sgm.memory.memory_event import read_events
 from simulator import Bayesian, SceneGraphMemory, Sighting
-from simulator.story.past_memory import Replay, StillMemory
+from simulator.story.past_memory import PastMemory, StillMemory
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -314,5 +314,5 @@ def test_the_page_reads_from_where_a_log_was_looked(tmp_path):
     camera = Viewpoint(5.0, 2.0, 1.4, yaw=3.0, angle=1.0, reach=4.0)
     memory.observe(table, [Sighting("mug")], viewpoint=camera)
     memory.observe(table, [Sighting("mug")])
-    looks = Replay(read_events(tmp_path / "looks.sgm"), "home").looks
+    looks = PastMemory(read_events(tmp_path / "looks.sgm"), "home").looks
     assert [look.viewpoint for look in looks] == [camera, None]

@@ -18,7 +18,7 @@ from simulator import (
     SceneGraphMemory,
     Sighting,
 )
-from simulator.story.past_memory import Replay, StillMemory
+from simulator.story.past_memory import PastMemory, StillMemory
 from simulator.story.run_recorder import record_run
 from simulator.trace.from_log import make_trace
 from simulator.world.routine.dynamics import RoutineDynamics
@@ -58,7 +58,7 @@ def live(memory, num_steps, seed=0):
 def test_a_log_replays_to_the_memory_that_wrote_it(log):
     memory = SceneGraphMemory(path=log)
     states = live(memory, 40)
-    replay = Replay(read_events(log), "home")
+    replay = PastMemory(read_events(log), "home")
     assert replay.num_steps == memory.time
     order = np.random.default_rng(1).permutation(len(states))
     for time, home, ranking in [states[row] for row in order]:  # back and forth
@@ -91,7 +91,7 @@ def test_a_new_memory_goes_on_where_the_old_one_ended(log):
         shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
         memory.step(4)
         memory.observe(shelf, [Sighting("mug")])
-    replay = Replay(read_both(log), "home")
+    replay = PastMemory(read_both(log), "home")
     # The second one begins a step after the first one's last, at 4: its own step 4 is step 9.
     assert [look.step for look in replay.looks] == [4, 9]
     assert replay.memory_at(9).num_furniture == 1
@@ -104,7 +104,7 @@ def test_furniture_of_a_new_memory_is_told_from_that_of_the_one_before(log):
         for label in labels:
             memory.observe(memory.add_furniture(label, hall), [Sighting(f"mug of the {label}")])
             memory.step()
-    replay = Replay(read_both(log), "home")
+    replay = PastMemory(read_both(log), "home")
     for look in replay.looks:
         now = replay.memory_at(look.step)
         assert look.seen == (f"mug of the {now.layout.furniture[look.furniture].label}",)
@@ -118,7 +118,7 @@ def test_with_clocks_a_new_memory_begins_when_its_clock_says(log):
         shelf = memory.add_furniture("shelf", memory.add_room("kitchen"))
         memory.step(2)
         memory.observe(shelf, [Sighting("mug")])
-    replay = Replay(read_both(log), "home")
+    replay = PastMemory(read_both(log), "home")
     assert [look.step for look in replay.looks] == [2, 12]
     assert replay.get_time(12) == "Mon 16 Nov 19:00"
 
@@ -126,11 +126,11 @@ def test_with_clocks_a_new_memory_begins_when_its_clock_says(log):
 def test_bad_logs_and_steps():
     look = MemoryEvent("look", 3, {"furniture": 7, "coverage": 1.0, "seen": []})
     with pytest.raises(ValueError, match=r"every look .* of what was added, got 7 at"):
-        Replay([look], "home")
+        PastMemory([look], "home")
     values = {"furniture": 1, "label": "shelf", "room": 5, "description": "shelf", "position": None}
     with pytest.raises(ValueError, match=r"every furniture .* of what was added, got 5"):
-        Replay([MemoryEvent("furniture", 0, values), look], "home")
-    replay = Replay([MemoryEvent("step", 4, {"num_steps": 4})], "home")
+        PastMemory([MemoryEvent("furniture", 0, values), look], "home")
+    replay = PastMemory([MemoryEvent("step", 4, {"num_steps": 4})], "home")
     with pytest.raises(ValueError, match=r"step must lie in 0 to 4, got 5"):
         replay.memory_at(5)
 
@@ -237,7 +237,7 @@ def test_work_and_memory_follow_the_lines_not_the_steps(log, monkeypatch):
     copied = []
     copy = SceneGraphMemory.copy
     monkeypatch.setattr(SceneGraphMemory, "copy", lambda own: copied.append(own) or copy(own))
-    replay = Replay(read_events(log), "home")
+    replay = PastMemory(read_events(log), "home")
     assert replay.num_steps == memory.time == 2_001_000_002
     assert replay.memory_at(replay.num_steps).to_dict() == memory.to_dict()
     assert not copied  # there was none to go on from
@@ -273,7 +273,7 @@ def test_a_robot_that_steps_every_second(log, monkeypatch):
     copied = []
     copy = SceneGraphMemory.copy
     monkeypatch.setattr(SceneGraphMemory, "copy", lambda own: copied.append(own) or copy(own))
-    replay = Replay(lines, "home")
+    replay = PastMemory(lines, "home")
     assert replay.memory_at(30_000).last_seen("mug 5").time == 30_000
     assert len(copied) == 303 // 64
     assert replay.memory_at(29_999).last_seen("mug 5").time == 29_300
@@ -302,10 +302,10 @@ def test_logs_that_end_after_all_time_are_refused(log):
     with pytest.raises(
         ValueError, match=r"events must end by time step 2147483646, got 2147483647"
     ):
-        Replay(read_both(log), "home")
+        PastMemory(read_both(log), "home")
     end = MemoryEvent("step", 10**9, {"num_steps": 10**9})
     with pytest.raises(ValueError, match="must be a date before the year 10000"):
-        Replay([end], "home", clock=Clock(start))
+        PastMemory([end], "home", clock=Clock(start))
 
 
 def test_a_memory_that_goes_on_is_shown_as_it_was(log):
@@ -316,7 +316,7 @@ def test_a_memory_that_goes_on_is_shown_as_it_was(log):
     memory = SceneGraphMemory.open(log)
     memory.step(3)
     memory.observe(shelf, [Sighting("plate")])
-    replay = Replay(read_events(log), "home")
+    replay = PastMemory(read_events(log), "home")
     assert replay.num_steps == 5
     assert replay.memory_at(4).descriptions == ("mug",)
     assert replay.memory_at(5).descriptions == memory.descriptions == ("mug", "plate")

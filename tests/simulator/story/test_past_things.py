@@ -6,7 +6,7 @@ import pytest
 from sgm.finder.finder import Finder
 from sgm.memory.memory_event import read_events
 from simulator import Bayesian, SceneGraphMemory, Sighting
-from simulator.story.past_memory import Replay, StillMemory
+from simulator.story.past_memory import PastMemory, StillMemory
 
 DRAWER, SHELF, TABLE = range(3)
 
@@ -42,7 +42,7 @@ def test_a_thing_has_its_sightings_under_all_its_names(memory, log):
     memory.step()
     memory.rename("gadget", "whatnot", "anna")
     memory.observe(SHELF, [Sighting("whatnot"), Sighting("keys")])  # others are called keys now
-    story = Replay(read_events(log), "home")
+    story = PastMemory(read_events(log), "home")
     found = [(0, "table", True), (1, "table", True), (1, "table", True), (2, "shelf", True)]
     assert list_found(story, "whatnot") == found
     own = [(found, step) for step, place, found in list_found(story, "keys") if place == "shelf"]
@@ -56,9 +56,9 @@ def test_the_belief_is_about_the_thing_under_the_name_it_had(memory, log):
     memory.rename("gizmo", "whatnot", "anna")
     memory.step()
     finder = Finder(Bayesian())
-    history = Replay(read_events(log), "home").trace_object("whatnot", finder, num_points=4)
+    history = PastMemory(read_events(log), "home").trace_object("whatnot", finder, num_points=4)
     table = history.places.index("table in kitchen")
-    asked = [Replay(read_events(log), "home").memory_at(step) for step in range(4)]
+    asked = [PastMemory(read_events(log), "home").memory_at(step) for step in range(4)]
     names = ("gizmo", "gizmo", "whatnot", "whatnot")
     expected = [
         next(p.probability for p in finder.rank(memory, name) if p.furniture == TABLE)
@@ -74,9 +74,9 @@ def test_merged_things_are_one_and_split_ones_are_not(memory, log):
     memory.merge("book", "lamp", "anna")
     memory.step()
     both = [(0, "table", True), (0, "shelf", True)]
-    assert sorted(list_found(Replay(read_events(log), "home"), "book")) == sorted(both)
+    assert sorted(list_found(PastMemory(read_events(log), "home"), "book")) == sorted(both)
     memory.split("book")
-    one = [row for row in list_found(Replay(read_events(log), "home"), "book") if row[2]]
+    one = [row for row in list_found(PastMemory(read_events(log), "home"), "book") if row[2]]
     assert one == [(0, "shelf", True)]
 
 
@@ -86,7 +86,7 @@ def test_what_was_split_off_takes_its_sightings_along(memory, log):
     memory.step()
     memory.split("mug", SHELF, "vase", "anna")
     memory.observe(SHELF, [Sighting("vase")])
-    story = Replay(read_events(log), "home")
+    story = PastMemory(read_events(log), "home")
     assert [row for row in list_found(story, "vase") if row[2]] == [
         (0, "shelf", True),
         (1, "shelf", True),
@@ -102,7 +102,7 @@ def test_ids_hold_whatever_a_thing_is_called(memory, log):
     memory.rename("m1", "tea mug", "anna")
     memory.observe(SHELF, [Sighting("cup", id="m1")])
     found = [(0, "table", True), (1, "shelf", True)]
-    assert list_found(Replay(read_events(log), "home"), "tea mug") == found
+    assert list_found(PastMemory(read_events(log), "home"), "tea mug") == found
 
 
 def test_a_memory_that_goes_on_knows_its_names_and_what_is_one(memory, log):
@@ -114,7 +114,7 @@ def test_a_memory_that_goes_on_knows_its_names_and_what_is_one(memory, log):
     again.step()
     again.observe(DRAWER, [Sighting("car keys")])
     found = [(0, "table", True), (0, "shelf", True), (1, "drawer", True)]
-    assert sorted(list_found(Replay(read_events(log), "home"), "car keys")) == sorted(found)
+    assert sorted(list_found(PastMemory(read_events(log), "home"), "car keys")) == sorted(found)
 
 
 def say_much(memory):
@@ -134,7 +134,7 @@ def say_much(memory):
 
 def test_who_said_what_is_in_the_story(memory, log):
     say_much(memory)
-    story = Replay(read_events(log), "home")
+    story = PastMemory(read_events(log), "home")
     told = [
         (s.step, s.num_looks, s.kind, s.thing, s.by, s.place, s.other) for s in story.statements
     ]
@@ -179,14 +179,14 @@ def test_what_was_said_is_no_look_of_a_memory_file(memory):
 
 def test_furniture_removed_by_a_program_is_no_statement(memory, log):
     memory.remove_furniture(SHELF)
-    assert Replay(read_events(log), "home").statements == ()
+    assert PastMemory(read_events(log), "home").statements == ()
 
 
 def test_furniture_that_is_named_and_merged_is_in_the_story(memory, log):
     memory.observe(DRAWER, [Sighting("keys")])
     memory.name_furniture(SHELF, "desk", "white desk")
     memory.merge_furniture(SHELF, DRAWER)
-    story = Replay(read_events(log), "home")
+    story = PastMemory(read_events(log), "home")
     told = [(s.kind, s.place, s.other, s.furniture, s.merged) for s in story.statements]
     assert told == [
         ("name", "shelf in kitchen", "white desk", SHELF, None),
@@ -196,7 +196,7 @@ def test_furniture_that_is_named_and_merged_is_in_the_story(memory, log):
 
 def test_things_without_statements_have_none(memory, log):
     memory.observe(TABLE, [Sighting("keys")])
-    history = Replay(read_events(log), "home").trace_object("keys")
+    history = PastMemory(read_events(log), "home").trace_object("keys")
     assert (history.said_by, len(history.said_hour), len(history.said_place)) == ((), 0, 0)
     assert history.look_place.dtype == np.int64
 
@@ -209,7 +209,7 @@ def test_steps_that_tell_the_story_are_chosen(memory, log):
     memory.step(8)
     memory.note_moved("keys", SHELF, "anna")
     memory.step(689)
-    story = Replay(read_events(log), "home")
+    story = PastMemory(read_events(log), "home")
     steps = story.choose_steps(12)
     assert {0, 101, 203, 303, 311, 1000} < set(steps)
     assert len(steps) == 12
@@ -222,4 +222,4 @@ def test_steps_that_tell_the_story_are_chosen(memory, log):
 
 def test_few_steps_are_all_chosen(memory, log):
     memory.step(5)
-    assert Replay(read_events(log), "home").choose_steps(60) == [0, 1, 2, 3, 4, 5]
+    assert PastMemory(read_events(log), "home").choose_steps(60) == [0, 1, 2, 3, 4, 5]
