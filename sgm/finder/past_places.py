@@ -39,8 +39,9 @@ def find_past_places(
 
     A sighting or statement in that time says so. Else the last one before and the first one after
     it do, each as sure as things stay where they are for that long (`compute_stay`); where both
-    name one place, at least one of them has to be right. Nothing is said about the time before
-    a thing was first seen.
+    name one place, at least one of them has to be right. A look at the place of the sighting before
+    that missed it says that it was gone. Nothing is said about the time before a thing was first
+    seen.
     """
     known = memory.list_known(thing, begin, end)
     within = [where for where in known if begin <= where.time <= end]
@@ -51,6 +52,12 @@ def find_past_places(
     after = [where for where in known if where.time > end][:1]
     if not before:
         return ()
+    if _was_missed(memory, thing, before[0], end):
+        gap = np.array([later.time - end for later in after])
+        return tuple(
+            _tell(thing, later, stay * later.confidence)
+            for later, stay in zip(after, compute_stay(memory.batch, gap).tolist(), strict=True)
+        )
     gaps = [begin - where.time for where in before] + [where.time - end for where in after]
     stay = compute_stay(memory.batch, np.array(gaps)).tolist()
     first = before[0]
@@ -68,6 +75,16 @@ def find_past_places(
         if total > 0
     ]
     return tuple(sorted(found, key=lambda was: -was.probability))
+
+
+def _was_missed(memory: SceneGraphMemory, thing: str, seen: ThingEvent, end: int) -> bool:
+    """Tell whether a look missed a thing where it was seen, from then to a time step."""
+    return any(
+        event.kind == "missed"
+        and event.furniture == seen.furniture
+        and seen.time < event.time <= end
+        for event in memory.history(thing)
+    )
 
 
 def _tell(thing: str, where: ThingEvent, probability: float) -> WasAt:

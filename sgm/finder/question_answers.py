@@ -289,6 +289,9 @@ class QuestionAnswers(PlaceAnswers):
             best = self._tell_place(found, "is")
             no = f"{self._say('no', where=where, percent=_percent(chance))} {best}"
             return self._make(no, where=(drop_also(found),), probability=chance)
+        if self._was_missed(resolution.matches, places):
+            gone = self._say("not seen", name, where=where, percent=_percent(chance))
+            return self._make(gone, where=(drop_also(found),), probability=chance)
         if self._is_inside(thing, said, places):  # "is the milk on the fridge?"
             inside = self._phrases.say_inside(where)
             told = self._say(
@@ -312,6 +315,13 @@ class QuestionAnswers(PlaceAnswers):
             others = list_answers(self._calls.tell_asked(asked)) if away else []
             yes += [self._tell_place(other, "is") for other in others]
         return self._make(" ".join(yes), where=(drop_also(found),), probability=chance)
+
+    def _was_missed(self, things: Sequence[str], places: Sequence[int]) -> bool:
+        """Tell whether things were seen at one of some places, and the last looks there missed them."""
+        seen, _ = self._memory.list_seen(things, None, MOST_THINGS)
+        there = [at for _, at in seen if at.furniture in places]
+        is_shown = any(self._memory.list_named(*things, place=place) for place in places)
+        return bool(there) and not (is_shown or any(at.is_there for at in there))
 
     def _compute_chance(self, thing: str, places: Sequence[int], *, exactly: bool = False) -> float:
         """Compute the probability that a thing, or one of a kind, is at one of some places.
@@ -372,7 +382,13 @@ class QuestionAnswers(PlaceAnswers):
             for match in resolution.matches
             for found in find_past_places(self._memory, match, *past)
         ]
-        if not was:
+        was_seen = any(
+            event.furniture in places
+            for match in resolution.matches
+            for event in self._memory.list_known(match, *past)
+            if event.time <= past[1]
+        )
+        if not was and not was_seen:
             raise Unclear("unknown", self._say("not known then", name), ())
         at = self._calls.tell_time(past[1], self._memory.time)
         chance = min(sum(found.probability for found in was if found.furniture in places), 1.0)
@@ -381,8 +397,8 @@ class QuestionAnswers(PlaceAnswers):
             said = self._say("yes then", name, where=where, percent=percent)
             return self._make(said, probability=chance, at=at)
         said = self._say("no", where=where, percent=percent)
-        best = max(was, key=lambda found: found.probability)
-        if best.furniture is not None:
+        best = max(was, key=lambda found: found.probability, default=None)
+        if best is not None and best.furniture is not None:
             place_name = self._asking.say_the(self._calls.tell_name(best.furniture))
             sure = "was sure" if best.probability >= _SURE else "was likely"
             percent = _percent(best.probability)
@@ -396,9 +412,13 @@ class QuestionAnswers(PlaceAnswers):
             return self._tell_is_at()
         self._refuse_time()
         answered = self._tell_where()
-        if answered.status == "ok" and (answered.probability or 0.0) >= LIKELY:
-            return replace(answered, said=f"{self._say('yes alone')} {answered.said}")
-        return answered
+        if answered.status != "ok" or (answered.probability or 0.0) < LIKELY:
+            return answered
+        places = [place.place for found in answered.where for place in found.places[:1]]
+        names = [name for thing in things for name in self._resolve(thing).matches]
+        is_gone = bool(places) and self._was_missed(names, places)
+        begin = self._say("not in look" if is_gone else "yes alone")
+        return replace(answered, said=f"{begin} {answered.said}")
 
     def _is_inside(self, thing: str, said: str, places: Sequence[int]) -> bool:
         """Tell whether a thing is in what it is asked to be on, as far as is known."""
