@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 from sgm.finder.answers import Answered, ChangeRow, EventRow, WhereIs, WhereOne
@@ -15,7 +16,8 @@ from sgm.names.asking import Asking, make_asking
 from sgm.names.phrase import BEYOND, make_phrase_reader
 from sgm.names.resolution import Resolution
 from sgm.names.sentence import Sentence
-from sgm.names.words import POSSESSIVE
+from sgm.names.speaker_words import make_speaker_reader
+from sgm.names.words import POSSESSIVE, normalize
 
 _MOST_ROWS = 20
 
@@ -25,11 +27,20 @@ class EventAnswers:
 
     def __init__(self, calls: Any, text: str, speaker: str) -> None:
         """Answer a sentence by calls, a `ReadCalls`; `speaker` is who says "my"."""
-        self._calls, self._text, self._speaker = calls, text, speaker
+        self._calls, self._text = calls, text
         self._memory: SceneGraphMemory = calls.memory
         self._asking: Asking = make_asking(self._memory.language)
         self._phrases = make_phrase_reader(self._memory.language)
-        self._sentence: Sentence = self._memory.read_sentence(text, speaker)
+        self._asked, told = make_speaker_reader(self._memory.language).take(text, self._owners)
+        self._speaker = told or speaker
+        self._sentence: Sentence = self._memory.read_sentence(self._asked, self._speaker)
+
+    @cached_property
+    def _owners(self) -> frozenset[str]:
+        """People of whom something is known to be theirs."""
+        names = map(normalize, self._memory.descriptions)
+        parted = (name.partition(f"{POSSESSIVE} ") for name in names)
+        return frozenset(owner for owner, is_owned, _ in parted if is_owned)
 
     def _make(self, said: str, unclear: Unclear | None = None, **found: Any) -> Answered:
         now = self._calls.tell_time(self._memory.time, self._memory.time)

@@ -24,7 +24,6 @@ from sgm.names.modifiers import COLOURS, spell
 from sgm.names.phrase import Phrase
 from sgm.names.resolution import Resolution
 from sgm.names.sentence import Sentence
-from sgm.names.words import POSSESSIVE, normalize
 
 _SURE = 0.9  # probability from which on it "is" there
 
@@ -52,23 +51,20 @@ class QuestionAnswers(PlaceAnswers):
     def _read_freely(self) -> Iterator[Sentence]:
         """Read a sentence that no pattern fits by its words, or the one question in it."""
         reader = make_free_reader(self._memory.language)
-        names = map(normalize, self._memory.descriptions)
-        owned = (name.partition(f"{POSSESSIVE} ") for name in names)
-        owners = frozenset(owner for owner, is_owned, _ in owned if is_owned)
         layout = self._memory.layout
         places = map(layout.describe, layout.furniture)
         words = frozenset(" ".join((*self._memory.descriptions, *places)).casefold().split())
         known = Known(
             find_thing=cache(self._find_surely),
             find_place=cache(self._find_place_names),
-            owners=owners,
+            owners=self._owners,
             words=words,
         )
-        for text in reader.find_only(self._text, known):
+        for text in reader.find_only(self._asked, known):
             sentence = self._read_sentence(text)
             if sentence.kind not in ("thing", "command"):
                 yield sentence
-        read = reader.read(self._text, known)
+        read = reader.read(self._asked, known)
         if read is not None:
             things = tuple(name for thing in read.things for name in self._list_named(thing))
             yield read._replace(things=things)
@@ -132,7 +128,7 @@ class QuestionAnswers(PlaceAnswers):
         elsewhere = self._tell_not_there()
         if elsewhere is not None:
             return elsewhere
-        asked = read_sentences(self._memory, self._calls.finder, [self._sentence], [self._text])
+        asked = read_sentences(self._memory, self._calls.finder, [self._sentence], [self._asked])
         answer = self._calls.tell_asked(asked)
         meant = [
             (name, self._list_meant(found))
@@ -317,7 +313,7 @@ class QuestionAnswers(PlaceAnswers):
         return self._make(" ".join(yes), where=(drop_also(found),), probability=chance)
 
     def _was_missed(self, things: Sequence[str], places: Sequence[int]) -> bool:
-        """Tell whether things were seen at one of some places, and the last looks there missed them."""
+        """Tell whether things were seen at places, and the last looks there missed them."""
         seen, _ = self._memory.list_seen(things, None, MOST_THINGS)
         there = [at for _, at in seen if at.furniture in places]
         is_shown = any(self._memory.list_named(*things, place=place) for place in places)

@@ -115,6 +115,14 @@ class ClauseChooser:
             if self._cues.match(clause) != "when"
         )
 
+    def may_date(self, clause: Clause, clauses: Sequence[Clause]) -> bool:
+        """Tell whether another clause may say when one asks: "two hours ago, where was it?"."""
+        is_timed = any(other.time is not None for other in clauses if other is not clause)
+        said = (*clause.words, *clause.text.split())
+        tense = self._past | self._ahead
+        is_bare = any(c.time is not None and not c.words for c in clauses if c is not clause)
+        return clause.time is None and is_timed and (is_bare or not tense.isdisjoint(said))
+
     def _may_be_it(self, clause: Clause, is_plural: bool) -> bool:
         """Tell whether a clause names the one thing that "it" is: "we are lighting the candle".
 

@@ -76,7 +76,8 @@ class FreeReader:
                 for place, other in enumerate(clauses)
                 if place != number
             ]
-            if all(others) and not clause.is_aside:
+            is_dated = self._chooser.may_date(clause, clauses)
+            if all(others) and not clause.is_aside and not is_dated:
                 yield clause.text
                 words = clause.text.split()
                 for place in range(1, len(words)):

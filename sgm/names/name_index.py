@@ -436,8 +436,8 @@ class NameIndex:
 
     def _is_no_word(self, excluded: str) -> bool:
         """Tell whether what something is not says nothing that is known: "not zorb"."""
-        if not self.read_phrase(excluded).name:  # "except in"
-            return True
+        if not self.read_phrase(excluded).name or self._phrases.names_nothing(excluded):
+            return True  # "except in"
         words = [word.removesuffix(POSSESSIVE) for word in excluded.split()]
         is_known = self._tables.has_name(excluded) or self._tables.owners.issuperset(words)
         others = [word for word in excluded.split() if not self._is_property(word)]

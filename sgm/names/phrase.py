@@ -332,6 +332,10 @@ class PhraseReader:
         words = self._drop_articles(f" {name}").split()
         return tuple(words[:1]) if len(words) > 1 and words[0] in self._any else ()
 
+    def names_nothing(self, text: str) -> bool:
+        """Tell whether words only link others: "in"."""
+        return (self._linking | self._function_words).issuperset(text.split())
+
     def is_unnamed(self, text: str) -> bool:
         """Tell whether words name nothing without what was said before: "mine", "that"."""
         return self._unnamed.issuperset(text.split())

@@ -249,7 +249,9 @@ class SentenceReader:
             said = found.groupdict("").get("thing", "").split() if found else []
             # No "saw and kettle", no "mug that is not on the desk".
             is_part = not (
-                self._joins.isdisjoint(said[:1]) and self._relatives.isdisjoint(said[-1:])
+                self._joins.isdisjoint(said[:1])
+                and self._relatives.isdisjoint(said[-1:])
+                and self._where_words.isdisjoint(said[1:])  # "where is it now and where was it"
             )
             if found and not is_part:
                 slots = found.groupdict("")

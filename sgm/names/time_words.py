@@ -13,6 +13,7 @@ _DAY = timedelta(days=1)
 _WEEK = timedelta(weeks=1)
 _CLOCK = re.compile(r"(?P<hour>\d{1,2})(?:[:.](?P<minutes>\d{2}))?(?P<half>[a-z]+)?")
 _LONGEST = 8  # words
+_TENS = frozenset(range(20, 100, 10))  # after which a number below ten is a part of one
 _LONGEST_HOUR = 3  # words: "six thirty pm"
 _ABOUT = "-ish"
 _EARLIEST = 7  # hour of the clock that is of the morning where nothing else is said
@@ -30,6 +31,7 @@ class TimeSaid(NamedTuple):
         ago: seconds back, or ahead below 0; None where none are said.
         is_last: whether "last" is said of a weekday or of `ago`.
         is_next: whether "next" is.
+        is_moment: whether `ago` is of hours, and means no whole day: "forty hours ago".
     """
 
     words: str
@@ -40,6 +42,7 @@ class TimeSaid(NamedTuple):
     ago: float | None = None
     is_last: bool = False
     is_next: bool = False
+    is_moment: bool = False
 
     @property
     def is_hour_alone(self) -> bool:
@@ -56,7 +59,10 @@ class TimeSaid(NamedTuple):
         )
         spans = [said for said in (first, second) if "ago" in said]
         if spans and first != second:  # "two days ago" and "at noon"; no "now" and "on Monday"
-            days = all(abs(said["ago"]) >= _DAY.total_seconds() for said in spans)
+            days = all(
+                abs(said["ago"]) >= _DAY.total_seconds() and "is_moment" not in said
+                for said in spans
+            )
             if not days or not {"day", "weekday"}.isdisjoint({*first, *second}):
                 return None
         if not _agree(first, second):
@@ -72,7 +78,7 @@ class TimeSaid(NamedTuple):
             moment = now - timedelta(seconds=self.ago)
             if self.is_last:  # "last week": all of it
                 return moment, now
-            if abs(self.ago) >= _DAY.total_seconds():  # "two days ago": that day
+            if abs(self.ago) >= _DAY.total_seconds() and not self.is_moment:  # "two days ago"
                 return _bound_day(moment) if self.hours is None else self._bound_hours(moment)
             return moment, moment
         today = now.replace(hour=0, minute=0, second=0, microsecond=0)
@@ -139,7 +145,7 @@ class TimeReader:
         )
         self._counted = [
             (side, *(part.split() for part in line.split("<time>")))
-            for side in ("ago", "ahead")
+            for side in ("ago", "ahead", "since counted")
             for line in language.list_lines(side)
         ]
         tables = (self._named, self._parts, self._units, self._clock, self._days)
@@ -296,16 +302,34 @@ class TimeReader:
             start = place + len(before)
             if list(words[place:start]) != before:
                 continue
-            length, value = _match(self._numbers, words, start)
-            if not length and start < len(words) and words[start].isdecimal():
-                length, value = 1, words[start]
+            length, number = self._read_number(words, start)
             unit, size = _match(self._units, words, start + length)
             end = start + length + unit
             if length and unit and list(words[end : end + len(after)]) == after:
-                seconds = float(value) * float(size)
-                ago = seconds if side == "ago" else -seconds
-                return end + len(after) - place, {"ago": ago}
+                seconds = number * float(size)
+                said: dict[str, Any] = {"ago": -seconds if side == "ahead" else seconds}
+                if float(size) < _DAY.total_seconds():
+                    said["is_moment"] = True
+                if side == "since counted":  # "in the last two days"
+                    said |= {"link": "since", "is_last": True}
+                return end + len(after) - place, said
         return 0, {}
+
+    def _read_number(self, words: Sequence[str], place: int) -> tuple[int, float]:
+        """Read "45", "forty-five" and "forty five"; how many words that took, 0 for none."""
+        if place < len(words) and words[place].isdecimal():
+            return 1, float(words[place])
+        length, value = _match(self._numbers, words, place)
+        if length:
+            number, tail = float(value), words[place + length : place + length + 1]
+            after, more = _match(self._numbers, tail, 0)
+            is_more = after and number in _TENS and 1 <= float(more) < 10 and tail[0].isalpha()
+            return (length + 1, number + float(more)) if is_more else (length, number)
+        parts = words[place].split("-") if place < len(words) else []
+        if len(parts) == 2:
+            length, number = self._read_number(parts, 0)
+            return (1, number) if length == 2 else (0, 0.0)
+        return 0, 0.0
 
     def _read_clock(
         self, words: Sequence[str], place: int, has_link: bool, is_free: bool = False
