@@ -77,6 +77,10 @@ class EventAnswers:
             raise Unclear("ambiguous", self._asking.tell_unused(unread), ())
         if not places:
             self._refuse_place(where)
+        called = {word for n in places for word in self._memory.describe(n).casefold().split()}
+        beside = tuple(word for word in self._phrases.find_links(where) if word not in called)
+        if beside:  # "on the counter with the kettle"
+            raise Unclear("ambiguous", self._asking.tell_unused(beside), ())
         return places
 
     def _refuse_place(self, where: str) -> None:
@@ -142,10 +146,13 @@ class EventAnswers:
             and begin <= row.at.step <= end
         ]
         name = self._name(phrase.name, resolution.matches)
+        is_ever = self._phrases.asks_no_time(self._asked)  # "did it use to be there?"
         if not rows:
-            return self._make(self._say("never seen there", name, where=phrase.where))
+            never = self._say("never seen there", name, where=phrase.where)
+            return self._make(f"{self._say('no alone')} {never}" if is_ever else never)
         last = max(rows, key=lambda row: row.at.step)
-        return self._make(self._tell_event(last), events=(last,))
+        yes = f"{self._say('yes alone')} " if is_ever else ""
+        return self._make(f"{yes}{self._tell_event(last)}", events=(last,))
 
     def _tell_whose(self) -> Answered:
         """Say whose a thing is, where its name says so, and whether it is a person's."""

@@ -64,6 +64,13 @@ class PlaceAnswers(EventAnswers):
         rows = [row for row in self._list_at(places) if row.thing not in left_out]
         return self._tell_rows(where, places, rows)
 
+    def _tell_is_empty(self) -> Answered:
+        """Say whether nothing is at a place, and what is."""
+        self._refuse_time()
+        told = self._tell_what_at()
+        first = self._say("no alone" if told.things else "yes alone")
+        return replace(told, kind="what_at", said=f"{first} {told.said}")
+
     def _tell_what_was_at(
         self, where: str, places: Sequence[int], past: tuple[int, int], left_out: set[str]
     ) -> Answered:

@@ -38,7 +38,8 @@ class QuestionAnswers(PlaceAnswers):
     def answer(self) -> Answered:
         """Return the answer, or what to ask."""
         answered = self._answer()
-        if answered.status == "ok":
+        is_list = self._sentence.kind == "thing" and len(self._sentence.things) > 1
+        if answered.status == "ok" and not (is_list and self._phrases.asks_yes(self._asked)):
             return answered
         for sentence in self._read_freely():
             first, self._sentence = self._sentence, sentence
@@ -101,6 +102,7 @@ class QuestionAnswers(PlaceAnswers):
                 "is_there",
                 "count",
                 "what_at",
+                "is_empty",
                 "which",
                 "room",
                 "when",

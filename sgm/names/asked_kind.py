@@ -216,6 +216,8 @@ class KindFinder:
             is_joined = is_joined and asked.is_question and not (asks_where or wants)
             if not (is_joined or any(clause.things and clause.places for clause in clauses)):
                 return None  # two questions
+            if is_which and len(asked.things) == 1 and not asked.is_one() and not asks_where:
+                return self._make_which(asked)  # "clothes on the rack: which?"
             if is_which and asked.is_one():  # "which one?"
                 return asked.make("where", asked.things)
             is_at = not (asks_where or is_whose) and (is_opened or asked.is_question)
@@ -228,6 +230,11 @@ class KindFinder:
         # "Did Anna take the keys?", "is the dog hungry?"
         is_else = is_plain and said & (self._moving | people | self._words.around)
         return None if is_else else asked.make("where", asked.things)
+
+    def _make_which(self, asked: _Asked) -> Sentence:
+        """Make what asks which things of a kind are at the one place that was said."""
+        thing = f"{asked.things[0]} {asked.places[0]}"
+        return asked.make("which", (thing,))
 
     def _make_at(self, asked: _Asked, is_at: bool) -> Sentence | None:
         """Make what asks for things with the one place that was said."""

@@ -160,6 +160,8 @@ class ClauseChooser:
     def is_left_out(self, clause: Clause, is_after: bool) -> bool:
         """Tell whether a clause says nothing of which thing is meant."""
         words = clause.words
+        if any(" " in word for word in clause.left):  # two times, and they are not one
+            return False
         if self._words.finite.isdisjoint(words) and self._words.negations & set(words[:-1]):
             return False  # "the van, not the house keys, where?"
         if not clause.left and not clause.is_broken:

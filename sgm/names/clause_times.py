@@ -50,6 +50,8 @@ class ClauseDater:
         if not self._future.isdisjoint(said) or (is_timed and not self._usual.isdisjoint(said)):
             tense = "future"
         times = {clause.time for clause in core if clause.time is not None}
+        if tense and not times and any(c.time for c in asked if c not in core):
+            return None  # "thirty hours ago I looked there, what was in it?"
         for clause in loose:
             if clause.time is None:
                 continue

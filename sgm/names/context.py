@@ -10,6 +10,7 @@ from typing import NamedTuple
 from sgm.names.modifiers import COLOURS, FAULTS, spell
 from sgm.names.sections import ENGLISH
 from sgm.names.sentence import Sentence, SentenceReader, make_sentence_reader, pad_words
+from sgm.names.time_words import TimeReader
 
 _LONGEST_NAME = 4  # words
 _PLACED = frozenset(("where", "past", "room"))  # kinds that "where is it?" may be of
@@ -44,6 +45,7 @@ class ContextReader:
         """Read by the tables of the language of a reader of sentences."""
         self._sentences = sentences
         language = sentences.language
+        self._times = TimeReader(language)
         self._joins = language.list_words("and") | language.list_words("clause joins") | {","}
         self._parts = language.list_words("and") - {","}
         self._finite = language.list_words("finite")
@@ -97,6 +99,9 @@ class ContextReader:
             return None
         if question.time is not None and not self._where.isdisjoint(said):
             return None  # "where is it now, and where was it at noon?"
+        times = self._times.find(said)[1] if question.time is None and question.tense else []
+        if any(time.day != 0 or time.hours for time in times):
+            return None  # "six hours ago, where was it?"
         if self.is_denied(said) or self._relative.search(words):
             return None
         if not is_open and self._tells(said):

@@ -73,6 +73,9 @@ class PhraseReader:
         self._function_words = language.list_words("function words")
         sections = ("of", "at", "near", "from", "linking", "free links", "and", "but")
         self._linking = frozenset().union(*map(language.list_words, sections))
+        self._with = language.list_words("beside a place")
+        self._when = language.list_words("asks a time")
+        self._yes = language.list_words("asks yes or no")
         self._signals = sentences.signals | language.list_words("of") | self._one
         compiled = language.compile_section
         self._quantities = [
@@ -320,6 +323,18 @@ class PhraseReader:
     def find_negations(self, where: str) -> tuple[str, ...]:
         """Find the words of a place that say that something is not there."""
         return tuple(word for word in where.split() if word in self._negations)
+
+    def find_links(self, where: str) -> tuple[str, ...]:
+        """Find words of a place that add a thing to it: "with" of "on the desk with the pen"."""
+        return tuple(word for word in where.split() if word in self._with)
+
+    def asks_no_time(self, text: str) -> bool:
+        """Tell whether a sentence has none of the words that ask when."""
+        return self._when.isdisjoint(self._split_words(text))
+
+    def asks_yes(self, text: str) -> bool:
+        """Tell whether a sentence asks for a yes or a no in words: "mug, desk, yes or no?"."""
+        return not self._yes.isdisjoint(self._split_words(text))
 
     def split_any(self, name: str) -> list[str]:
         """Return what "anything red" says of a thing that it does not name; else nothing."""

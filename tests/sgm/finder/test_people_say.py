@@ -78,3 +78,22 @@ def test_what_asks_something_else_is_asked_back(sentence, homes):
 def test_what_is_for_breakfast_is_no_past(homes):
     answer = homes("e1 h1").ask("Anything in the fridge for breakfast?")
     assert answer.said == "In the fridge: cheese, orange juice and yogurt."
+
+
+def test_what_the_last_look_missed_is_not_said_to_be_there(tmp_path):
+    """The charger lay on the desk twice, and the last look there did not show it."""
+    start = datetime(2026, 11, 30, 8)
+    memory = SceneGraphMemory(path=tmp_path / "home.sgm", clock=Clock(start, 3600))
+    desk = memory.add_furniture("desk", room=memory.add_room("office"))
+    for shown in (["charger", "pen"], ["charger", "pen"], ["pen"]):
+        memory.observe(desk, [Sighting(name) for name in shown])
+        memory.step(2)
+    service = MemoryService(memory, Finder(Adaptive()), None)
+    for asked in ("Is the charger on the desk?", "Is there any charger?"):
+        answer = service.ask(asked)
+        assert answer.status == "ok"
+        assert answer.said.startswith("Not seen"), answer.said
+    assert service.ask("Is the pen on the desk?").said.startswith("Yes")
+    assert service.ask("Was the charger on the desk an hour ago?").said.startswith("Probably not")
+    assert "charger" not in service.ask("What was on the desk an hour ago?").said
+    assert service.ask("Where was the charger four hours ago?").status == "ok"
