@@ -317,9 +317,9 @@ class QuestionAnswers(PlaceAnswers):
     def _was_missed(self, things: Sequence[str], places: Sequence[int]) -> bool:
         """Tell whether things were seen at places, and the last looks there missed them."""
         seen, _ = self._memory.list_seen(things, None, MOST_THINGS)
-        there = [at for _, at in seen if at.furniture in places]
+        sightings = [at for _, at in seen if at.furniture in places]
         is_shown = any(self._memory.list_named(*things, place=place) for place in places)
-        return bool(there) and not (is_shown or any(at.is_there for at in there))
+        return bool(sightings) and not (is_shown or any(at.is_there for at in sightings))
 
     def _compute_chance(self, thing: str, places: Sequence[int], *, exactly: bool = False) -> float:
         """Compute the probability that a thing, or one of a kind, is at one of some places.

@@ -76,6 +76,8 @@ class ClauseChooser:
                 said = tuple(word for word in clause.words if word not in clause.left)
                 asked.insert(0, clause._replace(words=said, left=()))
                 continue
+            if self._tells_again(clause, asked) and self.is_left_out(clause, number > last):
+                continue  # "I would die for a beer, where is the beer?"
             again = any(set(clause.things) & set(other.things) for other in asked)
             if is_named and (is_open or number > last or again or self.asks(clause)):
                 return []
@@ -86,6 +88,13 @@ class ClauseChooser:
             if not self.is_left_out(clause, number > last) or self._is_listed(number, clauses):
                 return []
         return asked
+
+    def _tells_again(self, clause: Clause, asked: Sequence[Clause]) -> bool:
+        """Tell whether a clause with a verb names what is asked for, and nothing else of it."""
+        is_more = clause.where or clause.excluded or clause.time or clause.is_negated
+        things = {thing for other in asked for thing in other.things}
+        is_told = not self._words.finite.isdisjoint(clause.words) and not self.asks(clause)
+        return is_told and not is_more and bool(clause.things) and set(clause.things) <= things
 
     def _is_listed(self, number: int, clauses: Sequence[Clause]) -> bool:
         """Tell whether a clause is a thing that is not known, among others: "soap, zorb, cup?"."""

@@ -34,7 +34,7 @@ class ClauseWords:
         cues = make_cue_reader(language.code)
         self.is_told = bool(listed("free words"))
         self.free = listed("free words").union(*map(listed, _FREE))
-        self.around = listed("free around") - self.free
+        self.around = (listed("free around") | listed("chat words")) - self.free
         self.known = self.free | self.around | cues.words | listed("future words")
         self.dates = frozenset().union(*map(listed, _DATES)) - self.free
         self.articles, self.links = listed("articles"), listed("free links")
