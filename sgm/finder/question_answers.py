@@ -61,14 +61,17 @@ class QuestionAnswers(PlaceAnswers):
             owners=self._owners,
             words=words,
         )
-        for text in reader.find_only(self._asked, known):
-            sentence = self._read_sentence(text)
-            if sentence.kind not in ("thing", "command"):
-                yield sentence
+        yield from self._read_parts(reader.find_only(self._asked, known))
         read = reader.read(self._asked, known)
         if read is not None:
             things = tuple(name for thing in read.things for name in self._list_named(thing))
             yield read._replace(things=things)
+        yield from self._read_parts(reader.find_joined(self._asked, known))
+
+    def _read_parts(self, texts: Iterator[str]) -> Iterator[Sentence]:
+        """Read parts of a sentence that may be questions of their own."""
+        sentences = map(self._read_sentence, texts)
+        return (read for read in sentences if read.kind not in ("thing", "command"))
 
     def _list_named(self, thing: str) -> tuple[str, ...]:
         """List the things of a name; a "saw" is one, and nothing that was seen."""
@@ -226,7 +229,8 @@ class QuestionAnswers(PlaceAnswers):
         phrases = [self._phrases.read(thing) for thing in self._sentence.things]
         said_where = phrases[-1].where if phrases else ""
         twice = any(p.is_not_there and self._phrases.read(p.name).where for p in phrases)
-        if not said_where or twice or any(not p.name or p.excluded for p in phrases):
+        is_from = any(self._phrases.split_where(p.where)[0] == "from" for p in phrases if p.where)
+        if not said_where or is_from or twice or any(not p.name or p.excluded for p in phrases):
             raise Unclear("unknown", self._say("no question"), ())
         if ahead is not None:
             return self._tell_will_be_at(phrases, said_where, ahead)

@@ -207,8 +207,8 @@ class KindFinder:
         is_which = any(
             not (clause.is_named or self._which.isdisjoint(clause.words)) for clause in clauses
         )
-        which = self._which - self._all
-        is_parted_which = any(not (c.things or which.isdisjoint(c.words)) for c in clauses)
+        which_words = self._which - self._all
+        is_parted_which = any(not (c.things or which_words.isdisjoint(c.words)) for c in clauses)
         if is_parted_which and len(asked.things) == len(asked.places) == 1 and not asked.is_one():
             return None if asks_where else self._make_which(asked)  # "of the mugs, which is there?"
         if said & (self._which | self._all - self._any) and not (asked.places and is_which):

@@ -32,6 +32,7 @@ class ClauseSplitter:
         self._asked = words.where | make_cue_reader(language.code).questions
         self._starters, self._joins = listed("clause starters"), listed("free joins")
         self._conjunctions, self._whens = listed("conjunctions"), listed("time conjunctions")
+        self._dating = listed("dating conjunctions")
         self._questions = words.where | listed("question words")
         self._purposes, self._giving = listed("purposes"), listed("giving")
         self._mended = TypoIndex(word for word in words.free if len(word) >= _LEAST_MENDED)
@@ -68,7 +69,9 @@ class ClauseSplitter:
         for place, word in enumerate(words):
             after = words[place + 1] if place + 1 < len(words) else ""
             is_and = word in self._words.and_ and (after in self._starters or not after)
-            is_when = word in self._whens and after in self._words.subjects | self._words.people
+            said = self._words
+            is_when = word in self._whens and after in said.subjects | said.people
+            is_when |= word in self._dating and after in said.pronouns | said.articles
             # "before we go where is it", "match in 5 min where is the shirt"
             is_asked = word in self._questions and is_aside
             is_asked = is_asked or (is_aside and self._begins_wanting(word, after, clause))

@@ -86,6 +86,28 @@ class FreeReader:
                     if words[place] in self._asking:
                         yield " ".join(words[place:])
 
+    def find_joined(self, text: str, known: Known) -> Iterator[str]:
+        """Find a sentence without what is said in the middle: "does the box, of all places, hold".
+
+        Arguments are those of `read`.
+        """
+        clauses = self._clauses.read(text, known)
+        if self._chooser.dates_by_aside(clauses):
+            return
+        kept = [
+            clause
+            for number, clause in enumerate(clauses)
+            if clause.is_named
+            or clause.left
+            or clause.verbs
+            or clause.time is not None
+            or self._asks_all(clause)
+            or not self._chooser.is_left_out(clause, number == len(clauses) - 1)
+        ]
+        if 1 < len(kept) < len(clauses):
+            yield " ".join(clause.text for clause in kept)
+            yield ", ".join(clause.text for clause in kept)
+
     def _asks_all(self, clause: Clause) -> bool:
         """Tell whether a clause is a question of its own: "and is anything else there?"."""
         return self._chooser.is_opened(clause) and not self._all.isdisjoint(clause.words)
